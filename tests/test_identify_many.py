@@ -198,6 +198,18 @@ def test_copies_are_equal_and_small(found: mh.results.ManyIdentifications) -> No
     assert len(packed) < 0.1 * Y.nbytes + 2000
 
 
+@pytest.mark.parametrize("unit", [1e-300, 1e-320])
+def test_a_column_of_too_small_numbers_is_refused_alone(
+    found: mh.results.ManyIdentifications, unit: float
+) -> None:
+    columns = Y.copy()
+    columns[:, 2] *= unit
+    many = mh.identify_many(U, columns, **OPTIONS)
+    assert [many[m] for m in (0, 5)] == [found[m] for m in (0, 5)]
+    assert list(many.errors) == [2]
+    assert many.errors[2].startswith("actuator 2: y: expected fitted samples that vary by 1e-100")
+
+
 def test_a_bad_column_takes_nothing_from_the_others(
     found: mh.results.ManyIdentifications,
 ) -> None:
@@ -271,6 +283,7 @@ def test_actuators_are_counted_like_those_of_a_list(
         ({"Y": U}, ValueError, "Y: expected an array of shape (samples, actuators)"),
         ({"u": Y[:, :2]}, ValueError, "Y: expected an array of shape (500, 2), got shape (500, 6)"),
         ({"u": np.full(500, 1.0)}, ValueError, "u: expected fitted samples that vary"),
+        ({"u": 1e-300 * U}, ValueError, "u: expected fitted samples that vary by 1e-100 at least"),
         ({"u": np.where(U > 100.0, np.nan, U)}, ValueError, "u["),
         ({"skip": 500}, ValueError, "skip: expected fewer than the 500 samples"),
         ({"skip": 1.5}, TypeError, "skip: expected a number of samples"),

@@ -79,6 +79,8 @@ def test_a_constant_input_or_output_is_named() -> None:
     assert refusal(ValueError, flat, y) == f"u: {vary}"
     assert refusal(ValueError, u, flat) == f"y: {vary}"
     assert refusal(ValueError, [(u, y), (flat, y)]) == f"record 1: u: {vary}"
+    small = "expected fitted samples that vary by 1e-100 at least, got a range of "
+    assert refusal(ValueError, u, 1e-300 * y).startswith(f"y: {small}")
     rests = np.concatenate([u, flat])
     assert refusal(ValueError, rests, np.concatenate([y, y]), skip=200) == f"u: {vary}"
 

@@ -73,6 +73,13 @@ pub enum RecordError {
         /// Its only value.
         value: f64,
     },
+    /// The fitted samples of a signal vary by less than 1e-100.
+    SmallRange {
+        /// The name of the argument.
+        argument: &'static str,
+        /// By how much they vary.
+        got: f64,
+    },
 }
 
 impl RecordError {
@@ -88,9 +95,10 @@ impl RecordError {
     #[must_use]
     pub fn parameter(&self) -> &'static str {
         match *self {
-            Self::Length { argument, .. } | Self::NotFinite { argument, .. } | Self::Constant { argument, .. } => {
-                argument
-            }
+            Self::Length { argument, .. }
+            | Self::NotFinite { argument, .. }
+            | Self::Constant { argument, .. }
+            | Self::SmallRange { argument, .. } => argument,
             Self::TimeOrder { .. } | Self::TimeStep { .. } => "times",
             Self::Skip { .. } => "skip",
             Self::LeftOut { .. } => "left_out",
@@ -108,9 +116,11 @@ impl fmt::Display for RecordError {
                 write!(f, "{argument}[{index}]: expected a finite number (at most 1e100 in magnitude), got {got:?}")
             }
             Self::TimeOrder { index, before, got } => {
+                // Stamps of few digits repeat, and tell no more of the interval than `dt` does.
+                let what = if before == got { "; where times are too coarse, leave them out and give dt" } else { "" };
                 write!(
                     f,
-                    "times[{index}]: expected a time after that of the sample before, {before:?} s, got {got:?} s"
+                    "times[{index}]: expected a time after that of the sample before, {before:?} s, got {got:?} s{what}"
                 )
             }
             Self::TimeStep { expected, got } => {
@@ -127,6 +137,12 @@ impl fmt::Display for RecordError {
             }
             Self::Constant { argument, value } => {
                 write!(f, "{argument}: expected fitted samples that vary, got {value:?} throughout")
+            }
+            Self::SmallRange { argument, got } => {
+                write!(
+                    f,
+                    "{argument}: expected fitted samples that vary by 1e-100 at least, got a range of {got:?}: take a smaller unit"
+                )
             }
         }
     }

@@ -75,7 +75,8 @@ pub enum FindingCode {
     /// counts as that. A model without the lag of its actuator may leave such peaks at fast reversals too.
     Outliers,
     /// The output stays at its highest or lowest value while the input goes on outwards, by more than three times what it
-    /// does while a coarse or slow sensor stays at other values: a flat that begins at a turn is hysteresis. Value: how far
+    /// does while a coarse or slow sensor stays at other values: a flat that begins at a turn is hysteresis. Or the record begins
+    /// there, and the input comes back by more than three times as much as any other stay shows. Value: how far
     /// the input moves meanwhile, over its range; limit 0.02, above what eight bits make of a turn.
     ClippedOutput,
     /// The recorded input stays at its highest or lowest value while the output moves on. Value: how far the output

@@ -6,6 +6,9 @@ use crate::error::{Error, RecordError};
 use crate::options::check_interval;
 use crate::signal::{bounds, usual_step};
 
+/// The least range of a signal: far below it squares are zero, and so is what tells one fit from another.
+const MIN_RANGE: f64 = 1e-100;
+
 /// A record of input and output, sample by sample, of which the first `skip` samples set the memory only.
 ///
 /// The record starts from the virgin state (every operator at rest at zero, projected by the first sample, as in
@@ -36,9 +39,10 @@ impl<'a> Record<'a> {
     ///
     /// # Errors
     /// [`RecordError::Length`] for unequal lengths, [`RecordError::Skip`] if nothing is left to fit,
-    /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100, and
+    /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100,
     /// [`RecordError::Constant`] if the fitted part of either signal is constant: it says nothing about weights, and
-    /// a constant output is no base for an error in per cent.
+    /// a constant output is no base for an error in per cent, and [`RecordError::SmallRange`] if it varies by less than
+    /// 1e-100.
     pub fn new(input: &'a [f64], output: &'a [f64], skip: usize) -> Result<Self, RecordError> {
         if output.len() != input.len() {
             return Err(RecordError::Length { argument: "output", expected: input.len(), got: output.len() });
@@ -48,10 +52,7 @@ impl<'a> Record<'a> {
         }
         for (argument, values) in [("input", input), ("output", output)] {
             check_finite(argument, values)?;
-            let (low, high) = bounds(&values[skip..]);
-            if low == high {
-                return Err(RecordError::Constant { argument, value: low });
-            }
+            check_varies(argument, bounds(&values[skip..]))?;
         }
         let (low, high) = bounds(&output[skip..]);
         let (input_bounds, output_range) = (bounds(input), high - low);
@@ -96,7 +97,7 @@ impl<'a> Record<'a> {
     ///
     /// # Errors
     /// [`RecordError::LeftOut`] unless they are strictly increasing, from `skip` on and of the record, and
-    /// [`RecordError::Constant`] if what is left of the output is constant or nothing.
+    /// [`RecordError::Constant`] or [`RecordError::SmallRange`] if what is left of the output is constant, hardly varies or is nothing.
     ///
     /// ```
     /// use hysteresis_identify::Record;
@@ -115,9 +116,7 @@ impl<'a> Record<'a> {
         }
         let record = Self { left_out: samples, ..self };
         let (low, high) = record.output_bounds();
-        if low >= high {
-            return Err(RecordError::Constant { argument: "output", value: low });
-        }
+        check_varies("output", (low, high))?;
         Ok(Self { output_range: high - low, ..record })
     }
 
@@ -209,4 +208,13 @@ pub(crate) fn check_finite(argument: &'static str, values: &[f64]) -> Result<(),
         Some(index) => Err(RecordError::NotFinite { argument, index, got: values[index] }),
         None => Ok(()),
     }
+}
+
+/// Checks that the fitted samples of a signal vary, by no less than the squares of residuals need to be numbers.
+pub(crate) fn check_varies(argument: &'static str, (low, high): (f64, f64)) -> Result<(), RecordError> {
+    if low >= high {
+        return Err(RecordError::Constant { argument, value: low });
+    }
+    let got = high - low;
+    if got < MIN_RANGE { Err(RecordError::SmallRange { argument, got }) } else { Ok(()) }
 }

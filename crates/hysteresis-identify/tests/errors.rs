@@ -39,6 +39,18 @@ fn records() {
     }
     let error = refused(&[0.0, 1.0, 1.0], &[0.0, 1.0, 2.0], 1);
     assert_eq!(error, RecordError::Constant { argument: "input", value: 1.0 });
+    // Squares of these are no numbers, or zero.
+    for small in [4e-101, 1e-300, 1e-320] {
+        let error = refused(&[0.0, small, -small], &[0.0, 1.0, 2.0], 1);
+        assert_eq!(error, RecordError::SmallRange { argument: "input", got: 2.0 * small });
+        let error = refused(&[0.0, 1.0, 2.0], &[0.0, small, 0.0], 0);
+        assert_eq!(error, RecordError::SmallRange { argument: "output", got: small });
+        assert_eq!(error.parameter(), "output");
+    }
+    let small = Record::new(&[0.0, 1.0, 2.0], &[0.0, 1.0, 1e-300], 0).unwrap().leaving_out(&[1]).unwrap_err();
+    let expected =
+        "output: expected fitted samples that vary by 1e-100 at least, got a range of 1e-300: take a smaller unit";
+    assert_eq!(small.to_string(), expected);
     let error = refused(&[0.0, 1.0, 2.0], &[0.0, 1.0, 1.0], 1);
     assert_eq!(error.in_record(3), Error::Record { record: 3, error });
     assert_eq!(

@@ -178,6 +178,15 @@ fn an_actuator_that_cannot_be_fitted_takes_nothing_from_the_others() {
     let codes: Vec<FindingCode> = turned.findings.iter().map(|found| found.code).collect();
     assert_eq!(codes, single.warnings.iter().map(|found| found.code).collect::<Vec<_>>());
     assert!(codes.contains(&FindingCode::WrongSign) && turned.verdict() == Verdict::Red);
+    let small = |signal: &[f64]| signal.iter().map(|number| 1e-300 * number).collect::<Vec<f64>>();
+    let mixed = all(&ManyRecords::shared(&input, &[good.clone(), small(&good)].concat(), 0).unwrap(), &options(), 1);
+    assert_eq!(mixed.actuators[0], alone.actuators[0]);
+    assert!(matches!(
+        mixed.actuators[1],
+        Err(Error::Record { record: 1, error: RecordError::SmallRange { argument: "output", .. } })
+    ));
+    let refused = ManyRecords::shared(&small(&input), &good, 0).unwrap_err();
+    assert!(matches!(refused, RecordError::SmallRange { argument: "input", .. }), "{refused}");
     // None left: no drive is needed to say so.
     let none = all(&ManyRecords::shared(&input, &vec![1.0; 2 * samples], 0).unwrap(), &Options::default(), 1);
     assert!(none.actuators.iter().all(Result::is_err));
@@ -234,8 +243,8 @@ fn errors_name_what_is_wrong() {
 #[test]
 fn an_actuator_whose_drive_is_next_to_nothing_is_refused_alone() {
     let input = drive(0.0);
-    let tiny: Vec<f64> = input.iter().map(|u| 1e-160 * u).collect();
-    let positions: Vec<f64> = (0..2).flat_map(|m| position(&input, m)).collect();
+    let tiny: Vec<f64> = input.iter().map(|u| 1e-98 * u).collect();
+    let positions: Vec<f64> = (0..2).flat_map(|m| position(&input, m)).map(|y| 1e5 * y).collect();
     let found = all(&ManyRecords::shared(&tiny, &positions, 0).unwrap(), &options(), 1);
     let error = run(&[Record::new(&tiny, &positions[..input.len()], 0).unwrap()], &options()).unwrap_err();
     assert_eq!(error.parameter(), Some("weights"));

@@ -105,6 +105,11 @@ fn times_are_looked_at_where_they_are_known() {
     let error = record.at_times(&twice).unwrap_err();
     assert_eq!(error, RecordError::TimeOrder { index: 7, before: times[6], got: times[6] });
     assert_eq!(error.parameter(), "times");
+    let hint = "where times are too coarse, leave them out and give dt";
+    assert!(error.to_string().ends_with(hint), "{error}");
+    twice[7] = twice[5];
+    let back = record.at_times(&twice).unwrap_err().to_string();
+    assert!(!back.contains(hint), "{back}");
 }
 
 #[test]

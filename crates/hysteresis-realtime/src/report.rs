@@ -57,7 +57,7 @@ pub struct Counts {
 pub struct Learning {
     /// Whether it learned at the end.
     pub phase: LearningPhase,
-    /// How often it had diverged, and stopped, since it was made or reset. One of the warnings says so too.
+    /// How often it had diverged, and stopped, since it was made or reset. One of the warnings says so where it has not begun anew.
     pub divergence_count: u64,
 }
 
@@ -66,11 +66,14 @@ impl Learning {
         Self { phase: repetitive.phase(), divergence_count: repetitive.divergence_count() }
     }
 
-    /// What is to be said of it, if it has stopped.
-    pub(crate) fn warning(self) -> Option<String> {
-        let why = "the error grew from period to period, the stage is too far from its model";
-        (self.divergence_count > 0 && self.phase != LearningPhase::Learning)
-            .then(|| format!("learning: it diverged and was stopped: {why}"))
+    /// What is to be said if learning has ended, and has not been told to begin anew. Before the run it had diverged `before` times.
+    pub(crate) fn warning(repetitive: &RepetitiveControl, before: u64) -> Option<String> {
+        let what = if repetitive.divergence_count() > before {
+            "it diverged and was stopped: the error grew from period to period, the stage is too far from its model"
+        } else {
+            "it had diverged before this run, and stays stopped until it is told to begin anew"
+        };
+        repetitive.has_ended().then(|| format!("learning: {what}"))
     }
 }
 

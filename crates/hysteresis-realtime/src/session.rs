@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
 use hysteresis_control::StageController;
+use hysteresis_control::learning::RepetitiveControl;
 
 use crate::clock::{Clock, RealClock};
 use crate::error::Error;
@@ -165,6 +166,7 @@ struct Asked {
 }
 
 fn run<I: Io, C: Clock>(mut made: Loop<I, C>, asked: Asked) -> Outcome<I> {
+    let divergences = made.controller.repetitive().map_or(0, RepetitiveControl::divergence_count);
     let end = made.run();
     let seconds = made.seconds();
     let mut lost_rows = made.close_ring();
@@ -184,8 +186,9 @@ fn run<I: Io, C: Clock>(mut made: Loop<I, C>, asked: Asked) -> Outcome<I> {
             format!("it was sent {sent} times, and {rest_refused} times the other side said that nobody listens");
         warnings.push(format!("io: the rest drive may have reached nobody: {said}"));
     }
-    let learning = made.controller.repetitive().map(Learning::of);
-    warnings.extend(learning.and_then(Learning::warning));
+    let learning = made.controller.repetitive();
+    warnings.extend(learning.and_then(|repetitive| Learning::warning(repetitive, divergences)));
+    let learning = learning.map(Learning::of);
     let (observed, controller) = (made.observed(), made.controller.controller());
     let report = Report {
         end,

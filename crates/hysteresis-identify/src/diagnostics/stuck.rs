@@ -27,20 +27,33 @@ impl Stays {
         const SHORTEST: usize = 3;
         /// A sensor at its end is there while the drive goes on by this share of its range at least, and not only turns.
         const GOES_ON: f64 = 0.005;
+        /// A stage that begins at rest stays there for so many lags and samples, too.
+        const LAGS: usize = 3;
+        const AT_REST: usize = 5;
         let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
         let ((low, high), ends) = (signal::bounds(input), <[f64; 2]>::from(signal::bounds(output)));
         let is_end = |stay: &Range<usize>| ends.contains(&output[stay.start]);
         let sign = signal::correlation(input, output).map_or(1.0, f64::signum);
+        let driven = |stay: &Range<usize>| &input[stay.start.saturating_sub(lag)..stay.end.saturating_sub(lag)];
         let goes_on = |stay: &Range<usize>| {
             let level = output[stay.start];
             let came_from = if is_end(stay) { ends[0] + ends[1] - level } else { output[stay.start.max(1) - 1] };
-            let driven = &input[stay.start.saturating_sub(lag)..stay.end.saturating_sub(lag)];
-            signal::goes_on(driven, sign * (level - came_from)) / (high - low)
+            signal::goes_on(driven(stay), sign * (level - came_from)) / (high - low)
         };
         let (mut at_the_ends, mut between): (Vec<_>, Vec<_>) =
             stays(output, input, high - low).into_iter().partition(|(_, stay)| is_end(stay));
         let least = usual(&between, |(_, stay)| goes_on(stay)).max(GOES_ON);
-        at_the_ends.retain(|(_, stay)| goes_on(stay) > least);
+        // A record that begins there shows the way back alone, which hysteresis has behind every turn.
+        let longest = at_the_ends.iter().chain(&between).filter(|(_, stay)| stay.start > 0);
+        let longest = longest.map(|(travel, _)| *travel).fold(least / UNUSUAL, f64::max);
+        let comes_back = |stay: &Range<usize>| {
+            let back: Vec<f64> = driven(stay).iter().rev().copied().collect();
+            signal::goes_on(&back, sign * (output[stay.start] - 0.5 * (ends[0] + ends[1]))) / (high - low)
+        };
+        let begins_there = |stay: &Range<usize>| {
+            stay.start == 0 && stay.len() > LAGS * lag + AT_REST && comes_back(stay) > UNUSUAL * longest
+        };
+        at_the_ends.retain(|(_, stay)| goes_on(stay) > least || begins_there(stay));
         let usual = usual(&between, |(travel, _)| *travel);
         between.retain(|(travel, stay)| *travel > usual && stay.len() >= SHORTEST);
         let in_record = |stays: Vec<(f64, Range<usize>)>| {
@@ -160,8 +173,11 @@ mod tests {
     }
 
     fn clipped(output: &[f64], lag: usize) -> Option<Finding> {
-        let drive = drive();
-        let record = Record::new(&drive, output, 0).unwrap();
+        clipped_of(&drive(), output, lag)
+    }
+
+    fn clipped_of(drive: &[f64], output: &[f64], lag: usize) -> Option<Finding> {
+        let record = Record::new(drive, output, 0).unwrap();
         Stays::of(&record, lag).clipped(&record).filter(|finding| finding.value > finding.limit)
     }
 
@@ -181,6 +197,27 @@ mod tests {
                     assert_eq!(clipped(&ends, lag).is_some(), is_told, "{sign} {lag} {low} {high}");
                 }
             }
+        }
+    }
+
+    /// A record that begins at its only such end is told, one that begins behind a turn of a backlash is not.
+    #[test]
+    fn a_record_that_begins_within_its_clip_is_told() {
+        let loops = |k: usize| (1.0 - as_f64(k) / 3200.0) * ((as_f64(k % 400) / 100.0 - 2.0).abs() - 1.0);
+        let drive: Vec<f64> = (0..1600).map(loops).collect();
+        let late = |samples: usize| [&vec![drive[0]; samples], &drive[..1600 - samples]].concat();
+        for sign in [1.0, -1.0] {
+            let told = |output: &[f64], end: f64, lag: usize| {
+                let signed: Vec<f64> = output.iter().map(|y| sign * y.min(end)).collect();
+                clipped_of(&drive, &signed, lag).filter(|finding| finding.value > finding.limit)
+            };
+            assert_eq!(told(&drive, 0.88, 0).map(|found| found.sample), Some(Some(0)));
+            assert!(told(&late(3), 0.88, 3).is_some());
+            // At rest, until it follows; and behind a turn.
+            assert_eq!(told(&late(20), 1.0, 12), None);
+            assert_eq!(told(&late(4), 1.0, 0), None);
+            assert_eq!(told(&backlash(&drive), 1.0, 0), None);
+            assert_eq!(told(&drive, 1.0, 0), None);
         }
     }
 

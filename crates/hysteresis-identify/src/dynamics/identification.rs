@@ -130,11 +130,14 @@ pub fn identify_dynamics(
     proceed: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<DynamicsIdentification, Error> {
     let hysteresis = hysteresis_output(model, record.input());
-    let cascade = Record::new(&hysteresis, record.output(), record.skip()).map_err(|error| match error {
-        RecordError::Constant { value, .. } => {
-            RecordError::Constant { argument: "output of the model", value }.in_record(0)
-        }
-        error => error.in_record(0),
+    let cascade = Record::new(&hysteresis, record.output(), record.skip()).map_err(|error| {
+        let argument = "output of the model";
+        let named = match error {
+            RecordError::Constant { value, .. } => RecordError::Constant { argument, value },
+            RecordError::SmallRange { got, .. } => RecordError::SmallRange { argument, got },
+            error => error,
+        };
+        named.in_record(0)
     })?;
     let mut progress = |_: &_| match proceed() {
         ControlFlow::Continue(()) => ControlFlow::Continue(()),

@@ -86,7 +86,7 @@ impl<'a> Problem<'a> {
     }
 
     /// One pass: the best weights at the point of a start, and the problem of a step from there. An error where no model can have the
-    /// weights of the start: those of a drive of 1e-160 are beyond 1e100.
+    /// weights of the start: those of a drive of 1e-98 may be beyond 1e100.
     pub(super) fn pass(&self, about: Start) -> Result<State, Error> {
         let normal = self.normal(&about)?;
         let guess = positive(&about.unknowns);

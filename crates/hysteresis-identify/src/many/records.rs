@@ -1,7 +1,7 @@
 //! The records of many actuators.
 
 use crate::error::{Error, RecordError};
-use crate::record::{Record, check_finite};
+use crate::record::{Record, check_finite, check_varies};
 use crate::signal::bounds;
 
 /// Records of many actuators, equally long: one drive for all of them, or one for each.
@@ -37,10 +37,7 @@ impl<'a> ManyRecords<'a> {
             return Err(RecordError::Skip { samples, got: skip });
         }
         check_finite("input", input)?;
-        let (low, high) = bounds(&input[skip..]);
-        if low == high {
-            return Err(RecordError::Constant { argument: "input", value: low });
-        }
+        check_varies("input", bounds(&input[skip..]))?;
         Self::whole(input, positions, samples, skip, true)
     }
 

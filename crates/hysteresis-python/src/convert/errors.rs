@@ -245,6 +245,7 @@ pub(crate) fn record(error: RecordError) -> RecordError {
             RecordError::NotFinite { argument: signal(argument), index, got }
         }
         RecordError::Constant { argument, value } => RecordError::Constant { argument: signal(argument), value },
+        RecordError::SmallRange { argument, got } => RecordError::SmallRange { argument: signal(argument), got },
         other => other,
     }
 }
