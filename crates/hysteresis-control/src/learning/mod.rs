@@ -44,5 +44,5 @@ pub use iterative::IterativeLearning;
 pub use options::{LearningOptions, RepetitiveOptions, Trial};
 pub use repetitive::{LearningPhase, RepetitiveControl};
 pub use state::{IterativeState, RepetitiveState, Supervision};
-pub use supervisor::{SupervisorState, Unlearned};
+pub use supervisor::SupervisorState;
 pub use uncertainty::LoopUncertainty;

@@ -28,11 +28,9 @@ const MAX_PERIOD: usize = 1 << 22;
 /// square in a window, a period or as many as make 64 samples, is compared with the best one, of four windows together. Above three
 /// times the best, each window whose error is larger than the one before counts once, by a half or more twice; a smaller one counts
 /// back. Five counts are divergence, and so is one such error that has grown by a half, beyond half the swing of the reference. What
-/// changes of the reference explain is no divergence. Sixteen windows with more than twice the error of those before learning began, less
-/// those with a smaller one, are divergence too, as long as the reference is the same; errors on their way down do not count. Noise or
-/// vibration that stays above three times the best error for long, or above twice the one without learning, may end it as well. Divergence
-/// is [counted](Self::divergence_count), nothing more is learned, and the correction fades out within one period. From then on it is zero,
-/// until [`restart`](Self::restart) or [`reset`](Self::reset).
+/// changes of the reference explain is no divergence. Noise or vibration that stays above three times the best error for long may come to
+/// five counts by chance. Divergence is [counted](Self::divergence_count), nothing more is learned, and the correction fades out
+/// within one period. From then on it is zero, until [`restart`](Self::restart) or [`reset`](Self::reset).
 ///
 /// [`step`](Self::step) does not allocate, lock, panic, log or read a clock, and costs 4 m + 5 multiplications.
 ///
@@ -173,10 +171,7 @@ impl RepetitiveControl {
         }
         self.sum += correction - self.corrections.before(self.period);
         self.corrections.push(correction);
-        let settle = u64::from(self.options.settle).saturating_mul(self.period as u64);
-        let settled = self.waited >= settle;
-        // What is learned acts one period later.
-        let acts = self.waited >= settle.saturating_add(self.period as u64);
+        let settled = self.waited >= u64::from(self.options.settle).saturating_mul(self.period as u64);
         self.waited = self.waited.saturating_add(1);
         let error = Some(error).filter(|error| is_admissible(*error));
         let learns = settled && self.fading == 0;
@@ -186,7 +181,7 @@ impl RepetitiveControl {
         self.references.push(reference.unwrap_or(before));
         if self.fading > 0 {
             self.fade();
-        } else if self.supervisor.diverges(error, reference, before, acts) {
+        } else if self.supervisor.diverges(error, reference, before) {
             self.divergences = self.divergences.saturating_add(1);
             self.stopped = true;
             self.fading = self.longest_fade();

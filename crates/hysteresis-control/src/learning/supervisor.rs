@@ -28,29 +28,6 @@ const EXPLAINED: f64 = 2.0;
 /// look: the stage is thrown about. That holds for references whose swing is more than doubtful errors.
 const OF_SWING: f64 = 0.5;
 
-/// An error above this many times the one without learning is worse than that.
-const WORSE: f64 = 2.0;
-
-/// So many windows with such an error, less those with a smaller one, are divergence too: it came to an end before it made the error much
-/// larger, as a drive at its limits does.
-const LONG: u32 = 16;
-
-/// One error in so many samples tells whether learning is worse.
-const FEW: usize = 10;
-
-/// An error below this share of the last ones together is on its way down, and says nothing of where it ends.
-const SHRINKS: f64 = 0.8;
-
-/// What the error was before anything that was learned could act.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Unlearned {
-    /// The root mean square of the error.
-    pub error: f64,
-    /// By how much the reference differs by now at most: the root mean squares of its changes from period to period, added up.
-    pub changed: f64,
-}
-
 /// What supervision of learning remembers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -77,19 +54,6 @@ pub struct SupervisorState {
     pub best: Option<f64>,
     /// What speaks for divergence.
     pub doubts: u32,
-    /// The error without learning; none before there is a window without, and in states of before it was looked at.
-    #[serde(default)]
-    pub unlearned: Option<Unlearned>,
-    /// For how many windows the error was worse than that, less those in which it was not.
-    #[serde(default)]
-    pub worse: u32,
-}
-
-impl SupervisorState {
-    /// The root mean square of the error in the last windows together.
-    fn together(&self) -> f64 {
-        (self.windows.iter().sum::<f64>() / as_f64(self.filled.max(1))).sqrt()
-    }
 }
 
 /// Tells divergence from errors and references alone: the loop that learning believes in takes no part.
@@ -97,22 +61,15 @@ impl SupervisorState {
 /// A reference that changes from one period to the next brings an error that nothing has learned yet, in this window and, as an echo of
 /// what was learned, in the next. So the best error may grow then, by what the change explains. It never grows beyond the swing of the
 /// reference.
-///
-/// Learning that made the error grow to what the drive can do, within a few periods, leaves it there, up and down, and may never be three
-/// times as bad as its best. So the error is compared with that of the windows before learning began, too, as long as the reference is the
-/// same: what the error would be with another one nobody knows.
 #[derive(Clone, Debug)]
 pub(super) struct Supervisor {
-    /// The samples of a window, and how many periods these are.
     window: usize,
-    periods: usize,
     state: SupervisorState,
 }
 
 impl Supervisor {
     pub(super) fn new(period: usize) -> Self {
-        let periods = WINDOW.div_ceil(period);
-        Self { window: period * periods, periods, state: SupervisorState::default() }
+        Self { window: period * WINDOW.div_ceil(period), state: SupervisorState::default() }
     }
 
     pub(super) fn state(&self) -> &SupervisorState {
@@ -129,8 +86,7 @@ impl Supervisor {
         check_terms("state.supervision.supervisor", 2, &[first_reference.unwrap_or_default(), state.deviations[0]])?;
         let best = state.best.unwrap_or_default();
         let others = [state.errors, state.changes, state.deviations[1], state.changed, state.swing, best];
-        let unlearned = state.unlearned.map_or([0.0; 2], |Unlearned { error, changed }| [error, changed]);
-        let sizes = [&others[..], &state.windows, &unlearned].concat();
+        let sizes = [&others[..], &state.windows].concat();
         check_terms("state.supervision.supervisor", sizes.len(), &sizes)?;
         match sizes.iter().position(|size| *size < 0.0) {
             None => Ok(()),
@@ -148,10 +104,10 @@ impl Supervisor {
         self.state = SupervisorState::default();
     }
 
-    /// Takes the error of a sample, its reference, that of one period before, and whether anything that was learned may act by then. True
-    /// if that was the end of a window that shows divergence.
+    /// Takes the error of a sample, its reference, and that of one period before. True if that was the end of a window that shows
+    /// divergence.
     #[inline]
-    pub(super) fn diverges(&mut self, error: Option<f64>, reference: Option<f64>, before: f64, acts: bool) -> bool {
+    pub(super) fn diverges(&mut self, error: Option<f64>, reference: Option<f64>, before: f64) -> bool {
         let state = &mut self.state;
         state.samples[0] += 1;
         if let Some(error) = error {
@@ -164,11 +120,11 @@ impl Supervisor {
             state.deviations[0] += deviation;
             state.deviations[1] += deviation * deviation;
         }
-        state.samples[0] >= self.window && self.judge(acts)
+        state.samples[0] >= self.window && self.judge()
     }
 
     /// At the end of a window.
-    fn judge(&mut self, acts: bool) -> bool {
+    fn judge(&mut self) -> bool {
         let state = &mut self.state;
         let [came, counted] = state.samples;
         let [sum, squares] = state.deviations.map(|sum| sum / as_f64(came));
@@ -178,31 +134,8 @@ impl Supervisor {
         let error = (state.errors / as_f64(counted.max(1))).sqrt();
         (state.samples, state.errors, state.changes) = ([0; 2], 0.0, 0.0);
         (state.first_reference, state.deviations) = (None, [0.0; 2]);
-        if let Some(unlearned) = &mut state.unlearned {
-            unlearned.changed += as_f64(self.periods) * changed;
-        }
-        // Of too few errors nothing follows; but a drive that is mostly at its limits, where nothing is learned, leaves few large ones.
-        let is_worse = acts && FEW * counted >= came && self.is_worse_for_long(error);
-        if 2 * counted < came {
-            return is_worse;
-        }
-        if !acts {
-            self.state.unlearned = Some(Unlearned { error, changed: 0.0 });
-        }
-        self.look_at(error, explained) || is_worse
-    }
-
-    /// Whether learning has been worse than none for long.
-    fn is_worse_for_long(&mut self, error: f64) -> bool {
-        let state = &mut self.state;
-        let same = state.unlearned.filter(|unlearned| EXPLAINED * unlearned.changed <= unlearned.error);
-        let level = same.map_or(f64::INFINITY, |unlearned| WORSE * unlearned.error);
-        if error <= level {
-            state.worse = state.worse.saturating_sub(1);
-        } else if error >= SHRINKS * state.together() {
-            state.worse = state.worse.saturating_add(1);
-        }
-        state.worse >= LONG
+        // Of too few errors nothing follows.
+        2 * counted >= came && self.look_at(error, explained)
     }
 
     fn look_at(&mut self, error: f64, explained: f64) -> bool {
@@ -224,7 +157,8 @@ impl Supervisor {
         state.windows.rotate_left(1);
         state.windows[TOGETHER - 1] = error * error;
         state.filled = TOGETHER.min(state.filled + 1);
-        state.best = Some(state.best.unwrap_or(f64::INFINITY).min(state.together()));
+        let together = state.windows.iter().sum::<f64>() / as_f64(state.filled);
+        state.best = Some(state.best.unwrap_or(f64::INFINITY).min(together.sqrt()));
         state.doubts >= ENOUGH
     }
 }

@@ -24,8 +24,7 @@ use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 /// of the error in a period, or in as many as make 64 samples. Above three times the best (four together) each that is larger than the
 /// one before counts once, by a half or more twice; a smaller one counts back. At five counts, or where such an error has grown by a half
 /// beyond half the swing of the reference, learning stops and fades out within one period. What changes of the reference explain does
-/// not count. It stops as well where the error stays for long above twice that of the periods before learning began, with the same
-/// reference: sixteen times more often than below. Noise or vibration that begins may end it too.
+/// not count. Noise or vibration that stays above three times the best error for long may come to five counts by chance.
 ///
 /// Parameters
 /// ----------
