@@ -140,6 +140,10 @@ REFUSED: dict[str, tuple[bytes, str]] = {
                           "line 3, column drive_v: .*expected no separators of thousands"),
     "thousands in whole numbers": (b"time_s;drive_v;pos_um\n0;900;1\n1;1,000;2\n2;1,100;3\n",
                                    "line 3, column drive_v: .*no separators of thousands"),
+    "thousands beside missing cells": (
+        b"time_s;drive_v;pos_um\n0;900;1\n1;1,000;2\n2;1,100;3\n3;nan;4\n4;-;5\n5;off;6\n",
+        "line 3, column drive_v: .*no separators of thousands",
+    ),
     "thousands everywhere": (b"time_s;drive_v;pos_um\n0;1,000.5;1\n1;2,000.5;2\n2;3,000.5;3\n",
                              "line 2, column drive_v: .*expected no separators of thousands"),
     "thousands, spaces": (COMMA.replace(";10,0;", ";1 234,5;").encode(),
@@ -237,24 +241,6 @@ def test_dates_are_seconds_since_the_first_row(tmp_path: Path, form: str) -> Non
     assert record.time_column == "Timestamp" and record.units["Timestamp"] == "s"
     np.testing.assert_allclose(record["Timestamp"], [0.0, 0.5, 1.0], rtol=0.0, atol=1e-9)
     assert mh.io.read(path, ["u"], time=False).time_column is None
-
-
-WAVEFORMS = "waveform\t[0]\t[1]\nt0\t22.11.2026 10:00:00,0\t22.11.2026 10:00:00,0\n"
-WAVEFORMS += "delta t\t0,5\t0,5\n\ntime\tY[0]\tY[1]\n"
-
-
-def test_a_preamble_may_have_rows_like_those_of_the_table(tmp_path: Path) -> None:
-    path = tmp_path / "record.txt"
-    rows = [f"22.11.2026 10:00:0{k // 2},{k % 2 * 5}\t{k},5\t{k}\n" for k in range(8)]
-    path.write_text(WAVEFORMS + "".join(rows), encoding="utf-8")
-    record = mh.io.read(path)
-    assert record.names == ("time", "Y[0]", "Y[1]") and record.sample_time == 0.5
-    np.testing.assert_array_equal(record["Y[0]"], np.arange(8) + 0.5)
-    # Words that are all the same are no header, but wrong cells.
-    rows[2] = "high\thigh\thigh\n"
-    path.write_text("time\tu\ty\n" + "".join(rows), encoding="utf-8")
-    with pytest.raises(mh.io.ReadError, match="line 4, column u: not a number: 'high'"):
-        mh.io.read(path, ["u"], time=False)
 
 
 def test_a_date_that_is_none_is_refused(tmp_path: Path) -> None:

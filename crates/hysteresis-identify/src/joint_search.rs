@@ -238,8 +238,13 @@ impl JointSearch<'_> {
         monitor.begin(Span { from: 0.8, to: 0.8 });
         let options = Options { dynamics: DynamicsModel::Order(Order::First), ..self.problem.options.clone() };
         let problem = JointProblem { options: &options, ..self.problem };
-        let found = problem.search(&self.plain.fit, &self.plain.space, monitor)?;
-        let (lag, error) = problem.settle_dead_time(found, monitor)?;
+        let found = problem.search(&self.plain.fit, &self.plain.space, monitor);
+        let (lag, error) = match found.and_then(|found| problem.settle_dead_time(found, monitor)) {
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            // A fit is at hand: this was another one to compare it with.
+            Err(_) => return Ok(None),
+            Ok(settled) => settled,
+        };
         let is_told = self.evidence(without, &lag) >= self.needed_evidence(&lag);
         Ok((is_told && is_inside(&lag)).then_some((lag, error)))
     }

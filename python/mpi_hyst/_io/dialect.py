@@ -34,7 +34,6 @@ _LIKE = re.compile(
 )
 # An exponent of double precision as Fortran writes it: 1.5D-03.
 _FORTRAN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
-_PREAMBLE = 5  # rows behind one of numbers that may still be above the header
 _UNIT_WORDS = {"", "-", "--", "raw", "bit", "k"}
 
 
@@ -198,18 +197,11 @@ class _Guess:
         return self.fits(first) and self._numbers(first) > 0
 
     def _first_whole_row(self) -> int:
-        """Return the line of the first row with a number in every numeric column.
-
-        A header soon behind it says that it was one of the preamble.
-        """
+        """Return the line of the first row with a number in every numeric column."""
         rows = [number for number, cells in self.rows.items() if self.fits(cells)]
         counts = {number: self._numbers(self.rows[number]) for number in rows}
         most = max(counts.values(), default=0)
-        whole = [place for place, number in enumerate(rows) if counts[number] == most]
-        soon = rows[whole[0] + 1 : whole[0] + 1 + _PREAMBLE]
-        heads = [number for number in soon if self._is_words(self.rows[number])]
-        later = rows.index(heads[-1]) if heads else -1
-        return rows[next((place for place in whole if place > later), whole[0])]
+        return next(number for number in rows if counts[number] == most)
 
     def _names(self, cells: Sequence[str]) -> bool:
         """Whether a row may be a header: of the width of the table, filled, and no numbers."""
@@ -217,12 +209,6 @@ class _Guess:
             return False
         filled = [cell for cell in cells[: self.width] if cell.lower() not in _MISSING]
         return bool(filled) and 2 * len(filled) >= self.width
-
-    def _is_words(self, cells: Sequence[str]) -> bool:
-        """Whether a row is a header of words: no numbers, and no two alike as in `overload`."""
-        words = cells[: self.width]
-        like = any(_LIKE.fullmatch(cell.lower()) for cell in words)
-        return self._names(cells) and not like and len(set(words)) == len(words)
 
     def _header(self) -> tuple[int, int | None] | None:
         """Return the lines of the header and of the units, if there are such."""
@@ -313,8 +299,12 @@ class _Guess:
 
 
 def _are_thousands(cells: Sequence[str]) -> bool:
-    below = [number(cell, ".") for cell in cells if not _THOUSANDS.fullmatch(cell)]
-    return bool(below) and all(one is not None and abs(one) < 1000.0 for one in below)
+    others = [cell for cell in cells if not _THOUSANDS.fullmatch(cell)]
+    if any("," in cell for cell in others):
+        return False
+    values = [number(cell, ".") for cell in others]
+    below = [abs(value) for value in values if value is not None and math.isfinite(value)]
+    return bool(below) and max(below) < 1000.0
 
 
 def are_units(cells: Sequence[str]) -> bool:

@@ -57,7 +57,7 @@ def encoding(start: bytes) -> str:
 
 
 def _is_latin(characters: bytes) -> bool:
-    """Whether all are printable, the signs of units included: µ, °, Å."""
+    """Whether all are printable, the signs of units in Latin-1 included: µ, °, Å."""
     printable = (one in b"\t\r\n" or 32 <= one < 127 or one >= 160 for one in characters)
     return bool(characters) and all(printable)
 

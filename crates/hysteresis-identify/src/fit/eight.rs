@@ -8,13 +8,14 @@ pub(crate) const LANES: usize = 8;
 /// Eight numbers in memory.
 pub(crate) type Lanes = [f64; LANES];
 
-/// A loop over eights.
+/// A loop for any vectors. It is a trait, as a closure cannot be generic.
 pub(crate) trait SimdLoop {
     type Output;
+    /// To be inlined always: else it is compiled for the instructions that every processor has.
     fn run<S: Simd>(self, simd: S) -> Self::Output;
 }
 
-/// Runs a loop that is compiled for the instructions of the processor. (A closure would not be.)
+/// Runs a loop that is compiled for the instructions of the processor.
 pub(crate) fn dispatch<L: SimdLoop>(work: L) -> L::Output {
     fearless_simd::dispatch!(Level::new(), simd => work.run(simd))
 }

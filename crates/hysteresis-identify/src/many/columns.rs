@@ -1,6 +1,6 @@
 //! The outputs of all operators of one point and the rows that are made of them, with the widest instructions that the processor has.
 //!
-//! Sums and products are those of the plain loop, element by element, so the processor changes no bit.
+//! Sums and products are those of the plain loop, element by element, so the processor changes no bit but the sign of zero.
 
 use fearless_simd::Simd;
 

@@ -1,4 +1,4 @@
-//! Several numbers at once, by the widest instructions that the processor has: eight with AVX-512 (Ice Lake, Zen 4 and later), four with
+//! Several numbers at once, by the widest instructions that the processor has: eight with AVX-512 as of Ice Lake and Zen 4, four with
 //! x86-64-v3 or any other.
 //!
 //! Every way does the same with the same numbers in the same order, and rounds wherever the others do: no bit depends on the processor.
@@ -124,10 +124,14 @@ impl Processor {
     /// The widest ones that this one has.
     pub(crate) fn here() -> Self {
         #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-        match Level::new() {
-            Level::Avx512(avx512) => return Self::Avx512(avx512),
-            Level::Avx2(avx2) => return Self::Avx2(avx2),
-            _ => {}
+        {
+            let level = Level::new();
+            if let Some(avx512) = level.as_avx512() {
+                return Self::Avx512(avx512);
+            }
+            if let Some(avx2) = level.as_avx2() {
+                return Self::Avx2(avx2);
+            }
         }
         Self::Portable
     }
