@@ -143,6 +143,15 @@ def test_a_time_that_tells_none_is_left_out(there: Path, stamp: str, said: str) 
     assert run(*suggested(shown), "--operators", "4").exit_code == 0
 
 
+@pytest.mark.parametrize("name", ["time_s", "time"])
+def test_a_time_that_goes_back_is_two_records(there: Path, name: str) -> None:
+    times = np.where(SECONDS < 1.0, SECONDS, SECONDS - 1.0)
+    table(there / "twice.csv", f"{name},drive_v,pos_um", [times, DRIVE, POSITION])
+    shown = run("look", "twice.csv").stdout
+    assert "the time does not increase everywhere: cut the file there" in shown
+    assert "no time column" not in shown
+
+
 def test_stamps_of_whole_seconds_are_in_seconds(there: Path) -> None:
     path = table(there / "slow.csv", "time,drive_v,pos_um", [SECONDS, DRIVE, POSITION])
     header, *rows = path.read_text("utf-8").splitlines()

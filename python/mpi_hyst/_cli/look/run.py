@@ -244,17 +244,25 @@ def _useless_time(record: Record) -> str:
     return f"does not increase at row {steps.argmin() + 1}" if stands else ""
 
 
+def _goes_back(record: Record) -> bool:
+    """Whether the column that `identify` takes as the time does, though nothing else says time."""
+    name = record.default_time
+    if name is None or name in record.wrong or "time" in record.guesses:
+        return False
+    return bool((np.diff(record.columns[name]) < 0.0).any())
+
+
 def _hints(record: Record) -> list[str]:
     hints = [_hint_about(record, name, wrong) for name, wrong in record.wrong.items()]
     sampling, useless = record.sampling, _useless_time(record)
     rate = "add --rate HZ to fit dead time, dynamics or creep"
     if useless:
         hints.append(f"{record.default_time} {useless}: --time none leaves it out; {rate}")
+    elif _goes_back(record) or not (sampling is None or sampling.increases):
+        hints.append("the time does not increase everywhere: cut the file there")
     elif sampling is None:
         # Of a time with cells that are refused it is said already what is wrong.
         hints += [] if record.default_time in record.wrong else [f"no time column: {rate}"]
-    elif not sampling.increases:
-        hints.append("the time does not increase everywhere: cut the file there")
     elif sampling.unit_is_doubtful:
         hints.append(_doubt(record, sampling))
     elif sampling.uneven:
