@@ -40,7 +40,8 @@ class TextTable:
         self._number = self._dialect.first
         self._whole_rows = 0
         self.names: Sequence[str] = self._dialect.names
-        self._stamped = _stamped(self._dialect, sample)
+        first = _rows_of(self._dialect, sample)
+        self._stamped = _stamped(self._dialect, first[:_FIRST_ROWS])
         self.numeric: Sequence[int] = sorted({*self._dialect.numeric, *self._stamped})
         units = zip(self.names, self._dialect.units, strict=False)
         # Whatever their name or a row of units says: stamps become seconds.
@@ -49,7 +50,7 @@ class TextTable:
             **{self.names[index]: "s" for index in self._stamped},
         }
         self.other: Mapping[str, str] = {
-            name: f"no numbers in most rows{_why(self._dialect, sample, index)}"
+            name: f"no numbers in most rows{_why(self._dialect, first, index)}"
             for index, name in enumerate(self.names)
             if index not in self.numeric
         }
@@ -120,9 +121,8 @@ class TextTable:
                 yield dialects.prepared(line, delimiter)
 
 
-def _stamped(dialect: dialects.Dialect, sample: Sequence[str]) -> set[int]:
+def _stamped(dialect: dialects.Dialect, rows: Sequence[Sequence[str]]) -> set[int]:
     """Return the columns of dates or times of the day."""
-    rows = _rows_of(dialect, sample)[:_FIRST_ROWS]
     columns = [index for index in range(len(dialect.names)) if index not in dialect.numeric]
     return {
         index
@@ -138,9 +138,9 @@ def _rows_of(dialect: dialects.Dialect, sample: Sequence[str]) -> list[list[str]
     ]
 
 
-def _why(dialect: dialects.Dialect, sample: Sequence[str], index: int) -> str:
+def _why(dialect: dialects.Dialect, rows: Sequence[Sequence[str]], index: int) -> str:
     """Return what is expected in place of the first cell that could be a number, if one could."""
-    cells = [row[index] for row in _rows_of(dialect, sample) if index < len(row)]
+    cells = [row[index] for row in rows if index < len(row)]
     reasons = (dialects.why_no_number(cell, dialect.decimal) for cell in cells)
     return next((f": {reason}" for reason in reasons if "(expected" in reason), "")
 
