@@ -1,4 +1,4 @@
-//! Links only if the hot path cannot panic: see Cargo.toml. Run, it takes every path once.
+//! Links only if the hot path cannot panic: see Cargo.toml. Run, it calls each function once.
 
 mod control;
 mod embedded;
