@@ -27,7 +27,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-quick bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python bench-many capi fmu wheel wheel-try wheel-audit sdist-try lowest crates semver workflow licences realtime firmware header soak \
+	bench-check bench-reference bench-brief bench-python bench-identify bench-many capi fmu wheel wheel-try wheel-audit sdist-try lowest crates semver workflow licences realtime firmware header soak \
 	fuzz mutants audit sbom kill-saves full-disk picture stub docs linkcheck linkcheck-web format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
@@ -175,6 +175,9 @@ bench-python: $(PACKAGE) $(BENCHES) ## time of the Python faces beside numba and
 	$(BIN)/python -m pytest benches/python --benchmark-group-by=group --benchmark-json=$(TIMES) \
 		--benchmark-columns=min,median,max,rounds --benchmark-sort=name
 	$(BIN)/python benches/python/ratios.py $(TIMES)
+
+bench-identify: $(PACKAGE) ## time of identifying one record of 12 000 and of a million samples
+	$(BIN)/python benches/python/identify.py $(IDENTIFY)
 
 bench-many: $(PACKAGE) ## time and accuracy of identifying 4096 actuators at once, beside single fits
 	$(BIN)/python benches/python/many.py $(MANY)
