@@ -109,9 +109,12 @@ impl FindingCode {
             Self::ClippedOutput => {
                 ("clipped_output", From(0.1), "drive less far, or widen the range of the sensor or its converter")
             }
-            Self::ClippedInput => {
-                ("clipped_input", From(0.2), "record the drive that was sent, or widen the range of the monitor")
-            }
+            Self::ClippedInput => (
+                "clipped_input",
+                From(0.2),
+                "record the drive that was sent, or widen the range of the monitor; behind an amplifier at its slew limit, record its output \
+                 or drive ramps that it follows",
+            ),
             Self::TooFewSamples => ("too_few_samples", Below(3.0), "record longer, or fit fewer operators"),
             Self::Extrapolation => {
                 ("extrapolation", From(0.1), "identify from records that reach these drives, or drive less far")
