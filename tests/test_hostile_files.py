@@ -11,6 +11,7 @@ from pathlib import Path
 import mpi_hyst as mh
 import numpy as np
 import pytest
+from click.testing import Result
 from commands import (
     HEADER,
     actuator,
@@ -192,15 +193,25 @@ def test_a_closed_terminal_does_not_lose_the_model(there: Path) -> None:
     assert operators(there / "out.json") == 4
 
 
-def test_tiny_numbers_have_a_report(there: Path) -> None:
-    rows = [[t, 1e-312 * float(str(u)), 1e-312 * float(str(y))] for t, u, y in record_rows()]
+def identify_times(there: Path, scale: float) -> Result:
+    rows = [[t, scale * float(str(u)), scale * float(str(y))] for t, u, y in record_rows()]
     write_csv(there / "tiny.csv", HEADER, rows)
-    result = run(
+    return run(
         *("identify", "tiny.csv", "--input", "drive_v", "--output", "position_um"),
         *("--operators", "4", "-o", "found.json", "--report", "page.html"),
     )
+
+
+def test_tiny_numbers_have_a_report(there: Path) -> None:
+    result = identify_times(there, 1e-98)
     assert result.exit_code == 0, result.output
     parsed(there / "page.html")
+
+
+def test_numbers_without_digits_are_refused(there: Path) -> None:
+    before = {*names_in(there), "tiny.csv"}
+    said = "column drive_v: expected fitted samples that vary by 1e-100 at least"
+    assert_refused(identify_times(there, 1e-312), there, before, said)
 
 
 def test_io_reads_every_column_of_numbers(tmp_path: Path) -> None:
