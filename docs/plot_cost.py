@@ -43,9 +43,10 @@ def main() -> None:
             }
             for what in styles
         }
-        heights = apart({what: cost[max(cost)] for what, cost in costs.items() if what != "bank"})
-        # Its line ends sooner: there, the name has room below.
-        heights["bank"] = 0.6 * costs["bank"][max(costs["bank"])]
+        last = max(max(cost) for cost in costs.values())
+        heights = apart({what: cost[last] for what, cost in costs.items() if last in cost})
+        # Where a line ends sooner, its name has room below.
+        heights |= {what: 0.6 * cost[max(cost)] for what, cost in costs.items() if last not in cost}
         for what, (colour, label) in styles.items():
             operators = sorted(costs[what])
             times = [costs[what][n] for n in operators]
