@@ -88,9 +88,26 @@ impl RecordError {
     pub fn in_record(self, record: usize) -> Error {
         Error::Record { record, error: self }
     }
-}
 
-impl RecordError {
+    /// The same error about a signal that is called otherwise where it came from.
+    ///
+    /// ```
+    /// use hysteresis_identify::Record;
+    /// let error = Record::new(&[0.0, 0.0], &[0.0, 1.0], 0).unwrap_err();
+    /// assert_eq!(error.renamed(|_| "u").to_string(), "u: expected fitted samples that vary, got 0.0 throughout");
+    /// ```
+    #[must_use]
+    pub fn renamed(mut self, name: impl FnOnce(&'static str) -> &'static str) -> Self {
+        if let Self::Length { argument, .. }
+        | Self::NotFinite { argument, .. }
+        | Self::Constant { argument, .. }
+        | Self::SmallRange { argument, .. } = &mut self
+        {
+            *argument = name(argument);
+        }
+        self
+    }
+
     /// The name of the argument that is wrong.
     #[must_use]
     pub fn parameter(&self) -> &'static str {

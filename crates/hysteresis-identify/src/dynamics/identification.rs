@@ -131,10 +131,8 @@ pub fn identify_dynamics(
 ) -> Result<DynamicsIdentification, Error> {
     let hysteresis = hysteresis_output(model, record.input());
     let cascade = Record::new(&hysteresis, record.output(), record.skip()).map_err(|error| {
-        let argument = "output of the model";
         let named = match error {
-            RecordError::Constant { value, .. } => RecordError::Constant { argument, value },
-            RecordError::SmallRange { got, .. } => RecordError::SmallRange { argument, got },
+            RecordError::Constant { .. } | RecordError::SmallRange { .. } => error.renamed(|_| "output of the model"),
             error => error,
         };
         named.in_record(0)

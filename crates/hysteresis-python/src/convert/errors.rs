@@ -237,17 +237,7 @@ fn signal(argument: &'static str) -> &'static str {
 
 /// An error about the signals `u` and `y`, by these names.
 pub(crate) fn record(error: RecordError) -> RecordError {
-    match error {
-        RecordError::Length { argument, expected, got } => {
-            RecordError::Length { argument: signal(argument), expected, got }
-        }
-        RecordError::NotFinite { argument, index, got } => {
-            RecordError::NotFinite { argument: signal(argument), index, got }
-        }
-        RecordError::Constant { argument, value } => RecordError::Constant { argument: signal(argument), value },
-        RecordError::SmallRange { argument, got } => RecordError::SmallRange { argument: signal(argument), got },
-        other => other,
-    }
+    error.renamed(signal)
 }
 
 /// An error about records whose signals are called `u` and `y`.
