@@ -307,6 +307,14 @@ proptest! {
         }
     }
 
+    /// Why an inverse compares its input with the reach alone, before it adds the offset.
+    #[test]
+    fn no_input_within_a_reach_is_beyond_its_limit(limit in number(), offset in number(), ulps in 1..4_u64) {
+        let (reach, near) = (limit - offset, |x: f64| (0..ulps).fold(x, |x, _| x.next_down()));
+        prop_assert!(near(reach) + offset <= limit);
+        prop_assert!(-near(-reach) + offset >= limit);
+    }
+
     #[test]
     fn array_equals_independent_streams(
         models in vec(prop_oneof![3 => invertible_model(8), 1 => unnested_model()], 1..5),
@@ -320,6 +328,33 @@ proptest! {
         let singles: Vec<Inverse> = compiled.iter().map(|k| Inverse::new(k, limits).unwrap()).collect();
         assert_alike(StreamArray::inverse(&compiled, limits).unwrap(), singles, &samples, probe)?;
         assert_alike(StreamArray::forward(&compiled), compiled.iter().map(Forward::new).collect(), &samples, probe)?;
+    }
+}
+
+/// Numbers of any magnitude, many of them alike.
+fn number() -> impl Strategy<Value = f64> {
+    (-1e3..1e3_f64, prop_oneof![4 => -3..3_i32, 1 => -300..98_i32])
+        .prop_map(|(digits, power)| digits * 10_f64.powi(power))
+}
+
+/// Where the output is near zero, its targets are finer than drives: by rounding many are at the very limit, or beyond.
+#[test]
+fn run_equals_step_where_targets_round_to_a_limit() {
+    for (k, side) in (1..=100).flat_map(|k| [(f64::from(k), 1.0), (f64::from(k), -1.0)]) {
+        let (offset, near) = (-0.37 * side * k, 0.1 * side * k);
+        let reach = side * (near - offset);
+        let far = offset - 10.0 * side * reach;
+        // From the far limit on, the output is 2 x - 2 reach: zero at the near one.
+        let offsets = Offsets { input: offset, output: 0.0 };
+        let model = PrandtlIshlinskii::new(&[1.0, 1.0], &[0.0, 2.0 * reach], offsets).unwrap();
+        let mut inverse = model.inverse(Some((near.min(far), near.max(far)))).unwrap();
+        inverse.step(-100.0 * side * reach);
+        inverse.step(-side * reach);
+        let targets: Vec<f64> = (1..=64).map(|i| 1e-17 * side * reach * f64::from(i - 64)).collect();
+        let mut block = [0.0; 64];
+        inverse.clone().run(&targets, &mut block).unwrap();
+        assert_eq!(run(&mut inverse, &targets), block, "{k} {side}");
+        assert!(block.iter().all(|drive| side * drive <= side * near), "{k} {side}");
     }
 }
 

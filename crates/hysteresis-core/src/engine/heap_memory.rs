@@ -136,6 +136,19 @@ impl Memory<f64> for HeapMemory {
     }
 
     #[inline(always)]
+    fn move_on(&mut self, from: f64, to: f64, step_back: bool) -> (Piece, Option<f64>) {
+        match self {
+            Self::TurningPoints(engine) => engine.move_on(from, to, step_back),
+            Self::Bank(bank) => bank.move_on(from, to),
+        }
+    }
+
+    #[inline(always)]
+    fn may_jump(&self) -> bool {
+        self.method() == Method::Bank
+    }
+
+    #[inline(always)]
     fn leap(&mut self, to: f64) -> Option<f64> {
         match self {
             Self::TurningPoints(_) => None,
@@ -191,9 +204,7 @@ impl Memory<f64> for HeapMemory {
     fn forward_piece(&self, input: f64) -> Piece {
         match self {
             Self::TurningPoints(engine) => engine.forward_piece(input),
-            Self::Bank(bank) => {
-                bank.ahead().unwrap_or_else(|| Piece::point(Direction::Rising, input, bank.now().output))
-            }
+            Self::Bank(bank) => bank.forward_piece(input),
         }
     }
 

@@ -13,6 +13,19 @@ pub(crate) trait Memory<T: Real> {
     /// Moves the input from `from` to `to`.
     fn move_input(&mut self, from: T, to: T);
 
+    /// [`move_input`](Self::move_input); the piece over the input there, and [`back_after`](Self::back_after) that move.
+    #[inline(always)]
+    fn move_on(&mut self, from: T, to: T, step_back: bool) -> (Piece<T>, Option<T>) {
+        self.move_input(from, to);
+        (self.forward_piece(to), self.back_after(step_back))
+    }
+
+    /// Whether there may be moves after which no line is drawn.
+    #[inline(always)]
+    fn may_jump(&self) -> bool {
+        false
+    }
+
     /// Moves the input if no line is drawn after that move: the output there.
     #[inline(always)]
     fn jump(&mut self, _from: T, _to: T) -> Option<T> {

@@ -6,7 +6,7 @@ use super::walk::Walk;
 use super::walk::behind;
 #[cfg(feature = "alloc")]
 use crate::engine::{HeapMemory, Method};
-use crate::engine::{Memory, Point};
+use crate::engine::{Memory, Piece, Point};
 #[cfg(feature = "alloc")]
 use crate::error::{Error, check_length};
 use crate::real::Real;
@@ -47,18 +47,35 @@ impl<T: Real, M: Memory<T>> ForwardCore<T, M> {
     }
 
     /// The segment at the input to which the memory has come.
-    #[inline]
     pub(super) fn enter_segment(&mut self, x: T) {
-        self.draw_segment(x, true);
+        self.draw_segment(x, self.memory.forward_piece(x), self.memory.back());
     }
 
-    /// The same after a move that was a step back or not.
+    /// The segment of a piece that may hold behind the input too.
     #[inline(always)]
-    fn draw_segment(&mut self, x: T, step_back: bool) {
-        self.segment = Segment::new(self.memory.forward_piece(x), x, self.origin.input);
-        if let Some(back) = self.memory.back_after(step_back) {
+    fn draw_segment(&mut self, x: T, piece: Piece<T>, back: Option<T>) {
+        self.segment = Segment::new(piece, x, self.origin.input);
+        if let Some(back) = back {
             self.segment.open(back, self.origin.input);
         }
+    }
+
+    /// Moves to an input that is not on the segment: the output there.
+    #[inline(never)]
+    fn move_on(&mut self, x: T) -> T {
+        let step_back = self.segment.lies_behind(x);
+        let (piece, back) = self.memory.move_on(self.segment.input(), x, step_back);
+        self.draw_segment(x, piece, back);
+        self.segment.output()
+    }
+
+    /// [`move_on`](Self::move_on) of a memory that may jump.
+    #[inline(never)]
+    fn jump(&mut self, x: T) -> T {
+        let jump = self.memory.leap(x);
+        let Some(y) = jump.or_else(|| self.memory.jump(self.segment.input(), x)) else { return self.move_on(x) };
+        self.segment = Segment::point(x, y);
+        y
     }
 
     /// The last input and output, relative to the offsets.
@@ -129,22 +146,11 @@ impl<T: Real, M: Memory<T>> Walk<T> for ForwardCore<T, M> {
     #[cold]
     #[inline(never)]
     fn leave_segment(&mut self, input: T, x: T) -> T {
-        if input.is_admissible() {
-            if let Some(y) = self.memory.leap(x) {
-                self.segment = Segment::point(x, y);
-                return y;
-            }
-            let last = self.segment.input();
-            if let Some(y) = self.memory.jump(last, x) {
-                self.segment = Segment::point(x, y);
-                return y;
-            }
-            let step_back = self.segment.lies_behind(x);
-            self.memory.move_input(last, x);
-            self.draw_segment(x, step_back);
-        } else {
+        if !input.is_admissible() {
             self.rejected = self.rejected.saturating_add(1);
+            return self.segment.output();
         }
-        self.segment.output()
+        // Each way keeps its own registers, and neither waits for what the other needs.
+        if self.memory.may_jump() { self.jump(x) } else { self.move_on(x) }
     }
 }

@@ -70,7 +70,7 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
     /// The segment ahead of a place of the memory. Where the line misses the place, by rounding at a kink or at a limit, the
     /// segment is a point, so that the next sample starts from exactly there; and where the target was out of reach, so that the
     /// next one decides anew.
-    #[inline]
+    #[inline(always)]
     fn draw_segment(&mut self, input: T, output: T) {
         let piece = self.memory.inverse_piece(input, output, self.reach);
         self.segment = Segment::new(piece, output, self.origin.output);
@@ -95,6 +95,15 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
         self.segment = Segment::new(Piece::point(direction, output, input), output, self.origin.output);
     }
 
+    /// Stays where it is, to be found there exactly: a search would come back to within a rounding.
+    #[cold]
+    #[inline(never)]
+    fn stay(&mut self) {
+        self.saturated = false;
+        let here = self.known();
+        self.enter_segment(here.input, here.output);
+    }
+
     /// Where the memory is: its input, the drive, and its output, the target.
     #[inline]
     pub(super) fn known(&self) -> Point<T> {
@@ -107,15 +116,17 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
     }
 
     /// The input that the memory has come to, as a drive: at a limit of the reach the very limit, never beyond.
+    ///
+    /// Nor is an input within the reach beyond a limit, however sums are rounded: the reach is the number nearest to what brings the
+    /// sum to the limit, so the next number within it brings the sum there at most.
     #[inline]
     fn drive(&self, x: T) -> T {
-        let drive = x + self.origin.input;
-        if x >= self.reach.1 || drive >= self.limits.1 {
+        if x >= self.reach.1 {
             self.limits.1
-        } else if x <= self.reach.0 || drive <= self.limits.0 {
+        } else if x <= self.reach.0 {
             self.limits.0
         } else {
-            drive
+            x + self.origin.input
         }
     }
 
@@ -221,25 +232,21 @@ impl<T: Real, M: Memory<T>> Walk<T> for InverseCore<T, M> {
 
     /// As vectors where no limit is near.
     #[inline(always)]
-    #[expect(clippy::needless_bitwise_bool, reason = "vectors have no branches")]
     fn finished_block(&self, inputs: [T; BLOCK]) -> [T; BLOCK] {
-        let drives = inputs.map(|x| x + self.origin.input);
-        let mut inside = true;
-        for (x, drive) in inputs.iter().zip(&drives) {
-            inside &= (*x > self.reach.0) & (*x < self.reach.1);
-            inside &= (*drive > self.limits.0) & (*drive < self.limits.1);
+        let least = one_of(inputs, |a, b| if a < b { a } else { b });
+        let most = one_of(inputs, |a, b| if a > b { a } else { b });
+        if least > self.reach.0 && most < self.reach.1 {
+            inputs.map(|x| x + self.origin.input)
+        } else {
+            inputs.map(|x| self.drive(x))
         }
-        if inside { drives } else { inputs.map(|x| self.drive(x)) }
     }
 
     #[cold]
     #[inline(never)]
     fn leave_segment(&mut self, target: T, y: T) -> T {
         if self.is_at(y) {
-            // Where it is already, and to be found there exactly: a search would come back to within a rounding.
-            self.saturated = false;
-            let here = self.known();
-            self.enter_segment(here.input, here.output);
+            self.stay();
         } else if target.is_admissible() {
             let step_back = self.segment.lies_behind(y);
             let reached = self.memory.move_output(self.segment.direction_to(y), self.known(), y, self.reach);
@@ -251,4 +258,13 @@ impl<T: Real, M: Memory<T>> Walk<T> for InverseCore<T, M> {
         }
         self.segment.output()
     }
+}
+
+/// The one of a block that is chosen from any two, by halves, as vectors are compared.
+#[inline(always)]
+fn one_of<T: Real>(block: [T; BLOCK], chosen: impl Fn(T, T) -> T) -> T {
+    let [a, b, c, d, e, f, g, h] = block;
+    let [a, b, c, d] = [chosen(a, e), chosen(b, f), chosen(c, g), chosen(d, h)];
+    let [a, b] = [chosen(a, c), chosen(b, d)];
+    chosen(a, b)
 }

@@ -81,7 +81,8 @@ pub(crate) trait Walk<T: Real> {
             segment.move_to(self.relative(block[BLOCK - 1]));
             on_line += 1;
         }
-        for (output, block) in outputs.as_chunks_mut::<BLOCK>().0.iter_mut().zip(blocks.iter().take(on_line)) {
+        let blocks = blocks.get(..on_line).unwrap_or_default();
+        for (output, block) in outputs.as_chunks_mut::<BLOCK>().0.iter_mut().zip(blocks) {
             *output = self.finished_block(block.map(|sample| segment.at(self.relative(sample))));
         }
         *self.segment() = segment;

@@ -21,6 +21,13 @@ impl Bank {
         }
     }
 
+    /// [`move_input`](Self::move_input); the piece there and where it ends behind the bank.
+    #[inline(never)]
+    pub(crate) fn move_on(&mut self, from: f64, to: f64) -> (Piece, Option<f64>) {
+        self.move_input(from, to);
+        (self.forward_piece(to), self.back())
+    }
+
     /// [`move_input`](Self::move_input) if no line is drawn after that: the output there.
     #[inline(never)]
     pub(crate) fn jump(&mut self, from: f64, to: f64) -> Option<f64> {
@@ -101,6 +108,11 @@ impl Bank {
     #[inline]
     pub(crate) fn ahead(&self) -> Option<Piece> {
         self.prospect.line()
+    }
+
+    /// The same, or a point where there is none, the input being `input`.
+    pub(crate) fn forward_piece(&self, input: f64) -> Piece {
+        self.ahead().unwrap_or_else(|| Piece::point(Direction::Rising, input, self.now.output))
     }
 
     /// Where the line ends behind the bank, if it holds on both sides.
