@@ -139,8 +139,6 @@ def test_models_are_kept_once_and_in_order() -> None:
     assert mirror.models[0] is mirror.models[2]  # two equal models, one kernel
     assert repr(mirror) == "<ActuatorArray of 5 actuators, 4 models>"
     assert repr(mh.ActuatorArray(MODELS[:1] * 2)) == "<ActuatorArray of 2 actuators, 1 model>"
-    assert repr(mirror.forward()) == "<ForwardArray of 5 actuators>"
-    assert repr(mirror.inverse()) == "<InverseArray of 5 actuators>"
 
 
 def test_arrays_of_equal_models_are_equal() -> None:

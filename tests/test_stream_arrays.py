@@ -1,17 +1,21 @@
-"""Samples of arrays of actuators: what is read in place, converted, refused, written."""
+"""Streams of arrays of actuators: samples in and out, and the method of each actuator."""
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 import tracemalloc
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, Literal
 
 import mpi_hyst as mh
 import numpy as np
 import pytest
-from actuators import MAKERS, MODELS, M, Make, StreamArray, samples
-from support import Array, bits
+from actuators import LIMITS, MAKERS, MODELS, M, Make, StreamArray, samples
+from support import AnyModel, Array, bits
+
+Method = Literal["turning_points", "bank"]
 
 
 @pytest.fixture(params=MAKERS)
@@ -219,3 +223,107 @@ def test_threads_are_a_whole_number_of_at_least_one(make: Make, threads: Any) ->
     expected = f"threads: expected a whole number of at least one, got {threads!r}"
     assert str(caught.value) == expected
     assert stream.state == before
+
+
+# ---- method
+
+METHODS: list[Method] = ["turning_points", "bank"]
+NESTED = [*MODELS[:3], MODELS[4]]  # those that have a choice
+
+
+def by(method: Method | None, forward: bool, models: list[AnyModel]) -> StreamArray:
+    array = mh.ActuatorArray(models)
+    return array.forward(method=method) if forward else array.inverse(LIMITS, method=method)
+
+
+@pytest.mark.parametrize("forward", [True, False])
+@pytest.mark.parametrize("method", METHODS)
+def test_a_method_is_that_of_every_single_stream(method: Method, forward: bool) -> None:
+    models = MODELS if method == "bank" else NESTED
+    x = samples(actuators=len(models))
+    singles = [
+        m.forward(method=method) if forward else m.inverse(LIMITS, method=method) for m in models
+    ]
+    expected = np.stack([one.run(c) for one, c in zip(singles, x.T.copy(), strict=True)], 1)
+    for threads in (1, 2):
+        stream = by(method, forward, models)
+        assert stream.method == [method] * len(models)
+        assert bits(stream.run(x, threads=threads)) == bits(np.ascontiguousarray(expected))
+        assert stream.state == [one.state for one in singles]
+    stepped = by(method, forward, models)
+    assert bits(np.array([stepped.step(row) for row in x])) == bits(np.ascontiguousarray(expected))
+
+
+def test_without_a_method_each_actuator_has_its_usual_one(make: Make) -> None:
+    usual = ["turning_points"] * 3 + ["bank", "turning_points"]
+    assert make().method == usual
+    forward = isinstance(make(), mh.ForwardArray)
+    assert by(None, forward, MODELS).method == usual
+
+
+@pytest.mark.parametrize("forward", [True, False])
+def test_the_method_stays_when_a_stream_is_pickled_copied_and_given_a_model(forward: bool) -> None:
+    stream, x = by("bank", forward, MODELS), samples()
+    stream.run(x[:150])
+    stream.set_model(4, mh.PrandtlIshlinskii([1.5, 0.5], [0.0, 2.0]))
+    others = [pickle.loads(pickle.dumps(stream)), copy.copy(stream), copy.deepcopy(stream)]
+    expected = stream.run(x[150:])
+    for other in others:
+        assert other.method == ["bank"] * M
+        assert bits(other.run(x[150:])) == bits(expected)
+    stream.reset()
+    assert stream.method == ["bank"] * M
+
+
+def test_repr_tells_the_methods(make: Make) -> None:
+    name, forward = type(make()).__name__, isinstance(make(), mh.ForwardArray)
+    assert repr(make()) == f"<{name} of 5 actuators by bank and turning_points>"
+    assert repr(by("bank", forward, MODELS)) == f"<{name} of 5 actuators by bank>"
+    assert repr(by(None, forward, NESTED)) == f"<{name} of 4 actuators by turning_points>"
+
+
+@pytest.mark.parametrize("forward", [True, False])
+@pytest.mark.parametrize(("one", "other"), [METHODS, METHODS[::-1]])
+def test_a_state_goes_on_by_the_other_method(one: Method, other: Method, forward: bool) -> None:
+    x = samples(actuators=4)
+    before, after = by(one, forward, NESTED), by(other, forward, NESTED)
+    before.run(x[:150])
+    after.state = before.state
+    assert after.method == [other] * 4
+    expected, got = before.run(x[150:]), after.run(x[150:])
+    within = 1e-12 * np.ptp(expected, axis=0)
+    assert (abs(got - expected) <= within).all() and (within > 0.0).all()
+
+
+def test_a_method_that_cannot_be_is_named_as_by_a_single_stream() -> None:
+    array, single = mh.ActuatorArray(MODELS), MODELS[3]
+    made = [(array.forward, single.forward), (array.inverse, single.inverse)]
+    bad: list[tuple[Any, type[Exception]]] = [
+        ("engine", ValueError),
+        (3, TypeError),
+        ("", ValueError),
+    ]
+    for make, alone in made:
+        for method, kind in bad:
+            with pytest.raises(
+                kind, match=r'^method: expected "turning_points", "bank" or None, got'
+            ) as caught:
+                make(method=method)
+            with pytest.raises(kind) as expected:
+                alone(method=method)
+            assert str(caught.value) == str(expected.value)
+        with pytest.raises(TypeError):
+            make(None, "bank")  # type: ignore[misc, call-arg, arg-type]
+
+
+@pytest.mark.parametrize("limits", [None, LIMITS, [LIMITS] * M])
+def test_the_actuator_whose_thresholds_are_not_nested_is_named(limits: Any) -> None:
+    array, single = mh.ActuatorArray(MODELS), MODELS[3]
+    with pytest.raises(ValueError, match=r"^rb\[2\]: expected nested thresholds") as alone:
+        single.forward(method="turning_points")
+    with pytest.raises(ValueError) as caught:
+        array.forward(method="turning_points")
+    assert str(caught.value) == f"actuator 3: {alone.value}"
+    with pytest.raises(ValueError) as caught:
+        array.inverse(limits, method="turning_points")
+    assert str(caught.value) == f"actuator 3: {alone.value}"

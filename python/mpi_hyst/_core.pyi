@@ -721,12 +721,35 @@ class ActuatorArray:
     @property
     def models(self) -> tuple[_Model, ...]:
         """The model of every actuator."""
-    def forward(self) -> ForwardArray:
-        """The forward models as one stream of arrays, at rest."""
-    def inverse(self, limits: ArrayLike | None = None) -> InverseArray:
+    def forward(self, *, method: Literal["turning_points", "bank"] | None = None) -> ForwardArray:
+        """The forward models as one stream of arrays, at rest.
+
+        `method` for all actuators, as for a single model: "bank" where commands jump and operators are few. None chooses for
+        each one.
+
+        Raises ValueError that names the first actuator whose thresholds are not nested if "turning_points" is asked for.
+
+        Examples
+        --------
+        >>> import mpi_hyst as mh
+        >>> mirror = mh.ActuatorArray([mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])] * 3)
+        >>> forward = mirror.forward(method="bank")
+        >>> forward.step([4.0, -4.0, 1.0])
+        array([ 5., -5.,  1.])
+        >>> forward.method
+        ['bank', 'bank', 'bank']
+        """
+    def inverse(
+        self,
+        limits: ArrayLike | None = None,
+        *,
+        method: Literal["turning_points", "bank"] | None = None,
+    ) -> InverseArray:
         """The exact inverses as one stream of arrays, at rest.
 
         `limits` of the drives: (low, high) for all, or an array of shape (M, 2), a row for each actuator.
+
+        `method` as in `forward`; an inverse gains nothing by "bank".
 
         Raises NotInvertibleError that names the first actuator whose model may not be invertible.
         """
@@ -937,6 +960,9 @@ class ForwardArray:
     @state.setter
     def state(self, state: list[dict[str, Any]]) -> None: ...
     @property
+    def method(self) -> list[Literal["turning_points", "bank"]]:
+        """How each actuator is evaluated, "turning_points" or "bank": a list of M words."""
+    @property
     def rejected(self) -> NDArray[np.uint64]:
         """How many samples of each actuator were not finite, or beyond 1e100."""
     def __len__(self) -> int: ...
@@ -996,6 +1022,9 @@ class InverseArray:
         """
     @state.setter
     def state(self, state: list[dict[str, Any]]) -> None: ...
+    @property
+    def method(self) -> list[Literal["turning_points", "bank"]]:
+        """How each actuator is evaluated, "turning_points" or "bank": a list of M words."""
     @property
     def rejected(self) -> NDArray[np.uint64]:
         """How many samples of each actuator were not finite, or beyond 1e100."""

@@ -15,12 +15,19 @@
 //!
 //! The loop has its y from drives of its own, as the controller. A loop in real time takes no other references, so its record has
 //! these drives. Numbers beyond 1e100 count as not finite.
+//!
+//! Only Rust and Python can ask for a method. There the hysteresis alone, by the bank, must give the same digests too:
+//!
+//! ```text
+//! bank-forward  output(k) = step(60 + 90 s(k))
+//! bank-inverse  input(k)  = step(14 + 18 s(k))                  within the limits of the stage
+//! ```
 
 mod signal;
 
 use hysteresis_control::stage::{Error, FeedForwardKind, Stage};
 use hysteresis_control::{Observer, ObserverOptions};
-use hysteresis_core::Process;
+use hysteresis_core::{CompiledModel, Forward, Inverse, Method, Process};
 use sha2::{Digest, Sha256};
 
 pub use signal::Mixed;
@@ -40,6 +47,9 @@ const SHIFT: usize = 503;
 /// The names of the outputs, in their order.
 pub const NAMES: [&str; 6] = ["forward", "inverse", "controller", "observer", "plant", "loop"];
 
+/// The names of the outputs by the bank, in their order.
+pub const BANK_NAMES: [&str; 2] = ["bank-forward", "bank-inverse"];
+
 /// The outputs for a stage with limits and a noise.
 ///
 /// # Errors
@@ -54,6 +64,19 @@ pub fn outputs(stage: &Stage) -> Result<[Vec<f64>; 6], Error> {
     let advanced = Mixed::new(1).map(|s| plant.advance(60.0 + 90.0 * s)).take(SAMPLES).collect();
     let [looped, _] = closed_loop(stage, finite_references())?;
     Ok([positions, drives, controlled, observed, advanced, looped])
+}
+
+/// The outputs by the bank of a stage's hysteresis, the inverse within its limits.
+///
+/// # Errors
+/// As for what is made from the hysteresis.
+pub fn outputs_by_bank(stage: &Stage) -> Result<[Vec<f64>; 2], Error> {
+    let hysteresis = CompiledModel::new(&stage.parts().hysteresis);
+    let mut forward = Forward::with_method(&hysteresis, Method::Bank)?;
+    let outputs = Mixed::new(1).map(|s| forward.step(60.0 + 90.0 * s)).take(SAMPLES).collect();
+    let mut inverse = Inverse::with_method(&hysteresis, stage.parts().limits, Method::Bank)?;
+    let inputs = Mixed::new(1).map(|s| inverse.step(14.0 + 18.0 * s)).take(SAMPLES).collect();
+    Ok([outputs, inputs])
 }
 
 /// The references of the loop.

@@ -3,12 +3,13 @@
 use std::error::Error;
 
 use hysteresis_control::stage::Stage;
-use same_bits::{NAMES, digest, outputs};
+use same_bits::{BANK_NAMES, NAMES, digest, outputs, outputs_by_bank};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("expected the path of a stage file")?;
     let stage = Stage::from_json(&std::fs::read_to_string(path)?)?;
-    for (name, numbers) in NAMES.iter().zip(&outputs(&stage)?) {
+    let (of_stage, by_bank) = (outputs(&stage)?, outputs_by_bank(&stage)?);
+    for (name, numbers) in NAMES.iter().zip(&of_stage).chain(BANK_NAMES.iter().zip(&by_bank)) {
         println!("{name} {}", digest(numbers));
     }
     Ok(())

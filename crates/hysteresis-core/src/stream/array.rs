@@ -29,10 +29,11 @@ use crate::process::Process;
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 ///
-/// Streams that differ in more than the model are collected one by one:
+/// Streams that differ in more than the model, or for which a [`Method`](crate::Method) is asked, are collected one by one:
 ///
 /// ```
-/// use hysteresis_core::{CompiledModel, Error, Inverse, ModifiedPrandtlIshlinskii, Offsets, Ratios, StreamArray};
+/// use hysteresis_core::{CompiledModel, Error, Forward, Inverse, Method};
+/// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios, StreamArray};
 /// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
 /// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
 /// let compiled = CompiledModel::new(&model);
@@ -41,6 +42,9 @@ use crate::process::Process;
 /// let mut drive = [0.0; 2];
 /// inverse?.step(&[-99.0, 99.0], &mut drive)?;
 /// assert_eq!(drive, [-500.0, 100.0]);
+/// let models = vec![compiled; 4096];
+/// let by_bank: Result<StreamArray<_>, Error> = models.iter().map(|m| Forward::with_method(m, Method::Bank)).collect();
+/// assert!(by_bank?.streams().iter().all(|stream| stream.method() == Method::Bank));
 /// # Ok::<(), Error>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -75,7 +79,7 @@ impl fmt::Display for ActuatorError {
 impl core::error::Error for ActuatorError {}
 
 impl StreamArray<Forward> {
-    /// Forward models at rest, one for each model.
+    /// Forward models at rest, one for each model, each by the method of [`Forward::new`].
     #[must_use]
     pub fn forward(models: &[CompiledModel]) -> Self {
         models.iter().map(Forward::new).collect()

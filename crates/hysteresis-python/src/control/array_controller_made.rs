@@ -135,7 +135,7 @@ impl ActuatorArray {
             start_drive: start_drive.map(|drive| each("start_drive", drive, actuators)).transpose()?,
             ..set
         };
-        let inverse = slf.get().inverses(&given)?;
+        let inverse = slf.get().inverses(&given, None)?;
         let controller = core::ArrayController::new(inverse, &options).map_err(raise)?;
         Ok(ArrayController::new(controller, MadeOf::new(slf.as_any(), Some(limits))))
     }

@@ -1,6 +1,6 @@
 //! The methods that both models have.
 
-use hysteresis_core::{self as core, CompiledModel, Method, Model, Offsets};
+use hysteresis_core::{self as core, CompiledModel, Error, Method, Model, Offsets};
 use pyo3::prelude::*;
 
 use crate::convert::arguments::{self, pair, unknown, word};
@@ -13,7 +13,7 @@ use crate::stream::streams::{Forward, Inverse, method_name};
 /// Where a model's own zero lies unless told.
 pub(super) const ZERO: Offsets = Offsets { input: 0.0, output: 0.0 };
 
-pub(super) type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+pub(crate) type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
 /// The forward model of `model`, compiled beforehand.
 pub(super) fn forward(
@@ -24,11 +24,9 @@ pub(super) fn forward(
 ) -> PyResult<Forward> {
     let initial = initial.map(|initial| numbers("initial", initial)).transpose()?;
     let method = method_asked_for(method, initial.is_some())?;
-    let stream = match (&initial, method) {
-        (Some(initial), _) => core::Forward::with_initial(compiled, initial),
-        (None, Some(method)) => core::Forward::with_method(compiled, method),
-        (None, None) => Ok(core::Forward::new(compiled)),
-    };
+    let stream = initial
+        .as_ref()
+        .map_or_else(|| forward_at_rest(compiled, method), |initial| core::Forward::with_initial(compiled, initial));
     let made = Made { model: model.clone().unbind(), limits: None, initial, method };
     Ok(Forward { stream: stream.map_err(raise)?, made })
 }
@@ -44,17 +42,32 @@ pub(super) fn inverse(
     let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
     let initial = initial.map(|initial| numbers("initial", initial)).transpose()?;
     let method = method_asked_for(method, initial.is_some())?;
-    let stream = match (&initial, method) {
-        (Some(initial), _) => core::Inverse::with_initial(compiled, limits, initial),
-        (None, Some(method)) => core::Inverse::with_method(compiled, limits, method),
-        (None, None) => core::Inverse::new(compiled, limits),
-    };
+    let stream = initial.as_ref().map_or_else(
+        || inverse_at_rest(compiled, limits, method),
+        |initial| core::Inverse::with_initial(compiled, limits, initial),
+    );
     let made = Made { model: model.clone().unbind(), limits, initial, method };
     Ok(Inverse { stream: stream.map_err(raise)?, made })
 }
 
+/// The forward model at rest, by `method` if one is asked for.
+pub(crate) fn forward_at_rest(compiled: &CompiledModel, method: Option<Method>) -> Result<core::Forward, Error> {
+    let usual = || Ok(core::Forward::new(compiled));
+    method.map_or_else(usual, |method| core::Forward::with_method(compiled, method))
+}
+
+/// The exact inverse at rest, by `method` if one is asked for.
+pub(crate) fn inverse_at_rest(
+    compiled: &CompiledModel,
+    limits: Option<(f64, f64)>,
+    method: Option<Method>,
+) -> Result<core::Inverse, Error> {
+    let usual = || core::Inverse::new(compiled, limits);
+    method.map_or_else(usual, |method| core::Inverse::with_method(compiled, limits, method))
+}
+
 /// The method that an argument names; with initial outputs only the bank is possible.
-fn method_asked_for(method: Argument<'_, '_>, has_initial: bool) -> PyResult<Option<Method>> {
+pub(crate) fn method_asked_for(method: Argument<'_, '_>, has_initial: bool) -> PyResult<Option<Method>> {
     let Some(method) = method else { return Ok(None) };
     let expected = if has_initial { "\"bank\" or None beside initial" } else { "\"turning_points\", \"bank\" or None" };
     let possible: &[Method] = if has_initial { &[Method::Bank] } else { &[Method::TurningPoints, Method::Bank] };

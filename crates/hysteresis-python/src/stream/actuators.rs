@@ -1,6 +1,6 @@
 //! Arrays of actuators: the models, each compiled once for all its streams.
 
-use hysteresis_core::{self as core, ActuatorError, CompiledModel, Error, StreamArray};
+use hysteresis_core::{self as core, ActuatorError, CompiledModel, Error, Method, StreamArray};
 use numpy::PyUntypedArrayMethods;
 use numpy::ndarray::IxDyn;
 use pyo3::intern;
@@ -14,6 +14,7 @@ use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise, wrong_type};
 use crate::convert::files::{read, write_file};
 use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::model::methods::{Argument, forward_at_rest, inverse_at_rest, method_asked_for};
 use crate::model::object::{compiled_if_model, compiled_of, model_of, object};
 
 /// Many actuators side by side, as in a deformable mirror: actuator m has the model models[m] and its own memory.
@@ -81,8 +82,8 @@ impl Limits {
 
     /// Limits that all actuators share are wrong for no one in particular.
     pub(crate) fn error(&self, actuator: usize, error: Error) -> PyErr {
-        match (self, error) {
-            (Self::Shared(_), Error::Domain { .. }) => raise(error),
+        match (self, error.parameter()) {
+            (Self::Shared(_), Some("limits")) => raise(error),
             _ => raise(ActuatorError { actuator, error }),
         }
     }
@@ -94,9 +95,10 @@ impl ActuatorArray {
         &self.compiled
     }
 
-    /// The exact inverses at rest, within `limits`.
-    pub(crate) fn inverses(&self, limits: &Limits) -> PyResult<StreamArray<core::Inverse>> {
-        let stream = |(m, compiled)| core::Inverse::new(compiled, limits.of(m)).map_err(|error| limits.error(m, error));
+    /// The exact inverses at rest, within `limits`, by `method` if one is asked for.
+    pub(crate) fn inverses(&self, limits: &Limits, method: Option<Method>) -> PyResult<StreamArray<core::Inverse>> {
+        let stream =
+            |(m, compiled)| inverse_at_rest(compiled, limits.of(m), method).map_err(|error| limits.error(m, error));
         self.compiled.iter().enumerate().map(stream).collect()
     }
 }
@@ -137,19 +139,44 @@ impl ActuatorArray {
     }
 
     /// The forward models as one stream of arrays, at rest.
-    fn forward(slf: &Bound<'_, Self>) -> ForwardArray {
-        ForwardArray { stream: StreamArray::forward(&slf.get().compiled), made: MadeOf::new(slf.as_any(), None) }
+    ///
+    /// `method` for all actuators, as for a single model: "bank" where commands jump and operators are few. None chooses for
+    /// each one.
+    ///
+    /// Raises ValueError that names the first actuator whose thresholds are not nested if "turning_points" is asked for.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> mirror = mh.ActuatorArray([mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])] * 3)
+    /// >>> forward = mirror.forward(method="bank")
+    /// >>> forward.step([4.0, -4.0, 1.0])
+    /// array([ 5., -5.,  1.])
+    /// >>> forward.method
+    /// ['bank', 'bank', 'bank']
+    #[pyo3(signature = (*, method=None))]
+    fn forward(slf: &Bound<'_, Self>, method: Argument<'_, '_>) -> PyResult<ForwardArray> {
+        let method = method_asked_for(method, false)?;
+        let stream = |(actuator, compiled)| {
+            forward_at_rest(compiled, method).map_err(|error| raise(ActuatorError { actuator, error }))
+        };
+        let stream = slf.get().compiled.iter().enumerate().map(stream).collect::<PyResult<_>>()?;
+        Ok(ForwardArray { stream, made: MadeOf::new(slf.as_any(), None).by(method) })
     }
 
     /// The exact inverses as one stream of arrays, at rest.
     ///
     /// `limits` of the drives: (low, high) for all, or an array of shape (M, 2), a row for each actuator.
     ///
+    /// `method` as in `forward`; an inverse gains nothing by "bank".
+    ///
     /// Raises NotInvertibleError that names the first actuator whose model may not be invertible.
-    #[pyo3(signature = (limits=None))]
-    fn inverse(slf: &Bound<'_, Self>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<InverseArray> {
+    #[pyo3(signature = (limits=None, *, method=None))]
+    fn inverse(slf: &Bound<'_, Self>, limits: Argument<'_, '_>, method: Argument<'_, '_>) -> PyResult<InverseArray> {
         let given = Limits::from_python(limits, slf.get().compiled.len())?;
-        Ok(InverseArray { stream: slf.get().inverses(&given)?, made: MadeOf::new(slf.as_any(), limits) })
+        let method = method_asked_for(method, false)?;
+        let stream = slf.get().inverses(&given, method)?;
+        Ok(InverseArray { stream, made: MadeOf::new(slf.as_any(), limits).by(method) })
     }
 
     /// An array like this one, with another model for one actuator. The array itself never changes.

@@ -179,10 +179,7 @@ impl ActuatorArray {
     fn bracket(slf: &Bound<'_, Self>, limits: &Bound<'_, PyAny>) -> PyResult<BracketArray> {
         let compiled = slf.get().compiled();
         let (given, each) = limits_of(limits, compiled.len())?;
-        let wrong = |ActuatorError { actuator, error }| match error.parameter() {
-            Some("limits") => given.error(actuator, error),
-            _ => raise(ActuatorError { actuator, error }),
-        };
+        let wrong = |ActuatorError { actuator, error }| given.error(actuator, error);
         let brackets = core::BracketArray::new(compiled, |m| each[m]).map_err(wrong)?;
         Ok(BracketArray { brackets, made: MadeOf::new(slf.as_any(), Some(limits)) })
     }

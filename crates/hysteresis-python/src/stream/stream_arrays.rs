@@ -1,9 +1,9 @@
 //! Streams of arrays: many streams side by side.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use hysteresis_core::{self as core, ActuatorError, StreamArray};
+use hysteresis_core::{self as core, ActuatorError, Method, StreamArray};
 use numpy::ndarray::{Array2, Dimension, Ix2};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyReadonlyArray, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
@@ -15,7 +15,7 @@ use pythonize::pythonize;
 
 use super::blocks::apply;
 use super::rows::{Peek, Rows, Step};
-use super::streams::from_python;
+use super::streams::{from_python, method_name};
 use crate::convert::arguments::{count, whole};
 use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise};
@@ -75,6 +75,7 @@ pub(crate) struct InverseArray {
 pub(crate) struct MadeOf {
     array: Py<PyAny>,
     limits: Option<Py<PyAny>>,
+    method: Option<Method>,
     /// The models that took over since.
     models: BTreeMap<usize, Py<PyAny>>,
 }
@@ -82,7 +83,12 @@ pub(crate) struct MadeOf {
 impl MadeOf {
     pub(crate) fn new(array: &Bound<'_, PyAny>, limits: Option<&Bound<'_, PyAny>>) -> Self {
         let limits = limits.map(|limits| limits.clone().unbind());
-        Self { array: array.clone().unbind(), limits, models: BTreeMap::new() }
+        Self { array: array.clone().unbind(), limits, method: None, models: BTreeMap::new() }
+    }
+
+    /// The same, but for the method that was asked for.
+    pub(crate) fn by(self, method: Option<Method>) -> Self {
+        Self { method, ..self }
     }
 
     /// Another model took over.
@@ -90,16 +96,16 @@ impl MadeOf {
         self.models.insert(actuator, model.clone().unbind());
     }
 
-    /// How the present array and then `state` make the stream; `method` of the array does.
-    pub(crate) fn reduce<'py>(&self, py: Python<'py>, method: &str, state: Bound<'py, PyAny>) -> Reduced<'py> {
-        self.reduce_with(py, method, keywords!(py), state)
+    /// How the present array and then `state` make the stream; `maker` is a method of the array.
+    pub(crate) fn reduce<'py>(&self, py: Python<'py>, maker: &str, state: Bound<'py, PyAny>) -> Reduced<'py> {
+        self.reduce_with(py, maker, keywords!(py), state)
     }
 
-    /// The same with keywords beside the limits.
+    /// The same with keywords beside limits and method.
     pub(crate) fn reduce_with<'py>(
         &self,
         py: Python<'py>,
-        method: &str,
+        maker: &str,
         keywords: Bound<'py, PyDict>,
         state: Bound<'py, PyAny>,
     ) -> Reduced<'py> {
@@ -114,7 +120,10 @@ impl MadeOf {
         if let Some(limits) = &self.limits {
             keywords.set_item("limits", limits)?;
         }
-        reduce(array.getattr(method)?, PyTuple::empty(py), keywords, Some(state))
+        if let Some(method) = self.method {
+            keywords.set_item("method", method_name(method))?;
+        }
+        reduce(array.getattr(maker)?, PyTuple::empty(py), keywords, Some(state))
     }
 }
 
@@ -260,6 +269,12 @@ macro_rules! stream_array_methods {
                 Ok(())
             }
 
+            /// How each actuator is evaluated, "turning_points" or "bank": a list of M words.
+            #[getter]
+            fn method(&self) -> Vec<&'static str> {
+                self.stream.streams().iter().map(|stream| method_name(stream.method())).collect()
+            }
+
             /// How many samples of each actuator were not finite, or beyond 1e100.
             #[getter]
             fn rejected<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
@@ -296,7 +311,8 @@ macro_rules! stream_array_methods {
             }
 
             fn __repr__(&self) -> String {
-                format!("<{} of {} actuators>", stringify!($class), self.stream.len())
+                let methods = BTreeSet::from_iter(self.method()).into_iter().collect::<Vec<_>>().join(" and ");
+                format!("<{} of {} actuators by {methods}>", stringify!($class), self.stream.len())
             }
 
             $($own)*
