@@ -140,8 +140,8 @@ impl ActuatorArray {
 
     /// The forward models as one stream of arrays, at rest.
     ///
-    /// `method` for all actuators, as for a single model: "bank" where commands jump and operators are few. None chooses for
-    /// each one.
+    /// `method` for all actuators, as for a single model: "bank" where every command jumps by about a tenth of the range or more
+    /// and operators are few. None chooses for each one.
     ///
     /// Raises ValueError that names the first actuator whose thresholds are not nested if "turning_points" is asked for.
     ///
@@ -168,7 +168,8 @@ impl ActuatorArray {
     ///
     /// `limits` of the drives: (low, high) for all, or an array of shape (M, 2), a row for each actuator.
     ///
-    /// `method` as in `forward`; an inverse gains nothing by "bank".
+    /// `method` as in `forward`. Inverses gain by "bank" only where thousands of actuators, each with a model of its own, jump over
+    /// the whole range.
     ///
     /// Raises NotInvertibleError that names the first actuator whose model may not be invertible.
     #[pyo3(signature = (limits=None, *, method=None))]
