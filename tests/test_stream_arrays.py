@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import pickle
+import re
 import tracemalloc
 from collections.abc import Callable, Iterator
 from typing import Any, Literal
@@ -295,25 +296,30 @@ def test_a_state_goes_on_by_the_other_method(one: Method, other: Method, forward
     assert (abs(got - expected) <= within).all() and (within > 0.0).all()
 
 
-def test_a_method_that_cannot_be_is_named_as_by_a_single_stream() -> None:
+@pytest.mark.parametrize("bad", ["engine", "", 3])
+def test_a_method_that_cannot_be_is_named_as_by_a_single_stream(bad: Any) -> None:
     array, single = mh.ActuatorArray(MODELS), MODELS[3]
-    made = [(array.forward, single.forward), (array.inverse, single.inverse)]
-    bad: list[tuple[Any, type[Exception]]] = [
-        ("engine", ValueError),
-        (3, TypeError),
-        ("", ValueError),
+    makers: list[list[Callable[..., Any]]] = [
+        [single.forward, array.forward],
+        [single.inverse, array.inverse],
     ]
-    for make, alone in made:
-        for method, kind in bad:
-            with pytest.raises(
-                kind, match=r'^method: expected "turning_points", "bank" or None, got'
-            ) as caught:
-                make(method=method)
-            with pytest.raises(kind) as expected:
-                alone(method=method)
-            assert str(caught.value) == str(expected.value)
-        with pytest.raises(TypeError):
-            make(None, "bank")  # type: ignore[misc, call-arg, arg-type]
+    for alone, make in makers:
+        words = r'^method: expected "turning_points", "bank" or None, got'
+        with pytest.raises((ValueError, TypeError), match=words) as expected:
+            alone(method=bad)
+        with pytest.raises(expected.type, match=f"^{re.escape(str(expected.value))}$"):
+            make(method=bad)
+
+
+def test_a_method_is_no_positional_argument() -> None:
+    array = mh.ActuatorArray(MODELS)
+    makers: list[tuple[Callable[..., Any], list[Any]]] = [
+        (array.forward, ["bank"]),
+        (array.inverse, [None, "bank"]),
+    ]
+    for make, arguments in makers:
+        with pytest.raises(TypeError, match="positional argument"):
+            make(*arguments)
 
 
 @pytest.mark.parametrize("limits", [None, LIMITS, [LIMITS] * M])
