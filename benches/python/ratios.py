@@ -10,8 +10,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
-YARDSTICKS = {"step": ("math.sqrt", "empty Python method"), "array": ("numba", "numba, vectorised")}
+YARDSTICKS = {
+    "step": ("math.sqrt", "empty Python method"),
+    "array": ("numba", "numba, vectorised"),
+    "individual": ("numba", "numba, vectorised"),
+}
+ARRAYS = {"array": "per actuator", "individual": "per actuator with a model of its own"}
 LOOPS = ("numba", "numba, vectorised", "numpy")
+FACES = ("forward", "bank", "inverse")
 
 Times = dict[tuple[str, int, str], float]
 """Nanoseconds by signal, number of operators and case."""
@@ -53,25 +59,26 @@ def call_table(title: str, times: Times, yardsticks: tuple[str, ...]) -> list[st
 
 
 def run_table(times: Times) -> list[str]:
-    ratios = [f"{loop} : {face}" for face in ("forward", "inverse") for loop in LOOPS]
-    header = ("signal", "n", "forward", "inverse", *LOOPS, *ratios)
+    ratios = [f"{loop} : {face}" for face in FACES for loop in LOOPS]
+    header = ("signal", "n", *FACES, *LOOPS, *ratios)
     lines = [row(*header), "|---" * len(header) + "|"]
     for signal, n in dict.fromkeys((signal, n) for signal, n, _ in times):
         at = {case: time for (s, m, case), time in times.items() if (s, m) == (signal, n)}
-        absolute = [f"{number(at[case])} ns" for case in ("forward", "inverse", *LOOPS)]
-        relative = [
-            number(at[loop] / at[face]) for face in ("forward", "inverse") for loop in LOOPS
-        ]
+        absolute = [f"{number(at[case])} ns" for case in (*FACES, *LOOPS)]
+        relative = [number(at[loop] / at[face]) for face in FACES for loop in LOOPS]
         lines.append(row(signal, n, *absolute, *relative))
     return lines
 
 
 def main() -> None:
     benches = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))["benchmarks"]
-    step, array, run = (nanoseconds(benches, face) for face in ("step", "array", "run"))
+    run = nanoseconds(benches, "run")
     tables = [
-        call_table("one call", step, YARDSTICKS["step"]),
-        call_table("per actuator", array, YARDSTICKS["array"]),
+        call_table("one call", nanoseconds(benches, "step"), YARDSTICKS["step"]),
+        *(
+            call_table(title, nanoseconds(benches, face), YARDSTICKS[face])
+            for face, title in ARRAYS.items()
+        ),
         run_table(run),
         [f"numba compiled for {instructions(benches)}, with fastmath and parallel off."],
     ]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
@@ -23,12 +25,19 @@ def made(n: int, signal: str) -> tuple[Parameters, Array, Array]:
     return parameters, drive, parameters.model().forward().run(drive)
 
 
+METHODS: dict[str, Literal["turning_points", "bank"]] = {
+    "forward": "turning_points",
+    "bank": "bank",
+}
+
+
 @EVERY_SIGNAL
 @EVERY_SIZE
-def test_forward(benchmark: BenchmarkFixture, n: int, signal: str) -> None:
-    describe(benchmark, "forward", n, signal)
+@pytest.mark.parametrize("case", METHODS)
+def test_forward(benchmark: BenchmarkFixture, case: str, n: int, signal: str) -> None:
+    describe(benchmark, case, n, signal)
     parameters, drive, position = made(n, signal)
-    stream, out = parameters.model().forward(), np.empty(SAMPLES)
+    stream, out = parameters.model().forward(method=METHODS[case]), np.empty(SAMPLES)
 
     def run() -> None:
         stream.reset()

@@ -40,6 +40,15 @@ class Parameters:
         weights = np.where(np.arange(n) == 0, 4.3e-3, 3.2e-3 / n)
         return cls(weights, r, 0.95 * r, 0.3 * 0.95 * r, 0.35 * r)
 
+    @classmethod
+    def individual(cls, n: int, seed: int) -> Parameters:
+        """An actuator of the same kind: each weight, and thresholds and ratios, up to 10 % away."""
+        like, random = cls.of(n), np.random.default_rng(seed)
+        reach, ra, rb, rc = random.uniform(0.9, 1.1, 4)
+        r = reach * like.r
+        weights = like.weights * random.uniform(0.9, 1.1, n)
+        return cls(weights, r, 0.95 * ra * r, 0.3 * 0.95 * rb * r, 0.35 * rc * r)
+
     def model(self) -> mh.ModifiedPrandtlIshlinskii:
         """The same parameters as a model."""
         return mh.ModifiedPrandtlIshlinskii(self.weights, self.r, self.ra, self.rb, self.rc)
@@ -48,10 +57,12 @@ class Parameters:
 def _signals() -> dict[str, Array]:
     time = np.arange(SAMPLES) / RATE
     decay = np.linspace(1.0, 0.0, SAMPLES)
-    noise = np.random.default_rng(1).normal(0.0, 0.1, SAMPLES)
+    random = np.random.default_rng(1)
+    noise = random.normal(0.0, 0.1, SAMPLES)
     return {
         "1 Hz sine, decaying": 500.0 * decay * np.sin(2.0 * np.pi * time),
         "50 Hz sine + 0.1 V noise": 500.0 * np.sin(100.0 * np.pi * time) + noise,
+        "white noise, full range": random.uniform(-500.0, 500.0, SAMPLES),
     }
 
 
@@ -163,6 +174,31 @@ def numba_array_vectorised(
         y[j] = vectorised(x[j], weights, r, ra, rb, rc, z[j], product)
 
 
+@numba.njit(fastmath=False, parallel=False)
+def numba_individual(
+    x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, z: Array, y: Array
+) -> None:
+    """The same with a row of weights and thresholds for each actuator."""
+    for j in range(x.size):
+        total = 0.0
+        for i in range(z.shape[1]):
+            low = max(x[j] - r[j, i], min(0.0, x[j] - rc[j, i]))
+            high = min(x[j] + ra[j, i], max(0.0, x[j] + rb[j, i]))
+            z[j, i] = max(low, min(high, z[j, i]))
+            total += weights[j, i] * z[j, i]
+        y[j] = total
+
+
+@numba.njit(fastmath=False, parallel=False)
+def numba_individual_vectorised(
+    x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, z: Array, y: Array
+) -> None:
+    """The same, vectorised. The number of operators is a multiple of four."""
+    product = np.zeros(z.shape[1])
+    for j in range(x.size):
+        y[j] = vectorised(x[j], weights[j], r[j], ra[j], rb[j], rc[j], z[j], product)
+
+
 def numpy_loop(
     x: Array, weights: Array, r: Array, ra: Array, rb: Array, rc: Array, y: Array
 ) -> None:
@@ -183,6 +219,8 @@ LOOPS = {
 
 
 ARRAY_LOOPS = {"numba": numba_array, "numba, vectorised": numba_array_vectorised}
+
+INDIVIDUAL_LOOPS = {"numba": numba_individual, "numba, vectorised": numba_individual_vectorised}
 
 
 def instructions() -> str:

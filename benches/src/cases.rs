@@ -62,6 +62,8 @@ pub enum What {
     Bank,
     /// Its exact inverse, along the outputs of the model.
     Inverse,
+    /// The same by the bank.
+    BankInverse,
     /// The exact inverse through two maps of three lines and three creep terms, along the outputs of that stage.
     StageInverse,
     /// The hybrid controller with its exact inverse, along the outputs of the model.
@@ -163,21 +165,25 @@ impl Case {
     /// Every case that this machine can run, the yardsticks first within each signal and number of operators.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        const KINDS: [(What, Mode); 8] = [
+        const KINDS: [(What, Mode); 11] = [
             (What::Forward, Mode::Step),
             (What::Bank, Mode::Step),
             (What::Bank, Mode::Run),
             (What::Inverse, Mode::Step),
+            (What::BankInverse, Mode::Step),
+            (What::BankInverse, Mode::Run),
             (What::Forward, Mode::Run),
             (What::Inverse, Mode::Run),
             (What::Forward, Mode::Array),
             (What::Inverse, Mode::Array),
+            (What::Bank, Mode::Array),
         ];
         let mut cases = vec![Self::COPY];
         for signal in Signal::ALL {
             for operators in OPERATORS {
                 let measured = |&(what, mode): &(What, Mode)| {
-                    (mode != Mode::Array || operators == ARRAY_OPERATORS) && (what != What::Bank || operators <= FEW)
+                    let by_bank = matches!(what, What::Bank | What::BankInverse);
+                    (mode != Mode::Array || operators == ARRAY_OPERATORS) && (!by_bank || operators <= FEW)
                 };
                 let kinds = What::YARDSTICKS.map(|what| (what, Mode::Step)).into_iter().chain(KINDS);
                 cases.extend(kinds.filter(measured).map(|(what, mode)| Self { signal, operators, what, mode }));

@@ -61,7 +61,7 @@ pub fn brief(results: &Results) -> String {
         streams(&results.cases, &signals, &OPERATORS),
         runs(&results.cases, &signals, &[20, 100, 1_000]),
         counts(&results.cases, &signals, &[20, 1_000]),
-        array(&results.cases, &[Signal::SlowSine]),
+        array(&results.cases, &signals),
         individual(&results.cases),
         controllers(&results.cases),
         copy(&results.cases),
@@ -100,9 +100,8 @@ fn measured(rows: &[Row]) -> Vec<What> {
 /// Time per sample of single streams, sample by sample, beside that of the loops.
 fn streams(rows: &[Row], signals: &[Signal], operators: &[u32]) -> String {
     let yardsticks = measured(rows);
-    let mut header = ["signal at 10 kHz", "n", "forward", "bank", "inverse"].map(str::to_owned).to_vec();
-    header.extend(yardsticks.iter().map(|what| name(*what)));
-    header.extend(RATIOS.map(str::to_owned));
+    let loops = yardsticks.iter().map(|what| name(*what));
+    let header: Vec<_> = header("signal at 10 kHz").chain(loops).chain(ratio_names()).collect();
     let line = |case: Case| {
         let streams = STREAMS.map(|what| find(rows, Case { what, ..case }));
         let loops = yardsticks.iter().map(|what| find(rows, Case { what: *what, ..case }));
@@ -114,7 +113,7 @@ fn streams(rows: &[Row], signals: &[Signal], operators: &[u32]) -> String {
 
 /// Time per sample of `run` beside that of the loops, which take sample by sample.
 fn runs(rows: &[Row], signals: &[Signal], operators: &[u32]) -> String {
-    let header = [&["`run`", "n", "forward", "bank", "inverse"][..], &RATIOS].concat();
+    let header: Vec<_> = header("`run`").chain(ratio_names()).collect();
     let line = |case: Case| {
         let streams = STREAMS.map(|what| find(rows, Case { what, ..case }));
         let times = streams.map(|row| cell(row.map(|row| row.nanoseconds), nanoseconds));
@@ -124,13 +123,20 @@ fn runs(rows: &[Row], signals: &[Signal], operators: &[u32]) -> String {
 }
 
 /// The streams of the tables, in the order of their columns.
-const STREAMS: [What; 3] = [What::Forward, What::Bank, What::Inverse];
+const STREAMS: [What; 4] = [What::Forward, What::Bank, What::Inverse, What::BankInverse];
 
-const RATIOS: [&str; 6] =
-    ["forward : plain", "bank : plain", "inverse : plain", "forward : v3", "bank : v3", "inverse : v3"];
+/// The names of the columns of the streams, behind those of the signal and the number of operators.
+fn header(first: &str) -> impl Iterator<Item = String> {
+    [first.to_owned(), "n".to_owned()].into_iter().chain(STREAMS.map(|what| what.to_string()))
+}
+
+/// The names of the columns of [`ratios`].
+fn ratio_names() -> impl Iterator<Item = String> {
+    ["plain", "v3"].into_iter().flat_map(|unit| STREAMS.map(|what| format!("{what} : {unit}")))
+}
 
 /// The streams in units of the plain loop, then in units of the fused loop for x86-64-v3.
-fn ratios(streams: [Option<&Row>; 3]) -> impl Iterator<Item = String> {
+fn ratios(streams: [Option<&Row>; STREAMS.len()]) -> impl Iterator<Item = String> {
     let plain = streams.map(|row| cell(row.and_then(|row| row.to_plain_loop), ratio));
     let fused = streams.map(|row| cell(row.and_then(|row| row.to_fused_loop_v3), ratio));
     plain.into_iter().chain(fused)
@@ -166,8 +172,8 @@ pub fn instructions(counts: &[(Case, Option<f64>)]) -> String {
 fn counted(counts: &[(Case, Option<f64>)], signals: &[Signal], operators: &[u32]) -> String {
     let has = |what: &What| counts.iter().any(|(case, count)| case.what == *what && count.is_some());
     let loops: Vec<What> = What::YARDSTICKS.into_iter().filter(has).collect();
-    let mut header = ["instructions per sample, step", "n", "forward", "bank", "inverse"].map(str::to_owned).to_vec();
-    header.extend(loops.iter().map(|what| name(*what)));
+    let names = loops.iter().map(|what| name(*what));
+    let header: Vec<_> = header("instructions per sample, step").chain(names).collect();
     let line = |case: Case| {
         let kinds = STREAMS.into_iter().chain(loops.iter().copied());
         let count = |what| {
@@ -182,11 +188,11 @@ fn counted(counts: &[(Case, Option<f64>)], signals: &[Signal], operators: &[u32]
 /// One step of a whole array.
 fn array(rows: &[Row], signals: &[Signal]) -> String {
     let line = |&signal: &Signal| {
-        let [forward, inverse] = [What::Forward, What::Inverse].map(|what| {
+        let [forward, bank, inverse] = [What::Forward, What::Bank, What::Inverse].map(|what| {
             let row = find(rows, Case { signal, operators: ARRAY_OPERATORS, what, mode: Mode::Array });
             cell(row, |row| format!("{:.1} us", row.nanoseconds * f64::from(ARRAY) * 1e-3))
         });
-        format!("{signal}: forward {forward}, inverse {inverse}")
+        format!("{signal}: forward {forward}, by the bank {bank}, inverse {inverse}")
     };
     let lines: Vec<String> = signals.iter().map(line).collect();
     let what =

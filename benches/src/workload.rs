@@ -54,8 +54,10 @@ impl Workload {
                 let stream = Forward::with_method(&compiled, Method::Bank).expect("any model has a bank");
                 Self::stream(case.mode, stream, drive)
             }
-            What::Inverse => {
-                let mut stream = Inverse::new(&compiled, None).expect("the weights are positive");
+            What::Inverse | What::BankInverse => {
+                let method = if case.what == What::Inverse { Method::TurningPoints } else { Method::Bank };
+                let stream = Inverse::with_method(&compiled, None, method);
+                let mut stream = stream.expect("positive weights and nested thresholds");
                 let targets = periodic_targets(&compiled, &drive, |target| _ = stream.step(target));
                 Self::stream(case.mode, stream, targets)
             }
