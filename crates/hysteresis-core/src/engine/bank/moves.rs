@@ -47,15 +47,16 @@ impl Bank {
     #[inline(always)]
     pub(crate) fn leap(&mut self, to: f64) -> Option<f64> {
         let distance = to - self.now.input;
+        let Prospect::SmallMoves(small_moves) = &mut self.prospect else { return None };
         // Not from an unknown input, where it is NaN.
         let is_long = distance.abs() > self.members.small_move;
-        if !(is_long && matches!(self.prospect, Prospect::SmallMoves(_))) {
+        if !is_long {
             return None;
         }
+        *small_moves = 0;
         let bounds = Behind(Unguessed::of_distance(distance));
         let output = self.members.run(Sweep { outputs: &mut *self.outputs, start: Here, bounds, x: to });
         self.now = Point { input: to, output };
-        self.prospect = Prospect::SmallMoves(0);
         Some(output)
     }
 

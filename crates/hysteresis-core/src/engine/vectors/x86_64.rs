@@ -105,7 +105,7 @@ macro_rules! vectors {
         fn compiled<L: VectorLoop<Self>>(self, work: L) -> L::Output {
             self.vectorize(
                 #[inline(always)]
-                || work.run(self),
+                move || work.run(self),
             )
         }
     };
