@@ -321,7 +321,7 @@ pub(crate) fn needed_evidence(records: &[Record<'_>], fit: &JointFit) -> f64 {
 }
 
 /// Whether frequency, damping and dead time lie within the bounds of their search.
-fn is_inside(fit: &JointFit) -> bool {
+pub(crate) fn is_inside(fit: &JointFit) -> bool {
     [Parameter::LogFrequency, Parameter::LogDamping, Parameter::DeadTime].into_iter().all(|parameter| {
         let value = fit.fit.point.get(parameter);
         fit.space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)

@@ -12,9 +12,10 @@ use crate::fit::search::search;
 use crate::fit::space::Space;
 use crate::fit::structure::{Structure, StructureProblem, USUAL_SMOOTHNESS, is_open, with_creep_amplitudes};
 use crate::fit::weight_basis::WeightBasis;
+use crate::lag_beside_maps::{LagBesideMaps, lag_beside_maps};
 use crate::joint_search::{FoundJoint, LinearEvidence, search_joint};
 use crate::operator_choice::with_operators_chosen;
-use crate::options::{DynamicsModel, Options, Setting};
+use crate::options::{DynamicsModel, Options, Order, Setting};
 use crate::quiet_record::{Told, ToldAlone, told_by_quietest};
 use crate::record::Record;
 
@@ -284,7 +285,12 @@ fn with_structure(
     monitor.begin_structure();
     let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
     let fitted = found.problem(records);
-    let Chosen { place, untold } = MapProblem { fitted, asked, smoothness: usual }.choose(&found.fit, monitor)?;
+    let maps = MapProblem { fitted, asked, smoothness: usual };
+    let Chosen { place, untold } = maps.choose(&found.fit, monitor)?;
+    if let Some(LagBesideMaps { place, linear }) = lag_beside_maps(&maps, &found, &place, monitor)? {
+        let options = Options { dynamics: DynamicsModel::Order(Order::First), ..found.options.clone() };
+        return restructured(records, asked, Found { options, linear: Some(linear), ..found }, place, monitor);
+    }
     restructured(records, asked, Found { untold_map: untold, ..found }, place, monitor)
 }
 

@@ -132,6 +132,27 @@ impl MapProblem<'_> {
         Ok(Chosen::of(both.unwrap_or(best).place))
     }
 
+    /// Whether maps are asked for or left open, and there is something to explain.
+    pub(crate) fn are_tried(&self, found: &JointFit) -> bool {
+        let Options { input_map, output_map, .. } = self.asked;
+        let has_any = [input_map, output_map].into_iter().any(|map| *map != MapModel::None);
+        has_any && self.leaves_something(found)
+    }
+
+    /// Whether one place predicts worse than another by a clear margin.
+    pub(crate) fn is_beaten_by(&self, one: &Place, other: &Place) -> Result<bool, Error> {
+        Ok(self.judged_there(one)?.is_beaten_by(&self.judged_there(other)?, MUST_GAIN))
+    }
+
+    /// How a place predicts, without a search.
+    fn judged_there(&self, place: &Place) -> Result<Judged, Error> {
+        let JointProblem { records, basis, .. } = self.fitted;
+        let levels = levels(records, &place.space, basis, self.smoothness, true)?;
+        let fit = levels[levels.len() - 1].fit(&place.point, None);
+        drop(levels);
+        self.judged_at(place.clone(), &fit)
+    }
+
     /// Both maps, if both are left open; `one` is the better of them.
     fn both(
         &self,
@@ -201,13 +222,18 @@ impl MapProblem<'_> {
         span: Span,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Judged, Error> {
-        let JointProblem { records, options, basis, .. } = self.fitted;
         let (place, fit) = self.searched(maps, found, near, span, monitor)?;
+        self.judged_at(place, &fit)
+    }
+
+    /// How a fit at a place predicts.
+    fn judged_at(&self, place: Place, fit: &ProjectedFit) -> Result<Judged, Error> {
+        let JointProblem { records, options, basis, .. } = self.fitted;
         let space = &place.space;
         let terms =
             |smoothness| Terms { creep: space.creep_amplitudes(), loop_shift: LoopShiftModel::Auto, smoothness };
         let levels = levels(records, space, basis, self.smoothness, true)?;
-        let stretches = Stretches::new(&levels[levels.len() - 1], &fit);
+        let stretches = Stretches::new(&levels[levels.len() - 1], fit);
         let under = stretches.under(options, basis);
         let tried = self.asked.smoothnesses().iter().map(|smoothness| under.cross_validate(&terms(*smoothness)));
         let tried: Vec<_> = tried.collect();
