@@ -1,48 +1,62 @@
-//! A lag of first order that a map hides: beside a curve that is not in the model yet, a lag explains little more than a dead time.
+//! A lag of first order that a map hides: while the curve is not in the model a lag explains little more than a dead time does.
 
 use crate::error::Error;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::maps::{Chosen, MapProblem, Place};
-use crate::fit::monitor::SearchMonitor;
-use crate::joint_search::{LinearEvidence, is_inside};
+use crate::fit::monitor::{SearchMonitor, Span};
+use crate::fit::point::Parameter;
+use crate::joint_search::{LinearEvidence, are_inside};
 use crate::options::{DynamicsModel, Options, Order};
 use crate::search::Found;
 
-/// A dead time of fewer samples is no lag that the records tell from it.
+/// A dead time of fewer samples stands for no lag that the records tell from it.
 const LEAST_SAMPLES: f64 = 1.0;
 
-/// A lag with the maps beside it, and what the records tell of it.
-pub(crate) struct LagBesideMaps {
-    pub(crate) place: Place,
-    pub(crate) linear: LinearEvidence,
-}
+/// What the search for maps has done of its part when it ends.
+const AFTER_MAPS: f64 = 0.3;
 
-/// A lag in the place of the dead time, with maps of its own, if that predicts better by a clear margin than the best without it.
-pub(crate) fn lag_beside_maps(
+/// The maps that are chosen; with a lag in the place of the dead time, and what the records tell of it, if that with maps of its own
+/// predicts better by a clear margin.
+pub(crate) fn maps_and_lag(
     maps: &MapProblem<'_>,
     found: &Found,
-    without: &Place,
     monitor: &mut SearchMonitor<'_>,
-) -> Result<Option<LagBesideMaps>, Error> {
-    let is_open = maps.asked.dynamics == DynamicsModel::Auto && found.told_alone.is_none();
-    let stands_for_lag = found.fit.space.order().is_none() && found.fit.dead_time_samples() > LEAST_SAMPLES;
-    if !is_open || !stands_for_lag || !maps.are_tried(&found.fit) {
-        return Ok(None);
+) -> Result<(Chosen, Option<LinearEvidence>), Error> {
+    let chosen = maps.choose(&found.fit, monitor)?;
+    if !may_hide_lag(maps, found, &chosen.place) {
+        return Ok((chosen, None));
     }
     // The part of the work before is done: progress does not go back.
     monitor.hold();
-    let Some((lag, dead_time_error)) = lag(&maps.fitted, &found.fit, monitor)? else { return Ok(None) };
-    let Chosen { place, .. } = maps.choose(&lag, monitor)?;
-    let linear = LinearEvidence { dead_time_error, ..LinearEvidence::default() };
-    Ok(maps.is_beaten_by(without, &place)?.then_some(LagBesideMaps { place, linear }))
+    let Some((lag, dead_time_error)) = monitor.nested(|monitor| lag(&maps.fitted, &found.fit, monitor))? else {
+        return Ok((chosen, None));
+    };
+    monitor.begin_structure();
+    let beside = maps.choose(&lag, monitor)?;
+    let Place { space, point } = &beside.place;
+    if !are_inside(space, point) || !maps.is_beaten_by(&chosen.place, &beside.place)? {
+        return Ok((chosen, None));
+    }
+    Ok((beside, Some(LinearEvidence { dead_time_error, ..LinearEvidence::default() })))
 }
 
-/// The best lag without maps and the standard error of the dead time beside it.
+/// Whether dynamics were left open and are not told, there may be a map, and a dead time may stand for a lag: without the map, or with
+/// it, as before the hysteresis and creep may stand for the lag instead.
+fn may_hide_lag(maps: &MapProblem<'_>, found: &Found, chosen: &Place) -> bool {
+    let space = &found.fit.space;
+    let is_open = maps.asked.dynamics == DynamicsModel::Auto && found.linear.is_some() && found.told_alone.is_none();
+    let dead_time = found.fit.fit.point.get(Parameter::DeadTime).max(chosen.point.get(Parameter::DeadTime));
+    let may_stand_for_lag = space.order().is_none() && dead_time > LEAST_SAMPLES * space.intervals().smallest();
+    is_open && may_stand_for_lag && maps.are_tried(&found.fit)
+}
+
+/// The best lag without maps, and the standard error of the dead time beside it.
 fn lag(
     problem: &JointProblem<'_>,
     found: &JointFit,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Option<(JointFit, Option<f64>)>, Error> {
+    monitor.begin(Span { from: AFTER_MAPS, to: AFTER_MAPS });
     let options = Options { dynamics: DynamicsModel::Order(Order::First), ..problem.options.clone() };
     let problem = JointProblem { options: &options, ..*problem };
     let lag = problem.search(&found.fit, &found.space, monitor);
@@ -50,6 +64,6 @@ fn lag(
         Err(Error::Interrupted) => Err(Error::Interrupted),
         // A fit is at hand: this was another one to compare it with.
         Err(_) => Ok(None),
-        Ok((lag, error)) => Ok(is_inside(&lag).then_some((lag, error))),
+        Ok(settled) => Ok(Some(settled)),
     }
 }
