@@ -23,7 +23,8 @@ pub(crate) fn maps_and_lag(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<(Chosen, Option<LinearEvidence>), Error> {
     let chosen = maps.choose(&found.fit, monitor)?;
-    if !may_hide_lag(maps, found, &chosen.place) {
+    let Place { space, point } = &chosen.place;
+    if !may_hide_lag(maps, found, &chosen) || !maps.leaves_something(&maps.fitted.at(space, point)?) {
         return Ok((chosen, None));
     }
     // The part of the work before is done: progress does not go back.
@@ -42,12 +43,12 @@ pub(crate) fn maps_and_lag(
 
 /// Whether dynamics were left open and are not told, there may be a map, and a dead time may stand for a lag: without the map, or with
 /// it, as before the hysteresis and creep may stand for the lag instead.
-fn may_hide_lag(maps: &MapProblem<'_>, found: &Found, chosen: &Place) -> bool {
-    let space = &found.fit.space;
+fn may_hide_lag(maps: &MapProblem<'_>, found: &Found, chosen: &Chosen) -> bool {
+    let JointFit { space, fit, .. } = &found.fit;
     let is_open = maps.asked.dynamics == DynamicsModel::Auto && found.linear.is_some() && found.told_alone.is_none();
-    let dead_time = found.fit.fit.point.get(Parameter::DeadTime).max(chosen.point.get(Parameter::DeadTime));
-    let may_stand_for_lag = space.order().is_none() && dead_time > LEAST_SAMPLES * space.intervals().smallest();
-    is_open && may_stand_for_lag && maps.are_tried(&found.fit)
+    let [before, beside] = [&fit.point, &chosen.place.point].map(|point| point.get(Parameter::DeadTime));
+    let may_be_lag = space.order().is_none() && before.max(beside) > LEAST_SAMPLES * space.intervals().smallest();
+    is_open && may_be_lag && chosen.were_searched
 }
 
 /// The best lag without maps, and the standard error of the dead time beside it.

@@ -286,7 +286,7 @@ fn with_structure(
     let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
     let fitted = found.problem(records);
     let maps = MapProblem { fitted, asked, smoothness: usual };
-    let (Chosen { place, untold }, lag) = match maps_and_lag(&maps, &found, monitor) {
+    let (Chosen { place, untold, .. }, lag) = match maps_and_lag(&maps, &found, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
         chosen => chosen?,
     };
