@@ -2734,7 +2734,7 @@ def identify(
     dynamics : "auto", None, 2 or 1
         Linear dynamics behind the hysteresis: of second order, or a first-order lag. They need dt and records that reach
         their frequency; a warning says if these do not tell those that were asked for. "auto" is 2, 1 or None: 1 in the
-        place of an overdamped 2 that is not told from it.
+        place of an overdamped 2 that is not told from it, or where that predicts better beside a map.
     modes : "auto", 1, 2 or 3
         How many modes in parallel the second-order dynamics have: G(s) = sum_i g_i / ((s/w_i)^2 + 2 zeta_i s/w_i + 1), the gains
         g_i sum to 1. "auto" begins with one, and adds a second and a third as far as the records tell them. A warning says if they

@@ -321,9 +321,14 @@ pub(crate) fn needed_evidence(records: &[Record<'_>], fit: &JointFit) -> f64 {
 }
 
 /// Whether frequency, damping and dead time lie within the bounds of their search.
-fn is_inside(fit: &JointFit) -> bool {
+fn is_inside(JointFit { space, fit, .. }: &JointFit) -> bool {
+    are_inside(space, &fit.point)
+}
+
+/// The same at a point of a space.
+pub(crate) fn are_inside(space: &Space, point: &Point) -> bool {
     [Parameter::LogFrequency, Parameter::LogDamping, Parameter::DeadTime].into_iter().all(|parameter| {
-        let value = fit.fit.point.get(parameter);
-        fit.space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
+        let value = point.get(parameter);
+        space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
     })
 }

@@ -24,6 +24,7 @@ mod glitches;
 mod identify;
 mod joint_findings;
 mod joint_search;
+mod lag_beside_maps;
 mod loop_shift_model;
 mod loss;
 mod many;

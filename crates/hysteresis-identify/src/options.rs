@@ -78,8 +78,8 @@ pub enum Order {
 pub enum DynamicsModel {
     /// None.
     None,
-    /// Of second order, if the records tell them, or of first order where they do not tell overdamped ones from that; none without a
-    /// sampling interval.
+    /// Of second order, if the records tell them, or of first order where they do not tell overdamped ones from that, or where a lag
+    /// beside a map predicts better than a dead time; none without a sampling interval.
     #[default]
     Auto,
     /// These.

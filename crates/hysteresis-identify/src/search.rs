@@ -13,8 +13,9 @@ use crate::fit::space::Space;
 use crate::fit::structure::{Structure, StructureProblem, USUAL_SMOOTHNESS, is_open, with_creep_amplitudes};
 use crate::fit::weight_basis::WeightBasis;
 use crate::joint_search::{FoundJoint, LinearEvidence, search_joint};
+use crate::lag_beside_maps::maps_and_lag;
 use crate::operator_choice::with_operators_chosen;
-use crate::options::{DynamicsModel, Options, Setting};
+use crate::options::{DynamicsModel, Options, Order, Setting};
 use crate::quiet_record::{Told, ToldAlone, told_by_quietest};
 use crate::record::Record;
 
@@ -284,8 +285,16 @@ fn with_structure(
     monitor.begin_structure();
     let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
     let fitted = found.problem(records);
-    let Chosen { place, untold } = MapProblem { fitted, asked, smoothness: usual }.choose(&found.fit, monitor)?;
-    restructured(records, asked, Found { untold_map: untold, ..found }, place, monitor)
+    let maps = MapProblem { fitted, asked, smoothness: usual };
+    let (Chosen { place, untold, .. }, lag) = match maps_and_lag(&maps, &found, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
+        chosen => chosen?,
+    };
+    let mut found = Found { untold_map: untold, ..found };
+    if lag.is_some() {
+        (found.linear, found.options.dynamics) = (lag, DynamicsModel::Order(Order::First));
+    }
+    restructured(records, asked, found, place, monitor)
 }
 
 /// The same with terms, weight law and smoothness as cross-validation chooses them at a place, fitted anew from there.

@@ -2,13 +2,15 @@
 
 mod common;
 
+use std::ops::ControlFlow;
+
 use common::{decaying_triangle, noise, run};
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 use hysteresis_control::stage::{Stage, StageParts};
 use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Process, Ratios};
 use hysteresis_identify::{
-    AmplifierModel, DynamicsModel, Error, FindingCode, Identification, MapModel, Options, Order, Record, Setting,
-    Thresholds,
+    AmplifierModel, DynamicsModel, Error, FindingCode, Identification, MapModel, Options, Order, Record, Setting, Stop,
+    Thresholds, identify,
 };
 
 const DT: f64 = 1e-4;
@@ -97,6 +99,57 @@ fn a_lag_is_not_taken_for_a_resonance() {
         assert!(found.fit.rmse < 1.1e-3, "{frequency}: {:?}", found.fit);
         let is_wrong = |code| matches!(code, ClippedInput | NegativeDeadTime | PoorFit | ResonanceNotExcited);
         assert!(!found.warnings.iter().any(|one| is_wrong(one.code)), "{frequency}: {:?}", found.warnings);
+    }
+}
+
+/// The square of the drive, from 0 to 100 V.
+fn squared() -> PiecewiseLinearMap {
+    let x: Vec<f64> = (0..=100).map(f64::from).collect();
+    let y: Vec<f64> = x.iter().map(|x| x * x / 100.0).collect();
+    PiecewiseLinearMap::new(&x, &y).unwrap()
+}
+
+/// Where the square is not in the model yet, hysteresis, creep and a dead time explain as much as a lag.
+#[test]
+fn a_lag_behind_a_square_is_found_and_a_dead_time_there_stays_one() {
+    let plain = StageParts { input_map: Some(squared()), ..StageParts::new(hysteresis()) };
+    let drive = decaying_triangle(8000, 49.0, 5.5, 50.0);
+    let lag = FirstOrder::new(12.0).unwrap();
+    let stage = Stage::new(StageParts { dynamics: lag.into(), ..plain.clone() }).unwrap();
+    let (_, found) = found_from(&drive, &stage, 1e-2, &options());
+    let Some(Dynamics::FirstOrder(lag)) = found.dynamics else { panic!("{:?}", found.dynamics) };
+    assert!((lag.frequency() / 12.0 - 1.0).abs() < 0.02, "{lag:?}");
+    assert!(found.input_map().is_some() || found.output_map().is_some());
+    assert!(found.fit.rmse < 1.2e-2, "{:?}", found.fit);
+
+    let stage = Stage::new(StageParts { dead_time: 30.0 * DT, ..plain }).unwrap();
+    let (_, found) = found_from(&drive, &stage, 1e-2, &options());
+    assert!(found.dynamics.is_none() && (found.dead_time.unwrap() / DT - 30.0).abs() < 0.5, "{:?}", found.dead_time);
+}
+
+/// Most of this search looks for maps.
+#[test]
+fn a_search_that_is_stopped_among_maps_hands_over_its_best() {
+    let parts = StageParts { input_map: Some(squared()), ..StageParts::new(hysteresis()) };
+    let stage = Stage::new(StageParts { dynamics: FirstOrder::new(12.0).unwrap().into(), ..parts }).unwrap();
+    let drive = decaying_triangle(1000, 49.0, 5.5, 50.0);
+    let mut forward = stage.forward(8.0 * DT).unwrap();
+    let position: Vec<f64> = drive.iter().map(|u| forward.step(*u)).collect();
+    let record = [Record::new(&drive, &position, 0).unwrap()];
+    let options = Options { dt: Some(8.0 * DT), ..options() };
+    let stopped_at = |stop: usize| {
+        let (mut calls, mut fraction) = (0, 0.0);
+        let found = identify(&record, &options, &mut |now| {
+            assert!(now.fraction >= fraction, "{} after {fraction}", now.fraction);
+            (calls, fraction) = (calls + 1, now.fraction);
+            if calls == stop { ControlFlow::Break(Stop::KeepBest) } else { ControlFlow::Continue(()) }
+        });
+        (found.unwrap(), calls)
+    };
+    let (whole, calls) = stopped_at(usize::MAX);
+    assert!(!whole.partial && matches!(whole.dynamics, Some(Dynamics::FirstOrder(_))), "{:?}", whole.dynamics);
+    for share in 2..10 {
+        assert!(stopped_at(calls * share / 10).0.partial, "{share}");
     }
 }
 

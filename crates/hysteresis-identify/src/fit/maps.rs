@@ -55,12 +55,8 @@ pub(crate) struct Chosen {
     pub(crate) place: Place,
     /// The best map that is not there, as a loop shift would predict as well.
     pub(crate) untold: Option<UntoldMap>,
-}
-
-impl Chosen {
-    fn of(place: Place) -> Self {
-        Self { place, untold: None }
-    }
+    /// Whether any map was asked for, or promised something.
+    pub(crate) were_searched: bool,
 }
 
 /// A map that decaying loops do not tell from a loop shift.
@@ -108,13 +104,15 @@ impl MapProblem<'_> {
     pub(crate) fn choose(&self, found: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<Chosen, Error> {
         let candidates = self.candidates(found);
         if let [Maps { input: false, output: None }] = candidates[..] {
-            return Ok(Chosen::of(Place { space: found.space.clone(), point: found.fit.point }));
+            let place = Place { space: found.space.clone(), point: found.fit.point };
+            return Ok(Chosen { place, untold: None, were_searched: false });
         }
         let candidates = self.promising(candidates, found)?;
         let (whole, count) = (Span { from: 0.0, to: 0.6 }, candidates.len() + 1);
         let span = |number| Span { from: whole.at(number, count), to: whole.at(number + 1, count) };
         if let [only] = &candidates[..] {
-            return Ok(Chosen::of(self.searched(only, found, None, whole, monitor)?.0));
+            let (place, _) = self.searched(only, found, None, whole, monitor)?;
+            return Ok(Chosen { place, untold: None, were_searched: !only.is_none() });
         }
         let mut judged = Vec::with_capacity(candidates.len());
         for (number, maps) in candidates.iter().enumerate() {
@@ -124,12 +122,26 @@ impl MapProblem<'_> {
         let Some(best) = best_of(&judged, |one| without.is_beaten_by(one, MUST_GAIN)) else {
             let untold = best_of(&judged, |one| without.is_beaten_alone_by(one, MUST_GAIN));
             let untold = untold.map(|place| self.untold(&candidates[place], &judged[place].alone, &without.alone));
-            return Ok(Chosen { untold, ..Chosen::of(judged.swap_remove(0).place) });
+            return Ok(Chosen { place: judged.swap_remove(0).place, untold, were_searched: true });
         };
         let best = judged.swap_remove(best);
         let both = self.both(&best, found, span(count - 1), monitor)?;
         let both = both.filter(|both| best.is_beaten_by(both, OTHER_MUST_GAIN));
-        Ok(Chosen::of(both.unwrap_or(best).place))
+        Ok(Chosen { place: both.unwrap_or(best).place, untold: None, were_searched: true })
+    }
+
+    /// Whether one place predicts worse than another by a clear margin.
+    pub(crate) fn is_beaten_by(&self, one: &Place, other: &Place) -> Result<bool, Error> {
+        Ok(self.judged_there(one)?.is_beaten_by(&self.judged_there(other)?, MUST_GAIN))
+    }
+
+    /// How a place predicts, without a search.
+    fn judged_there(&self, place: &Place) -> Result<Judged, Error> {
+        let JointProblem { records, basis, .. } = self.fitted;
+        let levels = levels(records, &place.space, basis, self.smoothness, true)?;
+        let fit = levels[levels.len() - 1].fit(&place.point, None);
+        drop(levels);
+        self.judged_at(place.clone(), &fit)
     }
 
     /// Both maps, if both are left open; `one` is the better of them.
@@ -188,7 +200,7 @@ impl MapProblem<'_> {
     }
 
     /// Whether a fit leaves more than rounding or white noise, which no map explains.
-    fn leaves_something(&self, found: &JointFit) -> bool {
+    pub(crate) fn leaves_something(&self, found: &JointFit) -> bool {
         !found.fit.is_exact() && self.fitted.colour(found).is_coloured()
     }
 
@@ -201,13 +213,18 @@ impl MapProblem<'_> {
         span: Span,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Judged, Error> {
-        let JointProblem { records, options, basis, .. } = self.fitted;
         let (place, fit) = self.searched(maps, found, near, span, monitor)?;
+        self.judged_at(place, &fit)
+    }
+
+    /// How a fit at a place predicts.
+    fn judged_at(&self, place: Place, fit: &ProjectedFit) -> Result<Judged, Error> {
+        let JointProblem { records, options, basis, .. } = self.fitted;
         let space = &place.space;
         let terms =
             |smoothness| Terms { creep: space.creep_amplitudes(), loop_shift: LoopShiftModel::Auto, smoothness };
         let levels = levels(records, space, basis, self.smoothness, true)?;
-        let stretches = Stretches::new(&levels[levels.len() - 1], &fit);
+        let stretches = Stretches::new(&levels[levels.len() - 1], fit);
         let under = stretches.under(options, basis);
         let tried = self.asked.smoothnesses().iter().map(|smoothness| under.cross_validate(&terms(*smoothness)));
         let tried: Vec<_> = tried.collect();
