@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import json
 import pickle
+import re
 import signal
 import socket
 import struct
@@ -208,6 +209,34 @@ def test_datagrams_are_exchanged(stage: mh.Stage, controller: mh.control.HybridC
     assert everything["datagrams"]["received"] >= everything["counts"]["fresh"]
     assert sum(everything["datagrams"].values()) == everything["datagrams"]["received"]
     assert report.warnings == []
+
+
+def test_an_amplifier_with_narrower_limits_is_refused(
+    controller: mh.control.HybridController,
+) -> None:
+    low, high = controller.limits
+
+    class Amplifier:
+        limits: object = (low, high)
+
+        def read(self) -> float:
+            return 0.0
+
+        def write(self, drive: float) -> None:
+            assert low <= drive <= high
+
+    io = Amplifier()
+    mh.realtime.run(controller, io, sine(), **REST, seconds=0.01)
+    holds = f"io.limits: expected limits that hold those of the controller, ({low}, {high}), got ("
+    for limits, said in [
+        ((low, 0.9 * high), holds),
+        ((0.9 * low, high), holds),
+        ((high, low), "io.limits: expected (low, high) with low below high, got"),
+        ("wide", "io.limits: expected two numbers (low, high) or None, got"),
+    ]:
+        io.limits = limits
+        with pytest.raises((ValueError, TypeError), match=re.escape(said)):
+            mh.realtime.run(controller, io, sine(), **REST, seconds=0.01)
 
 
 def test_without_datagrams_none_are_counted(

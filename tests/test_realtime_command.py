@@ -71,6 +71,7 @@ def test_a_reference_is_made_that_stays_in_range(here: Path) -> None:
         (["--rate", "nan"], "--rate: expected a finite number above 0, got nan"),
         (["--rate", "1e9"], "--rate: expected 0.1 to 1e+06 samples per second, got 1e+09"),
         (["--slew", "0"], "--slew: expected"),
+        (["--slew", "1e7"], "--slew: expected at most 20000, which stage.json allows, got 1e+07"),
         (["--shared-memory", "stage.json"], "stage.json: is an input file"),
         (["--shared-memory", "m", "-o", "m"], "m: named for two outputs"),
         (["--shared-memory", "reference.csv"], "reference.csv: expected a new or empty file"),
@@ -91,6 +92,17 @@ def test_what_cannot_be_is_refused(here: Path, more: list[str], said: str) -> No
     before = {name: (here / name).read_bytes() for name in FILES}
     assert_refused(run(*REALTIME, *more), here, FILES, said)
     assert {name: (here / name).read_bytes() for name in FILES} == before
+
+
+def test_times_of_another_rate_are_refused(here: Path) -> None:
+    for dt in (0.001, 0.002):
+        write_csv(here / "timed.csv", "time_s,target_um", [[dt * k, 0.01 * k] for k in range(100)])
+        result = run(*REALTIME, "--reference", "timed.csv")
+        if dt == 0.001:
+            assert result.exit_code == 0, result.output
+            continue
+        said = "timed.csv: time_s: expected the times of --rate 1000, got one sample each 0.002 s"
+        assert_refused(result, here, FILES | {"timed.csv"}, said, "(--rate 500)")
 
 
 def test_a_priority_is_not_the_file(here: Path) -> None:

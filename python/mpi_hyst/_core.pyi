@@ -2389,7 +2389,8 @@ class HybridController:
 
     A reference, target or feed-forward that is not finite (or beyond 1e100) repeats the last drive and is counted. So does a
     measurement that is not finite, out of `measurement_range`, or farther than `max_measurement_step` from the last one;
-    after `max_missing` of these in a row feed-forward goes on alone, the integral frozen, until a plausible one returns.
+    after `max_missing` of these in a row feed-forward goes on alone, the integral frozen, until a plausible one returns. So it does
+    at once if `bumpless` has not gone to zero since the last of them: however many are lost, the drive goes on.
 
     Parameters
     ----------
@@ -2417,7 +2418,8 @@ class HybridController:
         How long, in seconds, the difference at a start or a switch takes to go to zero. From a start on the integral rests for
         that time.
     max_missing : int
-        How many measurements in a row may be missing or implausible before feed-forward goes on alone.
+        How many measurements in a row may be missing or implausible before feed-forward goes on alone. Sooner where losses follow
+        each other within `bumpless_time`.
     measurement_range : (low, high), optional
         What the sensor can show.
     max_measurement_step : float, optional
@@ -7117,7 +7119,9 @@ def run(
     is the rest drive, unless writing itself fails.
 
     A measurement that does not come is replaced by the last one for `stale_after` seconds. Then the controller is told
-    that there is none, and holds the drive. After `rest_after` seconds without one the drive goes to rest.
+    that there is none, and holds the drive; if it is still coming back from the last loss, feed-forward goes on alone for up to
+    `max_missing` samples first. After `rest_after` seconds without one the drive goes to rest. Of a sensor that is slower than the
+    loop let `stale_after` be its interval.
 
     Parameters
     ----------
@@ -7126,7 +7130,7 @@ def run(
         again. A stage makes one with the exact inverse, for `rate`.
     io : Plant, Functions, Udp, SharedMemory or object
         What is read from and written to. An object has `read()`, which returns a number or None if there is none that is newer, and
-        `write(drive)`. Each call of it takes the interpreter: some ten microseconds, or as long as another thread of Python keeps it. What it
+        `write(drive)`; its `limits` (low, high), if it states some, must hold those of the controller. Each call of it takes the interpreter: some ten microseconds, or as long as another thread of Python keeps it. What it
         raises is raised again when the loop has ended, with the LoopReport as its attribute `report`.
     reference : array of n floats
         Where the position should be, one for each sample.

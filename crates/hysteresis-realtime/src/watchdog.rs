@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WatchdogTimes {
     /// For so long the last fresh measurement stands in for one that does not come. With 0 it never does. From then on the
-    /// controller is told that there is none: it holds the drive.
+    /// controller is told that there is none: it holds the drive, unless it is still coming back from the last loss.
     pub stale_after: f64,
     /// After so long without a fresh measurement the drive goes to rest, for good.
     pub rest_after: f64,

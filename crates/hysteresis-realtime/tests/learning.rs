@@ -8,7 +8,7 @@ use hysteresis_control::learning::{LearningPhase, RepetitiveControl, RepetitiveO
 use hysteresis_realtime::clock::SimulatedClock;
 use hysteresis_realtime::{Report, Settings};
 use hysteresis_simulate::paper::Benchmark;
-use setup::{DT, Scripted, controller, run_with, settings};
+use setup::{DT, Scripted, controller, run_with, said, settings};
 
 const PERIOD: u32 = 200;
 
@@ -40,7 +40,7 @@ fn diverged() -> StageController {
 fn report(controller: StageController, samples: f64) -> (Report, Vec<String>) {
     let settings = Settings { seconds: Some(samples * DT), ..settings() };
     let report = run_with(SimulatedClock::new(), controller, Scripted::new(), settings).report;
-    let said = report.warnings.iter().filter(|said| said.starts_with("learning: ")).cloned().collect();
+    let said = said(&report, "learning: ").into_iter().map(str::to_owned).collect();
     (report, said)
 }
 

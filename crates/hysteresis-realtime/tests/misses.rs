@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use hysteresis_realtime::clock::{Clock, SimulatedClock};
 use hysteresis_realtime::{Deadlines, EndReason, MissPolicy, NpyFile, Reference, Settings, StopFlag, run_on};
-use setup::{DT, INTERVAL, SLEW, Scripted, controller, run_with, settings, sine};
+use setup::{DT, INTERVAL, SLEW, Scripted, controller, run_with, said, settings, sine};
 
 /// A loop in which the write of sample 300 takes so many nanoseconds.
 fn with_a_slow_write(time: u64, misses: MissPolicy) -> hysteresis_realtime::Outcome<Scripted> {
@@ -191,7 +191,10 @@ fn a_recorder_that_is_too_slow_loses_rows_and_says_so() -> Result<(), Box<dyn co
     let report = run_with(SimulatedClock::new(), controller(), Scripted::new(), recorded).report;
     assert!(report.counts.lost_rows > 0);
     assert_eq!(report.recorded_rows.unwrap() + report.counts.lost_rows, report.deadlines.taken);
-    assert_eq!(report.warnings, [format!("record: the recorder was too slow for {} rows", report.counts.lost_rows)]);
+    assert_eq!(
+        said(&report, "record: "),
+        [format!("record: the recorder was too slow for {} rows", report.counts.lost_rows)]
+    );
     Ok(())
 }
 
@@ -209,7 +212,7 @@ fn a_record_that_cannot_be_written_is_not_one_for_which_the_recorder_was_too_slo
     let report = run_with(SimulatedClock::new(), controller(), io, recorded).report;
     let taken = report.deadlines.taken;
     assert_eq!((report.recorded_rows, report.counts.lost_rows), (Some(0), taken));
-    let [said] = &report.warnings[..] else { panic!("{:?}", report.warnings) };
+    let [said] = said(&report, "record: ")[..] else { panic!("{:?}", report.warnings) };
     assert!(said.starts_with(&format!("record: {taken} rows are missing: ")), "{said}");
 }
 

@@ -5,8 +5,8 @@ mod setup;
 use hysteresis_core::{Error as CoreError, FeedForward, HybridController, Mode};
 use hysteresis_realtime::clock::SimulatedClock;
 use hysteresis_realtime::io::Fault;
-use hysteresis_realtime::{EndReason, Reference, Settings, StopFlag, WatchdogTimes, run_on};
-use setup::{DT, INTERVAL, RATE, REST, Scripted, controller, controller_with, run, run_with, settings, sine};
+use hysteresis_realtime::{EndReason, Outcome, Reference, Settings, StopFlag, WatchdogTimes, run_on};
+use setup::{DT, INTERVAL, RATE, REST, Scripted, controller, controller_with, run, run_with, said, settings, sine};
 
 fn watched(stale_samples: f64, rest_samples: f64) -> Settings {
     let times = WatchdogTimes { stale_after: stale_samples * DT, rest_after: rest_samples * DT };
@@ -254,4 +254,31 @@ fn a_controller_that_cannot_follow_references_is_refused() -> Result<(), CoreErr
     let error = run_on(SimulatedClock::new(), slow, Scripted::new(), sine(), settings(), &stop).err().unwrap();
     assert_eq!(error.parameter(), Some("dt"));
     Ok(())
+}
+
+/// A reference of 2 um at 5 Hz, which drive and slew follow, for one second.
+fn slow(io: Scripted) -> Outcome<Scripted> {
+    let positions = (0..2000).map(|k| 2.0 * (core::f64::consts::TAU * f64::from(k) / 2000.0).sin()).collect();
+    let (reference, settings) =
+        (Reference::periodic(positions).unwrap(), Settings { seconds: Some(1.0), ..settings() });
+    run_on(SimulatedClock::new(), controller(), io, reference, settings, &StopFlag::default()).unwrap()
+}
+
+#[test]
+fn what_was_unusual_often_is_told() {
+    let told = |io: Scripted| {
+        let outcome = slow(io);
+        let most = outcome.io.drives.iter().copied().fold(0.0, f64::max);
+        (most, said(&outcome.report, "controller: ").join("; "))
+    };
+    let (most, healthy) = told(Scripted::new());
+    assert!(most > 200.0 && healthy.is_empty(), "{most} V, {healthy}");
+    // A sensor of the other sign drives to the limits.
+    let (_, reversed) = told(Scripted::reading(|_, measured| Ok(Some(-measured))));
+    assert!(reversed.contains("had the drive at a limit: the reference is out of reach"), "{reversed}");
+    // A sensor half as fast as the loop: the drive goes on, and that there was nothing new is told.
+    let (half, slower) = told(Scripted::reading(|k, measured| Ok((k % 2 == 0).then_some(measured))));
+    assert!((half - most).abs() < 0.05 * most, "{half} V, not {most} V");
+    assert!(slower.starts_with("controller: 5000 of "), "{slower}");
+    assert!(slower.ends_with("samples had no measurement to use: it was missing or implausible"), "{slower}");
 }

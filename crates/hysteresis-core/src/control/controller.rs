@@ -46,8 +46,9 @@ use crate::error::{Error, check_length, is_admissible};
 /// [`measurement_range`](ControllerOptions::measurement_range) or farther than
 /// [`max_measurement_step`](ControllerOptions::max_measurement_step) from the last one, up to
 /// [`max_missing`](ControllerOptions::max_missing) in a row. Then feed-forward goes on alone, the integral frozen, until a
-/// plausible measurement returns. (References that come with missing measurements still enter the preview, which so keeps
-/// its place in the trajectory.)
+/// plausible measurement returns. So it does at once if the drive has not come back to that of the law since the last such
+/// samples: however often measurements are missing, the drive goes on. (References that come with missing measurements still
+/// enter the preview, which so keeps its place in the trajectory.)
 ///
 /// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan), [`commit`](Self::commit), [`stop`](Self::stop) and the
 /// changes of gains and mode do not allocate, lock, panic, log or read a clock.
@@ -229,7 +230,7 @@ impl<S: DriveSource> HybridController<S> {
             Reading::Plausible(measurement) => Some(estimate.unwrap_or(measurement)),
             Reading::Missing | Reading::Implausible => estimate.filter(|_| few),
         };
-        if self.now.mode == Mode::Run && few && seen.is_none() {
+        if self.now.mode == Mode::Run && few && seen.is_none() && !self.now.is_coming_back() {
             return SampleStatus::Waiting(newest, reading);
         }
         SampleStatus::Accepted(newest, Sample { reference, target, window_filled, reading, seen, given })

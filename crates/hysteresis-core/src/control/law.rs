@@ -84,7 +84,10 @@ impl Rules {
             (bumpless, wanted + bumpless)
         } else {
             after.bumpless_samples = if last == wanted { 0 } else { self.bumpless_samples };
-            after.integral_rest_samples = before.integral_rest_samples.min(after.bumpless_samples);
+            // Where measurements are missing again and again, every sample that is acted upon may be a start.
+            let waited = u32::from(before.missing_in_a_row > 0);
+            let rest = before.integral_rest_samples.saturating_sub(waited);
+            after.integral_rest_samples = rest.min(after.bumpless_samples);
             (last - wanted, last)
         };
         (after.started, after.feedback_active, after.feedforward_given) = (true, feedback, sample.given.is_some());

@@ -115,6 +115,12 @@ impl LoopState {
         }
     }
 
+    /// Whether the drive comes back to that of the law, after a hold in the midst of a motion or a switch. To hold it once more then, and
+    /// again and again where every other measurement is missing, would let it stand still.
+    pub(super) fn is_coming_back(&self) -> bool {
+        self.started && self.bumpless_samples > 0 && self.integral_rest_samples == 0
+    }
+
     /// Ends the motion: the next one starts from the present drive, with an integral that rests at first. The position
     /// may be anywhere then, so the next measurement is not compared with the last one.
     pub(super) fn end_motion(&mut self) {

@@ -25,7 +25,8 @@ use crate::convert::pickling::{Reduced, reduce};
 ///
 /// A reference, target or feed-forward that is not finite (or beyond 1e100) repeats the last drive and is counted. So does a
 /// measurement that is not finite, out of `measurement_range`, or farther than `max_measurement_step` from the last one;
-/// after `max_missing` of these in a row feed-forward goes on alone, the integral frozen, until a plausible one returns.
+/// after `max_missing` of these in a row feed-forward goes on alone, the integral frozen, until a plausible one returns. So it does
+/// at once if `bumpless` has not gone to zero since the last of them: however many are lost, the drive goes on.
 ///
 /// Parameters
 /// ----------
@@ -53,7 +54,8 @@ use crate::convert::pickling::{Reduced, reduce};
 ///     How long, in seconds, the difference at a start or a switch takes to go to zero. From a start on the integral rests for
 ///     that time.
 /// max_missing : int
-///     How many measurements in a row may be missing or implausible before feed-forward goes on alone.
+///     How many measurements in a row may be missing or implausible before feed-forward goes on alone. Sooner where losses follow
+///     each other within `bumpless_time`.
 /// measurement_range : (low, high), optional
 ///     What the sensor can show.
 /// max_measurement_step : float, optional

@@ -78,6 +78,17 @@ fn check_put_out(drive: f64, at: &At) -> PyResult<f64> {
     Err(errors::value(part("plant.drive"), format_args!("expected a finite number {at}, got {drive:?}")))
 }
 
+/// The limits that an object states.
+pub(crate) fn stated_limits(place: Place<'_>, limits: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    let Ok((low, high)) = pair("limits", limits) else {
+        return Err(unexpected(place, "two numbers (low, high) or None", limits));
+    };
+    if low < high {
+        return Ok((low, high));
+    }
+    Err(errors::value(place, format_args!("expected (low, high) with low below high, got ({low:?}, {high:?})")))
+}
+
 impl<'a, 'py> ForeignPlant<'a, 'py> {
     /// Looks at what the object has, without reading or writing.
     pub(crate) fn new(object: &'a Bound<'py, PyAny>) -> PyResult<Self> {
@@ -98,13 +109,7 @@ impl<'a, 'py> ForeignPlant<'a, 'py> {
     /// With its limits, as far as it has any.
     pub(crate) fn with_limits(self) -> PyResult<Self> {
         let Some(limits) = self.attribute("limits")? else { return Ok(self) };
-        let place = || part("plant.limits");
-        let (low, high) = pair("plant.limits", &limits)
-            .map_err(|_| unexpected(place(), "two numbers (low, high) or None", &limits))?;
-        if low < high {
-            return Ok(Self { limits: vec![(low, high)], ..self });
-        }
-        Err(errors::value(place(), format_args!("expected (low, high) with low below high, got ({low:?}, {high:?})")))
+        Ok(Self { limits: vec![stated_limits(part("plant.limits"), &limits)?], ..self })
     }
 
     /// An attribute that is there and not None.

@@ -1,6 +1,6 @@
 //! Plants, closed loops and the paper's benchmark.
 
-mod foreign;
+pub(crate) mod foreign;
 pub(crate) mod multi_axis;
 pub(crate) mod paper;
 #[expect(clippy::module_inception, reason = "the class `Plant`")]

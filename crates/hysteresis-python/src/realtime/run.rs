@@ -43,7 +43,9 @@ impl Refusal for realtime::Error {
 /// is the rest drive, unless writing itself fails.
 ///
 /// A measurement that does not come is replaced by the last one for `stale_after` seconds. Then the controller is told
-/// that there is none, and holds the drive. After `rest_after` seconds without one the drive goes to rest.
+/// that there is none, and holds the drive; if it is still coming back from the last loss, feed-forward goes on alone for up to
+/// `max_missing` samples first. After `rest_after` seconds without one the drive goes to rest. Of a sensor that is slower than the
+/// loop let `stale_after` be its interval.
 ///
 /// Parameters
 /// ----------
@@ -52,7 +54,7 @@ impl Refusal for realtime::Error {
 ///     again. A stage makes one with the exact inverse, for `rate`.
 /// io : Plant, Functions, Udp, SharedMemory or object
 ///     What is read from and written to. An object has `read()`, which returns a number or None if there is none that is newer, and
-///     `write(drive)`. Each call of it takes the interpreter: some ten microseconds, or as long as another thread of Python keeps it. What it
+///     `write(drive)`; its `limits` (low, high), if it states some, must hold those of the controller. Each call of it takes the interpreter: some ten microseconds, or as long as another thread of Python keeps it. What it
 ///     raises is raised again when the loop has ended, with the LoopReport as its attribute `report`.
 /// reference : array of n floats
 ///     Where the position should be, one for each sample.
@@ -237,7 +239,8 @@ impl Start<'_, '_> {
             let io = SharedMemoryIo::create(path).map_err(|error| errors::io(&path.display().to_string(), &error))?;
             return Ok(self.run(py, io)?.1);
         }
-        let (io, ended) = self.run(py, ForeignIo::new(io)?)?;
+        let limits = self.controller.controller().options().limits;
+        let (io, ended) = self.run(py, ForeignIo::new(io, limits)?)?;
         Ok(Ended { raised: io.raised.or(ended.raised), ..ended })
     }
 

@@ -8,7 +8,7 @@ use hysteresis_control::stage::FeedForwardKind;
 use hysteresis_core::ControllerOptions;
 use hysteresis_realtime::clock::SimulatedClock;
 use hysteresis_realtime::io::{Fault, Io};
-use hysteresis_realtime::{Outcome, Reference, Settings, StopFlag, run_on};
+use hysteresis_realtime::{Outcome, Reference, Report, Settings, StopFlag, run_on};
 use hysteresis_simulate::paper::Benchmark;
 use hysteresis_simulate::plant::Plant;
 
@@ -112,6 +112,11 @@ pub(crate) fn run_with(
     let outcome = run_on(clock, controller, io, sine(), settings, &StopFlag::default()).unwrap();
     check(&outcome);
     outcome
+}
+
+/// The warnings of a part.
+pub(crate) fn said<'a>(report: &'a Report, part: &str) -> Vec<&'a str> {
+    report.warnings.iter().map(String::as_str).filter(|warning| warning.starts_with(part)).collect()
 }
 
 pub(crate) fn check(outcome: &Outcome<Scripted>) {

@@ -38,8 +38,8 @@ def _priority(context: click.Context, option: click.Parameter, value: str | None
         "--reference",
         type=FILE,
         metavar="FILE.csv",
-        help="Positions, one for each sample, followed again and again.  [default: a sine of 10 Hz "
-        "over half of what the stage reaches]",
+        help="Positions, one for each sample, followed again and again. A time column must fit "
+        "--rate.  [default: a sine of 10 Hz over half of what the stage reaches]",
     ),
     click.option("--column", help="Column of the reference.  [default: the only numeric one]"),
     click.option(
@@ -90,7 +90,7 @@ def _priority(context: click.Context, option: click.Parameter, value: str | None
         help="SCHED_FIFO, with this priority or 80.",
     ),
     click.option("--mlock", is_flag=True, help="Keep all memory in memory."),
-    slew("that of the stage"),
+    slew("that of the stage, and no more"),
     click.option("-o", "record_path", type=FILE, help="Record to write (npy)."),
     click.option("--json", "json_path", type=FILE, help="Report to write (JSON)."),
     click.option("--plot", "plot_path", type=FILE, help="Histograms to draw (PNG, SVG or PDF)."),

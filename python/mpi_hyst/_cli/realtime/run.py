@@ -13,21 +13,22 @@ import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError, note, one_line
-from mpi_hyst._cli.inputs import interval_of_rate
+from mpi_hyst._cli.inputs import interval_of_rate, known_interval, trajectory
 from mpi_hyst._cli.interrupts import call_at_interrupts
 from mpi_hyst._cli.outputs import Output, check_figure, check_outputs, write_outputs
 from mpi_hyst._cli.stage import StageOptions, check_unit, load_stage, name_options
 from mpi_hyst._cli.terminal import require_report_packages, say
 from mpi_hyst._files import write_file
-from mpi_hyst._io.read import read_trajectory
 from mpi_hyst._report.realtime import facts, times
 from mpi_hyst._text import text_pairs, text_table
 from mpi_hyst._types import Samples
+from mpi_hyst.io import Columns
 
 _FREQUENCY = 10.0  # Hz, of the reference that nobody gave
 _RAMP = 0.5  # seconds from one limit to the other
 _LONG = 10.0  # seconds, of a ramp to rest that is worth a word
 _WAITS = 1.0  # seconds without a sample that are worth a word
+_UNEQUAL = 1e-3  # of the interval: times are written with few digits
 _FASTEST, _SLOWEST = 1e6, 0.1  # Hz
 _AS_ASKED = ("time_over", "reference_over", "requested")
 NOT_AS_ASKED = 3
@@ -72,7 +73,7 @@ def run(request: Request) -> int:
     if not _SLOWEST <= request.rate <= _FASTEST:
         span = f"{_SLOWEST:g} to {_FASTEST:g} samples per second"
         raise CommandError(f"--rate: expected {span}, got {request.rate:g}")
-    stage = load_stage(request.stage_path, StageOptions(slew=request.slew))
+    stage = _stage(request)
     if stage.drive_range is None:
         raise CommandError(f"{request.stage_path}: expected a stage with limits, got one without")
     reference = _reference(stage, request)
@@ -88,6 +89,15 @@ def run(request: Request) -> int:
     rests = report.at_rest and report.rest_refused == 0
     as_asked = report.end in _AS_ASKED and rests and _is_recorded(report, request)
     return 0 if as_asked else NOT_AS_ASKED
+
+
+def _stage(request: Request) -> mh.Stage:
+    """Return the stage; the slew rate that it allows is that of the amplifier, so no more of it."""
+    path, slew = request.stage_path, request.slew
+    most = load_stage(path, StageOptions()).slew
+    if slew is not None and most is not None and slew > most:
+        raise CommandError(f"--slew: expected at most {most:g}, which {path} allows, got {slew:g}")
+    return load_stage(path, StageOptions(slew=slew))
 
 
 def _is_recorded(report: mh.realtime.LoopReport, request: Request) -> bool:
@@ -116,7 +126,8 @@ def _outputs(report: mh.realtime.LoopReport, request: Request) -> list[Output]:
 def _reference(stage: mh.Stage, request: Request) -> Samples:
     """Return the positions of a file, or a sine over half of what the stage reaches."""
     if request.reference is not None:
-        columns, column = read_trajectory(request.reference, request.column)
+        columns, column = trajectory(request.reference, request.column, None)
+        _check_times(columns, request.rate)
         check_unit(str(request.reference), columns.quantity(column), stage)
         return columns[column]
     if stage.position_range is None:
@@ -126,6 +137,14 @@ def _reference(stage: mh.Stage, request: Request) -> Samples:
     turn = 2.0 * np.pi * np.arange(samples) / samples
     wave: Samples = 0.5 * (low + high) + 0.25 * (high - low) * np.sin(turn)
     return wave
+
+
+def _check_times(columns: Columns, rate: float) -> None:
+    """Refuse a reference with the times of another rate: it would be followed at another speed."""
+    dt = known_interval(columns)
+    if dt is not None and abs(dt * rate - 1.0) > _UNEQUAL:
+        said = f"expected the times of --rate {rate:g}, got one sample each {dt:g} s"
+        raise CommandError(f"{columns.source}: {columns.time_column}: {said} (--rate {1.0 / dt:g})")
 
 
 def _io(
