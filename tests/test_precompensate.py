@@ -36,6 +36,28 @@ def test_precompensate_makes_the_model_follow(there: Path) -> None:
     assert "lead-in" not in result.stdout
 
 
+@pytest.mark.filterwarnings("ignore:dead_time")
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("precompensate", "judged.json", "trajectory.csv", "-o", "drive.csv"),
+        ("simulate", "judged.json", "trajectory.csv"),
+        ("export", "judged.json", "--c", "-o", "stage.h"),
+    ],
+)
+def test_a_red_stage_is_told(there: Path, command: tuple[str, ...]) -> None:
+    drive = mh.signals.decaying_triangle(100.0, 1.0, cycles=5, rate=1000)
+    found = mh.identify(drive, actuator().forward().run(drive), operators=4, dead_time=2)
+    found.stage.replace(limits=(-500.0, 500.0)).save(there / "judged.json")
+    said = "mpi-hyst: note: judged.json: do not use it yet: "
+    assert said not in run(*command).stderr
+    text = (there / "judged.json").read_text("utf-8")
+    red, ambers = re.subn(r'("severity":\s*)"amber"', r'\1"red"', text)
+    assert ambers > 0
+    (there / "judged.json").write_text(red, "utf-8")
+    assert run(*command).stderr.count(said) == ambers
+
+
 def test_arguments_in_a_message_are_options() -> None:
     names = {"reference": "wave.csv", "lead_in": "--lead-in"}
     error, warning = ValueError("reference[3]: give `lead_in`"), UserWarning("limits: not `other`")

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 import mpi_hyst as mh
-from mpi_hyst._cli.errors import CommandError, parameter, with_options
+from mpi_hyst._cli.errors import CommandError, note, parameter, with_options
 from mpi_hyst._core import load_from
 from mpi_hyst._quantity import Quantity, stated_unit
 from mpi_hyst._types import Model
@@ -74,6 +74,13 @@ def load_stage(path: Path, options: StageOptions, data: bytes | None = None) -> 
         raise CommandError(f"{path}: {error}") from error
     except (ValueError, TypeError) as error:
         raise CommandError(name_options(error)) from error
+
+
+def say_red(path: Path, stage: mh.Stage) -> None:
+    """Say that a stage should not be used, where its identification found so."""
+    for one in (stage.identified or {}).get("warnings", []):
+        if one["severity"] == "red":
+            note(f"{path}: do not use it yet: {one['message']}")
 
 
 def check_unit(file: str, quantity: Quantity, stage: mh.Stage) -> None:

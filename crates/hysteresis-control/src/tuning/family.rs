@@ -7,7 +7,7 @@ use crate::linear::{Antiresonance, Error, LinearDynamics, Modes, SecondOrder, Se
 /// A mode with this damping ratio or more has no resonance that a feedback could miss.
 pub(crate) const DAMPED: f64 = 0.5;
 
-/// How far frequency and damping ratio of a lightly damped mode may be from what is known: a damping ratio below 0.5.
+/// How far frequency and damping ratio of lightly damped modes may be from what is known, all of them together: damping ratios below 0.5.
 ///
 /// ```
 /// use hysteresis_control::tuning::ModeUncertainty;

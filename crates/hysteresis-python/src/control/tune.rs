@@ -71,10 +71,12 @@ fn structure_named(structure: &Bound<'_, PyAny>) -> PyResult<Structure> {
 /// peak_sensitivity : float
 ///     1.05 to 5: 1.2 is cautious, 2 is bold. The gain may grow by M / (M - 1), the phase lag by 2 arcsin(1 / (2 M)).
 /// frequency_uncertainty : float, optional
-///     How far the frequencies of lightly damped modes may be from what is known: a share either way, 0 to 0.5. By default 0.05, or three
-///     standard errors of the identification where they are more.
+///     How far the frequencies of lightly damped modes may be from what is known: a share either way, 0 to 0.5, the same for all modes.
+///     By default 0.05, or three standard errors of the identification where they are more. (If one mode rises while its neighbour
+///     falls, the peak may be higher than is said.)
 /// damping_uncertainty : float, optional
-///     By which factor their damping may be less or more, 1 to 100. By default 2, or what three standard errors make of it.
+///     By which factor their damping may be less or more, 1 to 100, the same for all. By default 2, or what three standard errors make
+///     of it.
 /// structure : "proportional-integral", "low-pass", "active damping" or "notch", optional
 ///     The only one that is admitted; all but the first need a lightly damped mode.
 ///

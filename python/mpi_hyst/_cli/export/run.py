@@ -11,7 +11,7 @@ import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError
 from mpi_hyst._cli.inputs import interval_of_rate
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
-from mpi_hyst._cli.stage import StageOptions, load_stage, name_options
+from mpi_hyst._cli.stage import StageOptions, load_stage, name_options, say_red
 from mpi_hyst._core import c_header_text, c_name, read_bytes
 from mpi_hyst._fmu.pack import packed
 from mpi_hyst._text import digits, text_pairs
@@ -71,6 +71,7 @@ def run(request: Request) -> str:
     # Once, as it may be a pipe.
     data = read_bytes(request.stage_path)
     stage = load_stage(request.stage_path, request.stage, data)
+    say_red(request.stage_path, stage)
     try:
         if request.limits is not None:
             stage = stage.replace(limits=request.limits)

@@ -21,6 +21,7 @@ from mpi_hyst._cli.stage import (
     load_stage,
     name_options,
     of_stage,
+    say_red,
     why_narrowed,
 )
 from mpi_hyst._csv import write_table
@@ -64,6 +65,7 @@ def run(request: Request) -> str:
     """Compute the drive, write it, and return the summary."""
     check_outputs([request.drive_path], [request.stage_path, request.trajectory])
     stage = load_stage(request.stage_path, request.stage)
+    say_red(request.stage_path, stage)
     columns, column = trajectory(request.trajectory, request.column, request.time)
     columns = with_time_unit(columns, request.time_unit)
     dt = _interval(columns, stage, request)

@@ -23,6 +23,7 @@ from mpi_hyst._cli.stage import (
     load_stage,
     name_options,
     of_stage,
+    say_red,
     why_narrowed,
 )
 from mpi_hyst._cli.terminal import require_report_packages
@@ -76,6 +77,7 @@ def run(request: Request) -> str:
         require_report_packages("--report")
     # First what is not a table: of two files in the wrong order, the message names the stage.
     stage = load_stage(request.stage_path, request.stage)
+    say_red(request.stage_path, stage)
     columns, column = trajectory(request.trajectory, request.column, request.time)
     columns = with_time_unit(columns, request.time_unit)
     with warnings.catch_warnings(record=True) as caught:
