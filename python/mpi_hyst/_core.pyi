@@ -2389,8 +2389,9 @@ class HybridController:
 
     A reference, target or feed-forward that is not finite (or beyond 1e100) repeats the last drive and is counted. So does a
     measurement that is not finite, out of `measurement_range`, or farther than `max_measurement_step` from the last one;
-    after `max_missing` of these in a row feed-forward goes on alone, the integral frozen, until a plausible one returns. So it does
-    at once if `bumpless` has not gone to zero since the last of them: however many are lost, the drive goes on.
+    after `max_missing` of these in a row feed-forward goes on alone, the integral frozen, until a plausible one returns. While
+    `bumpless` has not gone to zero since the drive was held last, the last error stands in: however many are lost,
+    the drive goes on.
 
     Parameters
     ----------
@@ -2418,8 +2419,8 @@ class HybridController:
         How long, in seconds, the difference at a start or a switch takes to go to zero. From a start on the integral rests for
         that time.
     max_missing : int
-        How many measurements in a row may be missing or implausible before feed-forward goes on alone. Sooner where losses follow
-        each other within `bumpless_time`.
+        How many measurements in a row may be missing or implausible before feed-forward goes on alone. The first of them holds the
+        drive; where losses follow each other within `bumpless_time`, the last error stands in.
     measurement_range : (low, high), optional
         What the sensor can show.
     max_measurement_step : float, optional
@@ -6777,10 +6778,12 @@ def tune(
     peak_sensitivity : float
         1.05 to 5: 1.2 is cautious, 2 is bold. The gain may grow by M / (M - 1), the phase lag by 2 arcsin(1 / (2 M)).
     frequency_uncertainty : float, optional
-        How far the frequencies of lightly damped modes may be from what is known: a share either way, 0 to 0.5. By default 0.05, or three
-        standard errors of the identification where they are more.
+        How far the frequencies of lightly damped modes may be from what is known: a share either way, 0 to 0.5, the same for all modes.
+        By default 0.05, or three standard errors of the identification where they are more. (If one mode rises while its neighbour
+        falls, the peak may be higher than is said.)
     damping_uncertainty : float, optional
-        By which factor their damping may be less or more, 1 to 100. By default 2, or what three standard errors make of it.
+        By which factor their damping may be less or more, 1 to 100, the same for all. By default 2, or what three standard errors make
+        of it.
     structure : "proportional-integral", "low-pass", "active damping" or "notch", optional
         The only one that is admitted; all but the first need a lightly damped mode.
 
@@ -7119,7 +7122,7 @@ def run(
     is the rest drive, unless writing itself fails.
 
     A measurement that does not come is replaced by the last one for `stale_after` seconds. Then the controller is told
-    that there is none, and holds the drive; if it is still coming back from the last loss, feed-forward goes on alone for up to
+    that there is none, and holds the drive; if it is still coming back from the last loss, the last error stands in for up to
     `max_missing` samples first. After `rest_after` seconds without one the drive goes to rest. Of a sensor that is slower than the
     loop let `stale_after` be its interval.
 

@@ -156,7 +156,8 @@ typedef struct {
     // How many samples early references come, before smoothing; -1 for as many as the stage needs. With
     // MPIH_FEEDFORWARD_PREVIEW only.
     int32_t ahead;
-    // How many measurements in a row may be missing, the drive being held, before feed-forward goes on alone; -1 for 10.
+    // How many measurements in a row may be missing, the drive being held, before feed-forward goes on alone; -1 for 10. Where
+    // losses follow each other within the bumpless time, the last error stands in.
     int32_t max_missing;
     // 0.
     int32_t reserved;

@@ -53,7 +53,8 @@ pub struct ControllerOptions {
     /// How many samples early references come, before smoothing; -1 for as many as the stage needs. With
     /// MPIH_FEEDFORWARD_PREVIEW only.
     pub ahead: i32,
-    /// How many measurements in a row may be missing, the drive being held, before feed-forward goes on alone; -1 for 10.
+    /// How many measurements in a row may be missing, the drive being held, before feed-forward goes on alone; -1 for 10. Where
+    /// losses follow each other within the bumpless time, the last error stands in.
     pub max_missing: i32,
     /// 0.
     pub reserved: i32,

@@ -29,16 +29,27 @@ pub(crate) fn maps_and_lag(
     }
     // The part of the work before is done: progress does not go back.
     monitor.hold();
-    let Some((lag, dead_time_error)) = monitor.nested(|monitor| lag(&maps.fitted, &found.fit, monitor))? else {
-        return Ok((chosen, None));
-    };
+    match better_lag(maps, found, &chosen.place, monitor) {
+        Err(Error::Interrupted) => Err(Error::Interrupted),
+        Ok(Some((beside, told))) => Ok((beside, Some(told))),
+        // A fit is at hand: this was another one to compare it with.
+        Ok(None) | Err(_) => Ok((chosen, None)),
+    }
+}
+
+/// A lag with maps of its own, if that predicts better than what was chosen.
+fn better_lag(
+    maps: &MapProblem<'_>,
+    found: &Found,
+    chosen: &Place,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Option<(Chosen, LinearEvidence)>, Error> {
+    let (lag, dead_time_error) = monitor.nested(|monitor| lag(&maps.fitted, &found.fit, monitor))?;
     monitor.begin_structure();
     let beside = maps.choose(&lag, monitor)?;
     let Place { space, point } = &beside.place;
-    if !are_inside(space, point) || !maps.is_beaten_by(&chosen.place, &beside.place)? {
-        return Ok((chosen, None));
-    }
-    Ok((beside, Some(LinearEvidence { dead_time_error, ..LinearEvidence::default() })))
+    let is_better = are_inside(space, point) && maps.is_beaten_by(chosen, &beside.place)?;
+    Ok(is_better.then_some((beside, LinearEvidence { dead_time_error, ..LinearEvidence::default() })))
 }
 
 /// Whether dynamics were left open and are not told, there may be a map, and a dead time may stand for a lag: without the map, or with
@@ -56,15 +67,10 @@ fn lag(
     problem: &JointProblem<'_>,
     found: &JointFit,
     monitor: &mut SearchMonitor<'_>,
-) -> Result<Option<(JointFit, Option<f64>)>, Error> {
+) -> Result<(JointFit, Option<f64>), Error> {
     monitor.begin(Span { from: AFTER_MAPS, to: AFTER_MAPS });
     let options = Options { dynamics: DynamicsModel::Order(Order::First), ..problem.options.clone() };
     let problem = JointProblem { options: &options, ..*problem };
-    let lag = problem.search(&found.fit, &found.space, monitor);
-    match lag.and_then(|lag| problem.settle_dead_time(lag, monitor)) {
-        Err(Error::Interrupted) => Err(Error::Interrupted),
-        // A fit is at hand: this was another one to compare it with.
-        Err(_) => Ok(None),
-        Ok(settled) => Ok(Some(settled)),
-    }
+    let lag = problem.search(&found.fit, &found.space, monitor)?;
+    problem.settle_dead_time(lag, monitor)
 }

@@ -14,7 +14,7 @@
 //! |---|---|---|
 //! | running | a fresh measurement, the controller's drive | `fresh` |
 //! | no fresh measurement for less than `stale_after` | the last one stands in | `stood_in` |
-//! | none for `stale_after` | the controller is told so: for `max_missing` samples it holds the drive | `stale` |
+//! | none for `stale_after` | the controller is told so: for `max_missing` samples it holds the drive, or, coming back from the last loss, lets the last error stand in | `stale` |
 //! | none for more than `max_missing` samples besides | the loop holds the drive | `stale`, `held` |
 //! | none for `rest_after` | to rest, for good | [`EndReason::Watchdog`] |
 //! | a measurement that is not finite, or that the controller does not believe | as none | as above |

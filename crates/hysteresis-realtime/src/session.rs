@@ -5,7 +5,6 @@ use std::thread::{self, JoinHandle};
 
 use hysteresis_control::StageController;
 use hysteresis_control::learning::RepetitiveControl;
-use hysteresis_core::Counters;
 
 use crate::clock::{Clock, RealClock};
 use crate::error::Error;
@@ -166,27 +165,25 @@ struct Asked {
     machine: Machine,
 }
 
-/// From one sample in so many on, what a controller counts is worth a word.
+/// More than one sample in so many that are unusual are worth a word.
 const OFTEN: u64 = 100;
 
 /// What is to be said of samples that were unusual often: the loop runs on, and nothing else tells.
-fn often(before: &Counters, after: &Counters, taken: u64) -> impl Iterator<Item = String> {
-    let counted = |count: fn(&Counters) -> u64| count(after).saturating_sub(count(before));
-    let unusable = counted(|counters| counters.missing_count.saturating_add(counters.implausible_count));
+fn often(saturated: u64, stale: u64, taken: u64) -> impl Iterator<Item = String> {
     let said = [
         (
-            counted(|counters| counters.saturated_count),
+            saturated,
             "had the drive at a limit: the reference is out of reach, or the measurement is not that of the stage",
         ),
-        (unusable, "had no measurement to use: it was missing or implausible"),
+        (stale, "had no measurement to use: it was missing or implausible"),
     ];
-    let is_often = move |(count, _): &(u64, _)| *count > taken / OFTEN;
+    let is_often = move |(count, _): &(u64, _)| count.saturating_mul(OFTEN) > taken;
     said.into_iter().filter(is_often).map(move |(count, what)| format!("controller: {count} of {taken} samples {what}"))
 }
 
 fn run<I: Io, C: Clock>(mut made: Loop<I, C>, asked: Asked) -> Outcome<I> {
     let divergences = made.controller.repetitive().map_or(0, RepetitiveControl::divergence_count);
-    let before = made.controller.controller().counters();
+    let before = made.controller.controller().counters().saturated_count;
     let end = made.run();
     let seconds = made.seconds();
     let mut lost_rows = made.close_ring();
@@ -210,7 +207,8 @@ fn run<I: Io, C: Clock>(mut made: Loop<I, C>, asked: Asked) -> Outcome<I> {
     warnings.extend(learning.and_then(|repetitive| Learning::warning(repetitive, divergences)));
     let learning = learning.map(Learning::of);
     let (observed, controller) = (made.observed(), made.controller.controller());
-    warnings.extend(often(&before, &controller.counters(), made.deadlines().taken));
+    let saturated = controller.counters().saturated_count.saturating_sub(before);
+    warnings.extend(often(saturated, observed.counts.stale, made.deadlines().taken));
     let report = Report {
         end,
         at_rest: made.rest.is_reached(),

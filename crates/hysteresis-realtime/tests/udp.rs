@@ -185,6 +185,6 @@ fn a_loop_over_datagrams_bears_losses_and_rests_when_the_plant_dies() {
     assert_eq!((report.rest_refused, outcome.io.io.counts().refused), (refused, refused));
     let nobody = format!("it was sent 20 times, and {refused} times the other side said that nobody listens");
     assert_eq!(said(report, "io: "), [format!("io: the rest drive may have reached nobody: {nobody}")]);
-    // It was coming back from the last loss, so feed-forward went on for `max_missing` samples more.
+    // It was coming back from the last loss, so the last measurement stood in for `max_missing` samples more.
     assert!(drives[712..=740].iter().all(|drive| *drive == drives[711]), "held until the watchdog's time is over");
 }

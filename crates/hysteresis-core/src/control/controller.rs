@@ -46,9 +46,9 @@ use crate::error::{Error, check_length, is_admissible};
 /// [`measurement_range`](ControllerOptions::measurement_range) or farther than
 /// [`max_measurement_step`](ControllerOptions::max_measurement_step) from the last one, up to
 /// [`max_missing`](ControllerOptions::max_missing) in a row. Then feed-forward goes on alone, the integral frozen, until a
-/// plausible measurement returns. So it does at once if the drive has not come back to that of the law since the last such
-/// samples: however often measurements are missing, the drive goes on. (References that come with missing measurements still
-/// enter the preview, which so keeps its place in the trajectory.)
+/// plausible measurement returns. If the drive has not come back to that of the law since it was held last, the last error
+/// stands in instead: however often measurements are missing, the drive goes on. (References that come with
+/// missing measurements still enter the preview, which so keeps its place in the trajectory.)
 ///
 /// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan), [`commit`](Self::commit), [`stop`](Self::stop) and the
 /// changes of gains and mode do not allocate, lock, panic, log or read a clock.
@@ -228,9 +228,12 @@ impl<S: DriveSource> HybridController<S> {
         let few = self.now.missing_in_a_row < self.rules.max_missing;
         let seen = match reading {
             Reading::Plausible(measurement) => Some(estimate.unwrap_or(measurement)),
-            Reading::Missing | Reading::Implausible => estimate.filter(|_| few),
+            Reading::Missing | Reading::Implausible => {
+                let stand_in = || self.now.stand_in_error().map(|error| reference - error);
+                estimate.or_else(stand_in).filter(|_| few)
+            }
         };
-        if self.now.mode == Mode::Run && few && seen.is_none() && !self.now.is_coming_back() {
+        if self.now.mode == Mode::Run && few && seen.is_none() {
             return SampleStatus::Waiting(newest, reading);
         }
         SampleStatus::Accepted(newest, Sample { reference, target, window_filled, reading, seen, given })

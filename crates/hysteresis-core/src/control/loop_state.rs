@@ -74,7 +74,8 @@ pub struct LoopState {
     pub started: bool,
     /// For how many samples the bumpless term goes on.
     pub bumpless_samples: u32,
-    /// For how many samples the integral still rests. A start shortens it to its bumpless time.
+    /// For how many samples the integral still rests. A start shortens it to its bumpless time, and one after missing measurements
+    /// counts as a sample of it.
     pub integral_rest_samples: u32,
     /// Whether the last sample had a proportional term.
     pub feedback_active: bool,
@@ -115,10 +116,14 @@ impl LoopState {
         }
     }
 
-    /// Whether the drive comes back to that of the law, after a hold in the midst of a motion or a switch. To hold it once more then, and
-    /// again and again where every other measurement is missing, would let it stand still.
-    pub(super) fn is_coming_back(&self) -> bool {
-        self.started && self.bumpless_samples > 0 && self.integral_rest_samples == 0
+    /// The last error, for a measurement that is missing while the drive comes back to that of the law after a hold in the midst of a
+    /// motion or a switch, or that follows such a one. To hold the drive once more then, and again and again where every other
+    /// measurement is missing, would let it stand still; and feedback that comes and goes would start its filters anew each time.
+    pub(super) fn stand_in_error(&self) -> Option<f64> {
+        let comes_back = self.terms.bumpless != 0.0 && self.integral_rest_samples == 0;
+        let stood_in = self.missing_in_a_row > 0;
+        let follows = self.started && self.feedback_active && self.last_measurement.is_some();
+        (follows && (comes_back || stood_in)).then_some(self.terms.error)
     }
 
     /// Ends the motion: the next one starts from the present drive, with an integral that rests at first. The position

@@ -69,7 +69,8 @@ pub struct ControllerOptions {
     /// a motion.
     pub bumpless_time: f64,
     /// How many measurements in a row may be missing or implausible, the drive being held, before feed-forward goes on
-    /// alone. Sooner if the drive has not come back to that of the law since it was held last.
+    /// alone. If the drive has not come back to that of the law since it was held last, it is not held, and the last error
+    /// stands in.
     pub max_missing: u32,
     /// The lowest and the highest measurement that the sensor can show. What lies outside is implausible.
     pub measurement_range: Option<(f64, f64)>,

@@ -25,8 +25,9 @@ use crate::convert::pickling::{Reduced, reduce};
 ///
 /// A reference, target or feed-forward that is not finite (or beyond 1e100) repeats the last drive and is counted. So does a
 /// measurement that is not finite, out of `measurement_range`, or farther than `max_measurement_step` from the last one;
-/// after `max_missing` of these in a row feed-forward goes on alone, the integral frozen, until a plausible one returns. So it does
-/// at once if `bumpless` has not gone to zero since the last of them: however many are lost, the drive goes on.
+/// after `max_missing` of these in a row feed-forward goes on alone, the integral frozen, until a plausible one returns. While
+/// `bumpless` has not gone to zero since the drive was held last, the last error stands in: however many are lost,
+/// the drive goes on.
 ///
 /// Parameters
 /// ----------
@@ -54,8 +55,8 @@ use crate::convert::pickling::{Reduced, reduce};
 ///     How long, in seconds, the difference at a start or a switch takes to go to zero. From a start on the integral rests for
 ///     that time.
 /// max_missing : int
-///     How many measurements in a row may be missing or implausible before feed-forward goes on alone. Sooner where losses follow
-///     each other within `bumpless_time`.
+///     How many measurements in a row may be missing or implausible before feed-forward goes on alone. The first of them holds the
+///     drive; where losses follow each other within `bumpless_time`, the last error stands in.
 /// measurement_range : (low, high), optional
 ///     What the sensor can show.
 /// max_measurement_step : float, optional

@@ -43,7 +43,7 @@ impl Refusal for realtime::Error {
 /// is the rest drive, unless writing itself fails.
 ///
 /// A measurement that does not come is replaced by the last one for `stale_after` seconds. Then the controller is told
-/// that there is none, and holds the drive; if it is still coming back from the last loss, feed-forward goes on alone for up to
+/// that there is none, and holds the drive; if it is still coming back from the last loss, the last error stands in for up to
 /// `max_missing` samples first. After `rest_after` seconds without one the drive goes to rest. Of a sensor that is slower than the
 /// loop let `stale_after` be its interval.
 ///

@@ -13,12 +13,13 @@ import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst._cli.errors import CommandError, note, one_line
-from mpi_hyst._cli.inputs import interval_of_rate, known_interval, trajectory
+from mpi_hyst._cli.inputs import interval_of_rate, known_interval
 from mpi_hyst._cli.interrupts import call_at_interrupts
 from mpi_hyst._cli.outputs import Output, check_figure, check_outputs, write_outputs
 from mpi_hyst._cli.stage import StageOptions, check_unit, load_stage, name_options
 from mpi_hyst._cli.terminal import require_report_packages, say
 from mpi_hyst._files import write_file
+from mpi_hyst._io.read import read_trajectory
 from mpi_hyst._report.realtime import facts, times
 from mpi_hyst._text import text_pairs, text_table
 from mpi_hyst._types import Samples
@@ -94,10 +95,16 @@ def run(request: Request) -> int:
 def _stage(request: Request) -> mh.Stage:
     """Return the stage; the slew rate that it allows is that of the amplifier, so no more of it."""
     path, slew = request.stage_path, request.slew
-    most = load_stage(path, StageOptions()).slew
-    if slew is not None and most is not None and slew > most:
-        raise CommandError(f"--slew: expected at most {most:g}, which {path} allows, got {slew:g}")
-    return load_stage(path, StageOptions(slew=slew))
+    stage = load_stage(path, StageOptions())
+    if slew is None:
+        return stage
+    if stage.slew is not None and slew > stage.slew:
+        most = f"{stage.slew:g}, which {path} allows"
+        raise CommandError(f"--slew: expected at most {most}, got {slew:g}")
+    try:
+        return stage.replace(slew=slew)
+    except ValueError as error:
+        raise CommandError(name_options(error)) from error
 
 
 def _is_recorded(report: mh.realtime.LoopReport, request: Request) -> bool:
@@ -126,7 +133,7 @@ def _outputs(report: mh.realtime.LoopReport, request: Request) -> list[Output]:
 def _reference(stage: mh.Stage, request: Request) -> Samples:
     """Return the positions of a file, or a sine over half of what the stage reaches."""
     if request.reference is not None:
-        columns, column = trajectory(request.reference, request.column, None)
+        columns, column = read_trajectory(request.reference, request.column)
         _check_times(columns, request.rate)
         check_unit(str(request.reference), columns.quantity(column), stage)
         return columns[column]
@@ -140,8 +147,14 @@ def _reference(stage: mh.Stage, request: Request) -> Samples:
 
 
 def _check_times(columns: Columns, rate: float) -> None:
-    """Refuse a reference with the times of another rate: it would be followed at another speed."""
-    dt = known_interval(columns)
+    """Refuse a reference with the times of another rate: it would be followed at another speed.
+
+    Times that are no sure seconds, or uneven, tell no rate.
+    """
+    try:
+        dt = known_interval(columns)
+    except CommandError:
+        return
     if dt is not None and abs(dt * rate - 1.0) > _UNEQUAL:
         said = f"expected the times of --rate {rate:g}, got one sample each {dt:g} s"
         raise CommandError(f"{columns.source}: {columns.time_column}: {said} (--rate {1.0 / dt:g})")
