@@ -16,7 +16,6 @@ STYLES = {
     "fused-loop-v4": ("#7a4f8f", "fused loop, x86-64-v4"),
     "bank": ("#5aa0d8", "bank"),
     "inverse": ("#b2452c", "exact inverse"),
-    "bank-inverse": ("#d88a5a", "inverse by the bank"),
     "forward": ("#1f5a99", "forward"),
 }
 SIGNALS = {
