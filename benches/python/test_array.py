@@ -2,42 +2,96 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import mpi_hyst as mh
 import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
-from yardsticks import ARRAY_LOOPS, LOOPS, Array, Parameters, instructions, same
+from yardsticks import (
+    ARRAY_LOOPS,
+    INDIVIDUAL_LOOPS,
+    LOOPS,
+    RATE,
+    Array,
+    Parameters,
+    instructions,
+    same,
+)
 
 OPERATORS = 20
-ACTUATORS = 1000
-ROWS = 200
-
-PARAMETERS = Parameters.of(OPERATORS)
+PARTS = ("weights", "r", "ra", "rb", "rc")
 
 
-def drives() -> Array:
-    """A period of 50 Hz at 10 kHz, each actuator at a phase of its own."""
-    phases = np.linspace(0.0, 1.0, ACTUATORS)
-    return 500.0 * np.sin(2.0 * np.pi * (np.arange(ROWS)[:, None] / ROWS + phases))
+@dataclass(frozen=True)
+class Actuators:
+    """Actuators with parameters of their own, or all with the same, each elsewhere in a sine."""
+
+    parameters: list[Parameters]
+    phases: Array
+    amplitude: float  # V
+    frequency: float  # Hz
+
+    @cached_property
+    def array(self) -> mh.ActuatorArray:
+        """The package's array."""
+        models = [parameters.model() for parameters in self.parameters]
+        return mh.ActuatorArray(models if len(models) > 1 else models * self.phases.size)
+
+    @cached_property
+    def stacked(self) -> list[Array]:
+        """The parameters as the loops take them: a row for each actuator, or one for all."""
+        rows = [np.stack([getattr(one, part) for one in self.parameters]) for part in PARTS]
+        return rows if len(self.parameters) > 1 else [part[0] for part in rows]
+
+    @cached_property
+    def drives(self) -> Array:
+        """A period, a row for each instant."""
+        periods = np.arange(0.0, 1.0, self.frequency / RATE)[:, None] + self.phases
+        return self.amplitude * np.sin(2.0 * np.pi * periods)
+
+    @cached_property
+    def positions(self) -> Array:
+        """What belongs to the drives."""
+        return self.array.forward().run(self.drives)
 
 
-DRIVES = drives()
-ARRAY = mh.ActuatorArray([PARAMETERS.model()] * ACTUATORS)
-POSITIONS = ARRAY.forward().run(DRIVES)
+LOOPS_OF = {"array": ARRAY_LOOPS, "individual": INDIVIDUAL_LOOPS}
+FACES = {
+    "array": Actuators(
+        [Parameters.of(OPERATORS)], np.linspace(0.0, 1.0, 1000), amplitude=500.0, frequency=50.0
+    ),
+    # 2.5 µm at 5 Hz.
+    "individual": Actuators(
+        [Parameters.individual(OPERATORS, m) for m in range(4096)],
+        np.random.default_rng(1).uniform(0.0, 1.0, 4096),
+        amplitude=443.0,
+        frequency=5.0,
+    ),
+}
 
 
-def describe(benchmark: BenchmarkFixture, case: str) -> None:
-    benchmark.group = f"array of {ACTUATORS}, n = {OPERATORS}, {ROWS} instants"
-    benchmark.extra_info.update(face="array", case=case, n=OPERATORS, samples=DRIVES.size)
+EVERY_FACE = pytest.mark.parametrize("face", FACES)
+
+
+def describe(benchmark: BenchmarkFixture, face: str, case: str) -> Actuators:
+    actuators = FACES[face]
+    rows, count = actuators.drives.shape
+    benchmark.group = f"{face} of {count}, n = {OPERATORS}, {rows} instants"
+    benchmark.extra_info.update(face=face, case=case, n=OPERATORS, samples=rows * count)
     benchmark.extra_info.update(instructions=instructions())
+    return actuators
 
 
+@EVERY_FACE
 @pytest.mark.parametrize("case", ["forward.step", "inverse.step"])
-def test_steps(benchmark: BenchmarkFixture, case: str) -> None:
-    describe(benchmark, case)
+def test_steps(benchmark: BenchmarkFixture, face: str, case: str) -> None:
+    actuators = describe(benchmark, face, case)
+    array, drives, positions = actuators.array, actuators.drives, actuators.positions
     stream: mh.ForwardArray | mh.InverseArray
-    stream = ARRAY.forward() if case == "forward.step" else ARRAY.inverse()
-    given, expected = (DRIVES, POSITIONS) if case == "forward.step" else (POSITIONS, DRIVES)
+    stream = array.forward() if case == "forward.step" else array.inverse()
+    given, expected = (drives, positions) if case == "forward.step" else (positions, drives)
     out = np.empty_like(given)
 
     def steps() -> None:
@@ -51,35 +105,36 @@ def test_steps(benchmark: BenchmarkFixture, case: str) -> None:
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_run(benchmark: BenchmarkFixture, threads: int) -> None:
-    describe(benchmark, f"forward.run, threads = {threads}")
-    stream, out = ARRAY.forward(), np.empty_like(DRIVES)
+    actuators = describe(benchmark, "array", f"forward.run, threads = {threads}")
+    stream, out = actuators.array.forward(), np.empty_like(actuators.drives)
 
     def run() -> None:
         stream.reset()
-        stream.run(DRIVES, out, threads=threads)
+        stream.run(actuators.drives, out, threads=threads)
 
     benchmark(run)
-    assert same(out, POSITIONS)
+    assert same(out, actuators.positions)
 
 
+@EVERY_FACE
 @pytest.mark.parametrize("loop", ARRAY_LOOPS)
-def test_loop(benchmark: BenchmarkFixture, loop: str) -> None:
-    describe(benchmark, loop)
-    p, out = PARAMETERS, np.empty_like(DRIVES)
-    z = np.zeros((ACTUATORS, OPERATORS))
+def test_loop(benchmark: BenchmarkFixture, face: str, loop: str) -> None:
+    actuators = describe(benchmark, face, loop)
+    z, out = np.zeros((len(actuators.array), OPERATORS)), np.empty_like(actuators.drives)
 
     def steps() -> None:
         z[:] = 0.0
-        for row, result in zip(DRIVES, out, strict=True):
-            ARRAY_LOOPS[loop](row, p.weights, p.r, p.ra, p.rb, p.rc, z, result)
+        for row, result in zip(actuators.drives, out, strict=True):
+            LOOPS_OF[face][loop](row, *actuators.stacked, z, result)
 
     steps()  # compiled before it is timed
-    assert same(out, POSITIONS)
+    assert same(out, actuators.positions)
     benchmark(steps)
 
 
 def test_one_actuator_is_the_loop() -> None:
-    p, out = PARAMETERS, np.empty(ROWS)
-    drive = np.ascontiguousarray(DRIVES[:, 7])
-    LOOPS["numba"](drive, p.weights, p.r, p.ra, p.rb, p.rc, out)
-    assert same(POSITIONS[:, 7], out)
+    actuators = FACES["array"]
+    out = np.empty(actuators.drives.shape[0])
+    drive = np.ascontiguousarray(actuators.drives[:, 7])
+    LOOPS["numba"](drive, *actuators.stacked, out)
+    assert same(actuators.positions[:, 7], out)

@@ -236,15 +236,7 @@ impl JointSearch<'_> {
     ) -> Result<Option<(JointFit, Option<f64>)>, Error> {
         // The part of the work before is done: progress does not go back.
         monitor.begin(Span { from: 0.8, to: 0.8 });
-        let options = Options { dynamics: DynamicsModel::Order(Order::First), ..self.problem.options.clone() };
-        let problem = JointProblem { options: &options, ..self.problem };
-        let found = problem.search(&self.plain.fit, &self.plain.space, monitor);
-        let (lag, error) = match found.and_then(|found| problem.settle_dead_time(found, monitor)) {
-            Err(Error::Interrupted) => return Err(Error::Interrupted),
-            // A fit is at hand: this was another one to compare it with.
-            Err(_) => return Ok(None),
-            Ok(settled) => settled,
-        };
+        let Some((lag, error)) = to_compare(search_lag(&self.problem, &self.plain, monitor))? else { return Ok(None) };
         let is_told = self.evidence(without, &lag) >= self.needed_evidence(&lag);
         Ok((is_told && is_inside(&lag)).then_some((lag, error)))
     }
@@ -318,6 +310,26 @@ impl JointSearch<'_> {
 /// By how many variances of the noise dynamics must lower the sum of squares.
 pub(crate) fn needed_evidence(records: &[Record<'_>], fit: &JointFit) -> f64 {
     MIN_EVIDENCE * as_f64(fit.rows(records)).ln()
+}
+
+/// The best lag of first order from a fit on, and the standard error of the dead time beside it.
+pub(crate) fn search_lag(
+    problem: &JointProblem<'_>,
+    from: &JointFit,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<(JointFit, Option<f64>), Error> {
+    let options = Options { dynamics: DynamicsModel::Order(Order::First), ..problem.options.clone() };
+    let problem = JointProblem { options: &options, ..*problem };
+    let lag = problem.search(&from.fit, &from.space, monitor)?;
+    problem.settle_dead_time(lag, monitor)
+}
+
+/// What a search found that is only compared with a fit at hand: nothing where it failed, unless it was stopped.
+pub(crate) fn to_compare<T>(found: Result<T, Error>) -> Result<Option<T>, Error> {
+    match found {
+        Err(Error::Interrupted) => Err(Error::Interrupted),
+        found => Ok(found.ok()),
+    }
 }
 
 /// Whether frequency, damping and dead time lie within the bounds of their search.

@@ -1,12 +1,12 @@
 //! A lag of first order that a map hides: while the curve is not in the model a lag explains little more than a dead time does.
 
 use crate::error::Error;
-use crate::fit::joint::{JointFit, JointProblem};
+use crate::fit::joint::JointFit;
 use crate::fit::maps::{Chosen, MapProblem, Place};
 use crate::fit::monitor::{SearchMonitor, Span};
 use crate::fit::point::Parameter;
-use crate::joint_search::{LinearEvidence, are_inside};
-use crate::options::{DynamicsModel, Options, Order};
+use crate::joint_search::{LinearEvidence, are_inside, search_lag, to_compare};
+use crate::options::DynamicsModel;
 use crate::search::Found;
 
 /// A dead time of fewer samples stands for no lag that the records tell from it.
@@ -29,12 +29,8 @@ pub(crate) fn maps_and_lag(
     }
     // The part of the work before is done: progress does not go back.
     monitor.hold();
-    match better_lag(maps, found, &chosen.place, monitor) {
-        Err(Error::Interrupted) => Err(Error::Interrupted),
-        Ok(Some((beside, told))) => Ok((beside, Some(told))),
-        // A fit is at hand: this was another one to compare it with.
-        Ok(None) | Err(_) => Ok((chosen, None)),
-    }
+    let better = to_compare(better_lag(maps, found, &chosen.place, monitor))?.flatten();
+    Ok(better.map_or((chosen, None), |(beside, told)| (beside, Some(told))))
 }
 
 /// A lag with maps of its own, if that predicts better than what was chosen.
@@ -44,7 +40,10 @@ fn better_lag(
     chosen: &Place,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Option<(Chosen, LinearEvidence)>, Error> {
-    let (lag, dead_time_error) = monitor.nested(|monitor| lag(&maps.fitted, &found.fit, monitor))?;
+    let (lag, dead_time_error) = monitor.nested(|monitor| {
+        monitor.begin(Span { from: AFTER_MAPS, to: AFTER_MAPS });
+        search_lag(&maps.fitted, &found.fit, monitor)
+    })?;
     monitor.begin_structure();
     let beside = maps.choose(&lag, monitor)?;
     let Place { space, point } = &beside.place;
@@ -60,17 +59,4 @@ fn may_hide_lag(maps: &MapProblem<'_>, found: &Found, chosen: &Chosen) -> bool {
     let [before, beside] = [&fit.point, &chosen.place.point].map(|point| point.get(Parameter::DeadTime));
     let may_be_lag = space.order().is_none() && before.max(beside) > LEAST_SAMPLES * space.intervals().smallest();
     is_open && may_be_lag && chosen.were_searched
-}
-
-/// The best lag without maps, and the standard error of the dead time beside it.
-fn lag(
-    problem: &JointProblem<'_>,
-    found: &JointFit,
-    monitor: &mut SearchMonitor<'_>,
-) -> Result<(JointFit, Option<f64>), Error> {
-    monitor.begin(Span { from: AFTER_MAPS, to: AFTER_MAPS });
-    let options = Options { dynamics: DynamicsModel::Order(Order::First), ..problem.options.clone() };
-    let problem = JointProblem { options: &options, ..*problem };
-    let lag = problem.search(&found.fit, &found.space, monitor)?;
-    problem.settle_dead_time(lag, monitor)
 }

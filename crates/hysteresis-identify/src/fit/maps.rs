@@ -10,7 +10,7 @@ use super::joint::{JointFit, JointProblem};
 use super::levels::levels;
 use super::monitor::{SearchMonitor, Span};
 use super::point::{Parameter, Point};
-use super::projection::ProjectedFit;
+use super::projection::{ProjectedFit, Projection};
 use super::response::hysteresis;
 use super::search::{best_attempt, best_of_starts};
 use super::space::Space;
@@ -137,11 +137,7 @@ impl MapProblem<'_> {
 
     /// How a place predicts, without a search.
     fn judged_there(&self, place: &Place) -> Result<Judged, Error> {
-        let JointProblem { records, basis, .. } = self.fitted;
-        let levels = levels(records, &place.space, basis, self.smoothness, true)?;
-        let fit = levels[levels.len() - 1].fit(&place.point, None);
-        drop(levels);
-        self.judged_at(place.clone(), &fit)
+        self.judged_at(place.clone(), |finest| finest.fit(&place.point, None))
     }
 
     /// Both maps, if both are left open; `one` is the better of them.
@@ -214,17 +210,19 @@ impl MapProblem<'_> {
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Judged, Error> {
         let (place, fit) = self.searched(maps, found, near, span, monitor)?;
-        self.judged_at(place, &fit)
+        self.judged_at(place, |_| fit)
     }
 
-    /// How a fit at a place predicts.
-    fn judged_at(&self, place: Place, fit: &ProjectedFit) -> Result<Judged, Error> {
+    /// How the fit at a place predicts.
+    fn judged_at(&self, place: Place, fit: impl FnOnce(&Projection<'_>) -> ProjectedFit) -> Result<Judged, Error> {
         let JointProblem { records, options, basis, .. } = self.fitted;
         let space = &place.space;
         let terms =
             |smoothness| Terms { creep: space.creep_amplitudes(), loop_shift: LoopShiftModel::Auto, smoothness };
         let levels = levels(records, space, basis, self.smoothness, true)?;
-        let stretches = Stretches::new(&levels[levels.len() - 1], fit);
+        let finest = &levels[levels.len() - 1];
+        let fit = fit(finest);
+        let stretches = Stretches::new(finest, &fit);
         let under = stretches.under(options, basis);
         let tried = self.asked.smoothnesses().iter().map(|smoothness| under.cross_validate(&terms(*smoothness)));
         let tried: Vec<_> = tried.collect();
