@@ -29,8 +29,6 @@ mod engine;
 mod error;
 mod filter;
 mod fingerprint;
-#[cfg(feature = "alloc")]
-mod inverse;
 mod model;
 mod operator;
 mod process;

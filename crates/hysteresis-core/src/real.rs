@@ -3,7 +3,9 @@
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::error::{Bound, MAX_MAGNITUDE};
+#[cfg(feature = "alloc")]
+use crate::error::check_same;
+use crate::error::{Bound, Error, MAX_MAGNITUDE};
 
 /// The numbers of inputs, outputs and thresholds: `f64` or `f32`.
 ///
@@ -156,3 +158,38 @@ const fn rounded(wide: f64) -> f32 {
 real!(f64, MAX_MAGNITUDE, Bound::Finite, 1e-12, core::convert::identity, core::convert::identity);
 // As many roundings above zero as in f64.
 real!(f32, 1e11, Bound::Single, 5e-4, f64::from, rounded);
+
+/// Checks one number of either kind, or names it.
+pub(crate) fn check_admissible<T: Real>(parameter: &'static str, index: Option<usize>, got: T) -> Result<T, Error> {
+    if got.is_admissible() {
+        return Ok(got);
+    }
+    Err(Error::Domain { parameter, index, expected: T::FINITE, got: got.wide() })
+}
+
+/// Checks that drives lie within limits, or names the first that does not.
+pub(crate) fn check_within_limits<T: Real>(
+    parameter: &'static str,
+    drives: &[T],
+    (low, high): (T, T),
+) -> Result<(), Error> {
+    match drives.iter().enumerate().find(|(_, drive)| !(low <= **drive && **drive <= high)) {
+        None => Ok(()),
+        Some((index, got)) => {
+            let expected = Bound::Between { low: low.wide(), high: high.wide() };
+            Err(Error::Domain { parameter, index: Some(index), expected, got: got.wide() })
+        }
+    }
+}
+
+/// A count as a number, exact below 2^53.
+#[expect(clippy::cast_precision_loss, reason = "a count of things in memory")]
+pub(crate) fn count_as_f64(count: usize) -> f64 {
+    count as f64
+}
+
+/// Checks how many operators a new model has against the running stream.
+#[cfg(feature = "alloc")]
+pub(crate) fn check_same_count(expected: usize, got: usize) -> Result<(), Error> {
+    check_same("number of operators", count_as_f64(expected), count_as_f64(got))
+}

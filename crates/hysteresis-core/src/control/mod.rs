@@ -1,32 +1,23 @@
 //! The hybrid controller: feed-forward and proportional-integral feedback, equation (8), within limits at every sample.
 //!
-//! Each file knows only those above it: `command`, `terms`, `options`; `limiter`, `loop_state`, `gate`, `view`; `law`, `preview`,
-//! `source`, `feedforward`, `state`; `controller`, `changes`, which changes a running one, and `saved`. `axes` puts several controllers side by side.
-//! `array` is a room of its own: the controller of many actuators, which has the limiter and the modes in common.
+//! The way of a sample: `HybridController::step` in `controller` decides what becomes of it, moves the source of the feed-forward on
+//! (`source`; `feedforward` has those of models of any size, and previews) and lets `law` make the next state of the loop of the present one; the `limiter`
+//! stands in front of every drive. `axes` puts several controllers side by side, behind a matrix. `array` controls many actuators with
+//! one integral through their inverses: another law, within the same limiter, modes and checks.
 
 #[cfg(feature = "alloc")]
 mod array;
 #[cfg(feature = "alloc")]
 mod axes;
-mod changes;
-mod command;
 mod controller;
 #[cfg(feature = "alloc")]
+mod controller_state;
+#[cfg(feature = "alloc")]
 mod feedforward;
-mod gate;
 mod law;
 mod limiter;
-mod loop_state;
 mod options;
-#[cfg(feature = "alloc")]
-mod preview;
-#[cfg(feature = "alloc")]
-mod saved;
 mod source;
-#[cfg(feature = "alloc")]
-mod state;
-mod terms;
-mod view;
 #[cfg(not(feature = "alloc"))]
 mod without_alloc;
 
@@ -34,19 +25,14 @@ mod without_alloc;
 pub use array::{ArrayController, ArrayControllerState, ArrayCounters, ArrayOptions, ArraySample, ArrayStop};
 #[cfg(feature = "alloc")]
 pub use axes::{AxesCommand, AxisMatrix, MultiAxisController, MultiAxisState};
-pub use command::{Command, Mode};
-pub use controller::HybridController;
-pub use feedforward::FeedForward;
+pub use controller::{Command, HybridController};
 #[cfg(feature = "alloc")]
-pub use feedforward::FeedForwardState;
-pub use loop_state::{LoopState, StopRamp};
+pub use controller_state::{ControllerState, DriveLimits};
+pub use feedforward::{FeedForward, Preview};
+#[cfg(feature = "alloc")]
+pub use feedforward::{FeedForwardState, PreviewState};
+pub use law::{Counters, LoopState, Mode, StopRamp, Terms};
 pub use options::{AntiWindup, ControllerOptions, Law};
-pub use preview::Preview;
-#[cfg(feature = "alloc")]
-pub use preview::PreviewState;
 pub use source::DriveSource;
-#[cfg(feature = "alloc")]
-pub use state::{ControllerState, DriveLimits};
-pub use terms::{Counters, Terms};
 #[cfg(not(feature = "alloc"))]
-use without_alloc::{self as feedforward, self as preview};
+use without_alloc as feedforward;

@@ -44,6 +44,15 @@ pub trait DriveSource: Clone + Debug {
     fn reset(&mut self);
 }
 
+/// What the window of a preview shows; without one, the newest reference.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct View {
+    pub(super) reference: f64,
+    pub(super) target: f64,
+    /// Whether the window is full with this reference, for the first time.
+    pub(super) filled: bool,
+}
+
 pub(super) fn check_same_limits(got: Option<(f64, f64)>, expected: (f64, f64)) -> Result<(), Error> {
     let same = got.unwrap_or((-MAX_MAGNITUDE, MAX_MAGNITUDE)) == expected;
     if same { Ok(()) } else { Err(Error::OtherLimits { expected, got }) }

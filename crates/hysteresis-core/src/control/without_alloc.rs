@@ -1,7 +1,6 @@
 //! What a controller has in place of a preview, and of the sources of its feed-forward that allocate, where nothing may.
 
-use super::source::DriveSource;
-use super::view::View;
+use super::source::{DriveSource, View};
 use crate::error::Error;
 
 /// Feedback alone, or volts that come with every sample. An inverse that needs no allocator is a source by itself:

@@ -1,7 +1,10 @@
-//! Where to look for a number among sorted ones.
+//! Which of many sorted numbers lie at or below another one: without a search where they are evenly spaced, or where few are passed.
 
-use super::checks::count_as_f64;
-use crate::real::Real;
+use core::hint::select_unpredictable;
+use core::ops::Range;
+
+use super::polyline::Direction;
+use crate::real::{Real, count_as_f64};
 use crate::store::Store;
 
 /// A table over numbers that never decrease: between which of them a number lies.
@@ -58,6 +61,63 @@ impl<T: Real, S: Store> Lookup<T, S> {
     }
 }
 
+/// The first operator of `range` whose `mark` still lies ahead of the input `x`, or the end of the range. Marks lie
+/// in the order in which the branch passes them. As an error, the part of the range left when both of its first two
+/// marks are passed: a smooth signal passes few at a time, and for a jump [`far_ahead`] knows better where to look.
+#[inline(always)]
+pub(super) fn near_ahead<T: Real>(
+    direction: Direction,
+    x: T,
+    range: Range<usize>,
+    mark: impl Fn(usize) -> T,
+) -> Result<usize, Range<usize>> {
+    let Range { start, end } = range;
+    if start >= end || !direction.has_passed(mark(start), x) {
+        return Ok(start);
+    }
+    if start + 1 == end || !direction.has_passed(mark(start + 1), x) {
+        return Ok(start + 1);
+    }
+    Err(start + 2..end)
+}
+
+/// As [`near_ahead`], for a range that does not begin at zero, when it is known but for rounding that the first `least`
+/// marks are passed and those from `most` on are not. The marks decide.
+#[inline(always)]
+pub(super) fn far_ahead<T: Real>(
+    direction: Direction,
+    x: T,
+    range: Range<usize>,
+    mark: impl Fn(usize) -> T + Copy,
+    (least, most): (usize, usize),
+) -> usize {
+    let passed = move |i: usize| direction.has_passed(mark(i), x);
+    let Range { start, end } = range;
+    let (least, most) = (least.max(start).min(end), most.max(start).min(end));
+    // Evenly spaced thresholds leave one mark to try, and its neighbour to make sure: no branch to mispredict.
+    let passed_least = passed(least);
+    let one_more = (most > least) & passed_least;
+    let (found, neighbour) = select_unpredictable(one_more, (least + 1, least + 1), (least, least - 1));
+    let bounded = most > least || least == end || !passed_least;
+    let certain = bounded && (passed(neighbour) != one_more || neighbour == end);
+    if certain { found } else { bisect(start, end, passed) }
+}
+
+/// The first number from `low` to `high` that is not passed, `high` if all are.
+#[cold]
+#[inline(never)]
+fn bisect(mut low: usize, mut high: usize, passed: impl Fn(usize) -> bool) -> usize {
+    while low < high {
+        let middle = low.midpoint(high);
+        if passed(middle) {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
 #[cfg(all(test, feature = "alloc"))]
 mod tests {
     use alloc::vec::Vec;
@@ -90,6 +150,23 @@ mod tests {
             for k in 0..5000_u32 {
                 let (least, most) = lookup.at_most(0.001 * f64::from(k * count));
                 assert!(most - least == 1, "{count} numbers: {least}..{most}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_marks_decide_whatever_the_bounds_say() {
+        let marks = [0.0_f64, 1.0, 1.0, 2.0, 5.0, 5.0, 5.0, 6.0, 9.0, 9.5, 11.0, 12.0];
+        // Past the end stands what no move passes.
+        let mark = |i: usize| *marks.get(i).unwrap_or(&f64::INFINITY);
+        for half in -1..=26_i32 {
+            let x = 0.5 * f64::from(half);
+            let passed = marks.iter().filter(|mark| **mark <= x).count();
+            for start in 1..=marks.len() {
+                for (least, most) in (0..=13).flat_map(|least| (0..=13).map(move |most| (least, most))) {
+                    let found = far_ahead(Direction::Rising, x, start..marks.len(), mark, (least, most));
+                    assert_eq!(found, passed.max(start), "{x} from {start}, {least} to {most}");
+                }
             }
         }
     }

@@ -1,8 +1,6 @@
 //! The memory of one stream: what a stream moves and asks.
 
-use super::direction::Direction;
-use super::line::Piece;
-use super::solve::{Point, Reach};
+use super::polyline::{Direction, Piece, Point, Reach};
 use crate::real::Real;
 
 /// A model's parameters together with the memory of one stream.

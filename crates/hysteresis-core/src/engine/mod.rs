@@ -1,51 +1,41 @@
 //! What evaluates a model, forward and inverse, between and across breakpoints, and what it remembers.
 //!
-//! Nested thresholds run on the turning-point [`engine`](turning_point_engine::Engine); anything else on the
-//! [`bank`](bank::Bank) of operators. Inputs here are relative to the input offset, outputs to the output offset.
+//! Nested thresholds run on the turning-point [`Engine`]; anything else on the [`bank`] of operators. Inputs here are relative to the
+//! input offset, outputs to the output offset.
+//!
+//! The way of a sample that leaves its line: a stream calls its [`Memory`], which for models of any size is the one in
+//! `compiled_model`. `turning_point_engine` turns round if the input does, and moves both families ahead: `branch` takes off the turning
+//! points that are passed and finds the operators that begin to slide, by the tables of `family` and `lookup`. The sums of `family` give
+//! the next line. A bank takes one pass over all its operators instead, in `bank::loops`.
 
 #[cfg(feature = "alloc")]
 mod bank;
 mod branch;
 #[cfg(feature = "alloc")]
-mod branch_state;
-mod checks;
-#[cfg(feature = "alloc")]
 mod compiled_model;
-mod direction;
-#[cfg(feature = "alloc")]
-mod engine_changes;
-mod engine_state;
-mod families;
 mod family;
-#[cfg(feature = "alloc")]
-mod heap_memory;
-mod inverse_search;
-mod line;
 mod lookup;
 mod memory;
+mod polyline;
 #[cfg(feature = "alloc")]
-mod memory_state;
-#[cfg(feature = "alloc")]
-mod other_method;
-mod search;
-mod solve;
+mod state_of_other_method;
 mod turning_point_engine;
-mod turning_points;
+#[cfg(feature = "alloc")]
+mod turning_point_state;
 #[cfg(feature = "alloc")]
 mod vectors;
 
 #[cfg(feature = "alloc")]
-pub(crate) use checks::{check_same, count_as_f64};
+pub use bank::BankState;
+pub use branch::TurningPoint;
 #[cfg(feature = "alloc")]
-pub use compiled_model::{CompiledModel, Method};
-pub use direction::Direction;
-pub(crate) use families::{Evaluates, Families};
+pub(crate) use compiled_model::HeapMemory;
 #[cfg(feature = "alloc")]
-pub(crate) use heap_memory::HeapMemory;
-pub(crate) use line::{Line, Piece};
+pub use compiled_model::{CompiledModel, MemoryState, Method};
+pub(crate) use family::{Evaluates, Families};
 pub(crate) use memory::Memory;
-#[cfg(feature = "alloc")]
-pub use memory_state::{BankState, FamilyState, MemoryState, TurningPointState};
-pub(crate) use solve::{Point, Reach};
+pub use polyline::Direction;
+pub(crate) use polyline::{Line, Piece, Point, Reach};
 pub(crate) use turning_point_engine::Engine;
-pub use turning_points::TurningPoint;
+#[cfg(feature = "alloc")]
+pub use turning_point_state::{FamilyState, TurningPointState};

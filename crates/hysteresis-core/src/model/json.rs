@@ -14,10 +14,8 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::conventional::PrandtlIshlinskii;
-use super::either::Model;
-use super::modified::ModifiedPrandtlIshlinskii;
-use super::offsets::Offsets;
+use super::prandtl_ishlinskii::{Model, ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+use super::validity::Offsets;
 use crate::error::Error;
 use crate::operator::{CoupledPlay, Play};
 

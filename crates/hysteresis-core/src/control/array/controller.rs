@@ -1,17 +1,17 @@
+//! The controller of an array: its samples, changes while it runs, and what it remembers.
+
 use alloc::boxed::Box;
-use alloc::vec;
 use alloc::vec::Vec;
 
-use super::counters::ArrayCounters;
-use super::feedback::Feedback;
-use super::loop_state::LoopState;
+use super::super::law::{Mode, check_terms};
+use super::super::limiter::Limiter;
+use super::super::options::check_drives;
+use super::law::{ArrayCounters, ArraySample, Feedback, Lanes, LoopState, Work, copy};
 use super::options::{ArrayOptions, Gains};
 use super::pairs::Pairs;
-use crate::control::Mode;
-use crate::control::limiter::Limiter;
-use crate::control::options::check_drives;
+use crate::engine::CompiledModel;
 use crate::error::{Bound, Error, check_length, check_positive};
-use crate::stream::{Inverse, StreamArray};
+use crate::stream::{Inverse, StreamArray, StreamState};
 
 /// Feed-forward through the exact inverses of M actuators, and an integral behind a reconstruction matrix, within limits at
 /// every sample.
@@ -69,75 +69,9 @@ use crate::stream::{Inverse, StreamArray};
 /// ```
 #[derive(Clone, Debug)]
 pub struct ArrayController {
-    pub(super) inverse: StreamArray<Inverse>,
-    pub(super) limits: Box<[(f64, f64)]>,
-    pub(super) limiters: Box<[Limiter]>,
-    pub(super) gains: Gains,
-    pub(super) feedback: Feedback,
-    pub(super) pairs: Pairs,
-    pub(super) bumpless_samples: u32,
-    pub(super) now: LoopState,
-    pub(super) work: Work,
-    pub(super) options: ArrayOptions,
-}
-
-/// What is asked of one sample.
-///
-/// ```
-/// use hysteresis_core::ArraySample;
-/// let flat = ArraySample { measurement: Some(&[0.2]), ..ArraySample::of(&[0.0, 0.0]) };
-/// assert_eq!(flat.sensor_reference, None);
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct ArraySample<'a> {
-    /// The positions that are wanted, M numbers in the unit of the models' output.
-    pub reference: &'a [f64],
-    /// What the S sensors show; none for feed-forward alone, the integral staying as it is.
-    pub measurement: Option<&'a [f64]>,
-    /// What the sensors are to show, S numbers: by default zero, or the reference if there is no reconstruction matrix.
-    pub sensor_reference: Option<&'a [f64]>,
-}
-
-impl<'a> ArraySample<'a> {
-    /// Positions without a measurement.
-    #[must_use]
-    pub fn of(reference: &'a [f64]) -> Self {
-        Self { reference, measurement: None, sensor_reference: None }
-    }
-}
-
-/// What a sample needs while it is decided upon: allocated once.
-#[derive(Clone, Debug)]
-pub(super) struct Work {
-    /// The modelled positions before the sample.
-    pub(super) present: Box<[f64]>,
-    /// The changes of the integral.
-    pub(super) changes: Box<[f64]>,
-    /// The targets as the law has them.
-    pub(super) wanted: Box<[f64]>,
-    /// The positions that are to be reached.
-    pub(super) positions: Box<[f64]>,
-    /// The positions for which limits of differences are worked out.
-    pub(super) targets: Box<[f64]>,
-    /// The drives that reach the positions.
-    pub(super) drives: Box<[f64]>,
-    /// Whether the inverse alone comes to the drive, with its target.
-    pub(super) by_target: Box<[bool]>,
-}
-
-impl Work {
-    fn new(actuators: usize) -> Self {
-        let zeros = || vec![0.0; actuators].into_boxed_slice();
-        Self {
-            present: zeros(),
-            changes: zeros(),
-            wanted: zeros(),
-            positions: zeros(),
-            targets: zeros(),
-            drives: zeros(),
-            by_target: vec![false; actuators].into(),
-        }
-    }
+    lanes: Lanes,
+    limits: Box<[(f64, f64)]>,
+    options: ArrayOptions,
 }
 
 impl ArrayController {
@@ -167,7 +101,8 @@ impl ArrayController {
         check_drives("start_drive", &start, limits.iter().copied())?;
         let now = LoopState::at(start);
         let (work, options) = (Work::new(actuators), options.clone());
-        let mut made = Self { inverse, limits, limiters, gains, feedback, pairs, bumpless_samples, now, work, options };
+        let lanes = Lanes { inverse, limiters, gains, feedback, pairs, dt, bumpless_samples, now, work };
+        let mut made = Self { lanes, limits, options };
         made.follow_present_drives();
         Ok(made)
     }
@@ -178,8 +113,8 @@ impl ArrayController {
     /// [`Error::Length`] unless reference and drives have M elements, measurement and sensor reference S; nothing is taken then.
     pub fn step(&mut self, sample: &ArraySample<'_>, drives: &mut [f64]) -> Result<(), Error> {
         self.check(sample, drives)?;
-        self.take(sample);
-        copy(drives, &self.now.drives);
+        self.lanes.take(sample);
+        copy(drives, &self.lanes.now.drives);
         Ok(())
     }
 
@@ -190,8 +125,8 @@ impl ArrayController {
     /// As for [`step`](Self::step).
     pub fn peek(&mut self, sample: &ArraySample<'_>, drives: &mut [f64]) -> Result<(), Error> {
         self.check(sample, drives)?;
-        self.decide(sample);
-        copy(drives, &self.work.drives);
+        self.lanes.decide(sample);
+        copy(drives, &self.lanes.work.drives);
         Ok(())
     }
 
@@ -215,15 +150,10 @@ impl ArrayController {
         for (k, (reference, drives)) in references.zip(drives.chunks_exact_mut(actuators)).enumerate() {
             let (measurement, sensor_reference) =
                 (row(block.measurement, k, sensors), row(block.sensor_reference, k, sensors));
-            self.take(&ArraySample { reference, measurement, sensor_reference });
-            copy(drives, &self.now.drives);
+            self.lanes.take(&ArraySample { reference, measurement, sensor_reference });
+            copy(drives, &self.lanes.now.drives);
         }
         Ok(())
-    }
-
-    fn take(&mut self, sample: &ArraySample<'_>) {
-        let decision = self.decide(sample);
-        self.commit(sample, &decision);
     }
 
     fn check(&self, sample: &ArraySample<'_>, drives: &[f64]) -> Result<(), Error> {
@@ -238,36 +168,36 @@ impl ArrayController {
     /// The number of actuators M.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.inverse.len()
+        self.lanes.inverse.len()
     }
 
     /// Whether there is no actuator, which cannot be.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.inverse.is_empty()
+        self.lanes.inverse.is_empty()
     }
 
     /// The number of sensors S.
     #[must_use]
     pub fn sensors(&self) -> usize {
-        self.feedback.sensors()
+        self.lanes.feedback.sensors()
     }
 
     /// The present drives: what the amplifiers have.
     #[must_use]
     pub fn drives(&self) -> &[f64] {
-        &self.now.drives
+        &self.lanes.now.drives
     }
 
     /// Where the models are at the present drives.
     pub fn positions(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
-        self.inverse.streams().iter().map(Inverse::reached)
+        self.lanes.inverse.streams().iter().map(Inverse::reached)
     }
 
     /// The integral of every actuator, in the unit of the models' output.
     #[must_use]
     pub fn integral(&self) -> &[f64] {
-        &self.now.integral
+        &self.lanes.now.integral
     }
 
     /// The limits (low, high) of every drive.
@@ -279,7 +209,7 @@ impl ArrayController {
     /// How many samples and drives were unusual.
     #[must_use]
     pub fn counters(&self) -> ArrayCounters {
-        self.now.counters
+        self.lanes.now.counters
     }
 
     /// The options, with the present gains.
@@ -291,7 +221,7 @@ impl ArrayController {
     /// What the controller does with its samples: [`Mode::Run`], [`Mode::Hold`] or [`Mode::Stop`].
     #[must_use]
     pub fn mode(&self) -> Mode {
-        self.now.mode
+        self.lanes.now.mode
     }
 }
 
@@ -320,8 +250,274 @@ fn limits(inverse: &StreamArray<Inverse>) -> Result<Box<[(f64, f64)]>, Error> {
     inverse.streams().iter().enumerate().map(of).collect::<Result<Vec<_>, _>>().map(Vec::into_boxed_slice)
 }
 
-/// Copies as many numbers as both have.
-#[inline]
-pub(super) fn copy(to: &mut [f64], from: &[f64]) {
-    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+impl ArrayController {
+    /// Holds all drives, for any reference and measurement.
+    pub fn hold(&mut self) {
+        self.lanes.now.end_motion();
+        self.lanes.now.mode = Mode::Hold;
+    }
+
+    /// Back from a hold or a stop: the next sample starts a motion from the present drives.
+    pub fn release(&mut self) {
+        self.lanes.now.mode = Mode::Run;
+    }
+
+    /// Ramps every drive to its rest drive at `rate` volts per second, or at the slew if that is slower, and holds it there.
+    ///
+    /// From the next sample on every [`step`](Self::step) puts out the next drives of the ramp, whatever comes, also NaN. The
+    /// limits of differences hold on the way. [`release`](Self::release) starts a motion from the drives that are reached then.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] unless the rate is above zero and each rest drive within its limits, [`Error::Length`] unless there are M
+    /// of them; the controller is as before then.
+    pub fn stop(&mut self, rate: f64, rest_drives: &[f64]) -> Result<(), Error> {
+        check_positive("rate", rate)?;
+        check_drives("rest_drive", rest_drives, self.limits.iter().copied())?;
+        self.lanes.now.end_motion();
+        (self.lanes.now.mode, self.lanes.now.stop_rate) = (Mode::Stop, rate);
+        copy(&mut self.lanes.now.rest_drives, rest_drives);
+        Ok(())
+    }
+
+    /// Changes the gains, per second. The integral is a displacement, so nothing jumps.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for a gain that is negative or not finite, or a leak above 1 / dt; the controller is as before then.
+    pub fn set_gains(&mut self, ki: f64, leak: f64) -> Result<(), Error> {
+        self.lanes.gains = Gains::new(ki, leak, self.options.dt)?;
+        (self.options.ki, self.options.leak) = (ki, leak);
+        Ok(())
+    }
+
+    /// One actuator goes on with the weights and the output offset of another model of the same operators, without a jump: the
+    /// bumpless term takes the difference. Allocates nothing, and frees what the old model holds if no other clone of it is left.
+    ///
+    /// # Errors
+    /// [`Error::Whole`] for an actuator that does not exist, and as [`Inverse::set_model`]; the controller is as before then.
+    pub fn set_model(&mut self, actuator: usize, model: &CompiledModel) -> Result<(), Error> {
+        let last = self.len().saturating_sub(1);
+        let bumpless = self.lanes.now.bumpless.get_mut(actuator);
+        let (Some(stream), Some(bumpless)) = (self.lanes.inverse.streams_mut().get_mut(actuator), bumpless) else {
+            let (expected, got) = (Bound::FromTo { first: 0, last }, actuator as u64);
+            return Err(Error::Whole { parameter: "actuator", index: None, expected, got });
+        };
+        let before = stream.reached();
+        stream.set_model(model)?;
+        let difference = stream.reached() - before;
+        if self.lanes.now.started && difference != 0.0 {
+            *bumpless += difference;
+            self.lanes.now.bumpless_samples = self.lanes.bumpless_samples;
+        }
+        Ok(())
+    }
+
+    /// As made, but for gains and models that were changed since and for the drives, which stay: the memory is that of a move from
+    /// rest to them. The counters are zero, the mode is [`Mode::Run`].
+    pub fn reset(&mut self) {
+        self.lanes.inverse.reset();
+        self.lanes.now.reset();
+        self.follow_present_drives();
+    }
+
+    /// [`reset`](Self::reset), the amplifiers being at other drives now.
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless there are M drives, [`Error::Domain`] for one outside its limits; the controller is as before then.
+    pub fn reset_at(&mut self, drives: &[f64]) -> Result<(), Error> {
+        check_drives("drive", drives, self.limits.iter().copied())?;
+        copy(&mut self.lanes.now.drives, drives);
+        self.reset();
+        Ok(())
+    }
+
+    /// Takes over what was driven before, rows of M drives, oldest first: the inverses remember it, and the next motion starts from
+    /// the last row. Without any nothing changes.
+    ///
+    /// # Errors
+    /// [`Error::Rows`] unless they are whole rows, [`Error::Domain`] for a drive that is not finite or outside its limits; the
+    /// controller is as before then.
+    pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
+        let (width, got) = (self.len().max(1), drives.len());
+        if !got.is_multiple_of(width) {
+            return Err(Error::Rows { parameter: "drives", width, got });
+        }
+        let limits = || self.limits.iter().copied();
+        drives.chunks_exact(width).try_for_each(|row| check_drives("drives", row, limits()))?;
+        for row in drives.chunks_exact(width) {
+            copy(&mut self.lanes.now.drives, row);
+            self.follow_present_drives();
+            self.lanes.now.end_motion();
+        }
+        Ok(())
+    }
+
+    /// The inverses move to the present drives.
+    pub(super) fn follow_present_drives(&mut self) {
+        for (stream, drive) in self.lanes.inverse.streams_mut().iter_mut().zip(&self.lanes.now.drives) {
+            if stream.output() != *drive {
+                stream.follow_drive(*drive);
+            }
+        }
+    }
+
+    /// Everything that the controller remembers. Allocates.
+    #[must_use]
+    pub fn state(&self) -> ArrayControllerState {
+        let now = &self.lanes.now;
+        ArrayControllerState {
+            setup: self.options.fingerprint(),
+            dt: self.options.dt,
+            ki: self.options.ki,
+            leak: self.options.leak,
+            streams: self.lanes.inverse.streams().iter().map(Inverse::state).collect(),
+            drives: now.drives.to_vec(),
+            integral: now.integral.to_vec(),
+            bumpless: now.bumpless.to_vec(),
+            started: now.started,
+            bumpless_samples: now.bumpless_samples,
+            integral_rest_samples: now.integral_rest_samples,
+            mode: now.mode,
+            stop: (now.mode == Mode::Stop)
+                .then(|| ArrayStop { rate: now.stop_rate, rest_drive: now.rest_drives.to_vec() }),
+            counters: now.counters,
+        }
+    }
+
+    /// Continues from `state`, bit for bit. The amplifiers must be at its drives. Allocates.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] that names the field for a state of a controller with other gains or sampling interval;
+    /// [`Error::State`], [`Error::Domain`], [`Error::Length`] or [`Error::OtherModel`] for one that this controller cannot be in.
+    /// The controller is as before then.
+    pub fn set_state(&mut self, state: &ArrayControllerState) -> Result<(), Error> {
+        let own = &self.options;
+        let same =
+            [("state.dt", own.dt, state.dt), ("state.ki", own.ki, state.ki), ("state.leak", own.leak, state.leak)];
+        for (parameter, value, got) in same {
+            if value != got {
+                let expected = Bound::EqualTo { value, what: "as in this controller" };
+                return Err(Error::Domain { parameter, index: None, expected, got });
+            }
+        }
+        if state.setup != own.fingerprint() {
+            let expected = "the state of a controller with the same reconstruction, pairs, slew and bumpless time";
+            return Err(Error::State { expected });
+        }
+        state.check(&self.limits)?;
+        let mut restored = self.lanes.inverse.clone();
+        for (stream, saved) in restored.streams_mut().iter_mut().zip(&state.streams) {
+            stream.set_state(saved)?;
+        }
+        let remembered: Vec<f64> = restored.streams().iter().map(Inverse::output).collect();
+        let actuators = remembered.iter().zip(&state.drives).zip(&self.limits);
+        for ((remembered, drive), (low, high)) in actuators {
+            if (remembered - drive).abs() > SAME_DRIVE * (high - low) {
+                return Err(Error::State { expected: "streams that are at the drives of the state" });
+            }
+        }
+        self.lanes.inverse = restored;
+        let now = &mut self.lanes.now;
+        now.drives.copy_from_slice(&state.drives);
+        now.integral.copy_from_slice(&state.integral);
+        now.bumpless.copy_from_slice(&state.bumpless);
+        now.started = state.started;
+        now.bumpless_samples = state.bumpless_samples;
+        now.integral_rest_samples = state.integral_rest_samples;
+        now.mode = state.mode;
+        now.counters = state.counters;
+        if let Some(stop) = &state.stop {
+            now.stop_rate = stop.rate;
+            now.rest_drives.copy_from_slice(&stop.rest_drive);
+        }
+        Ok(())
+    }
+}
+
+/// How far, relative to its limits, a drive of a state may be from what its inverse remembers: they agree to rounding.
+const SAME_DRIVE: f64 = 1e-9;
+
+/// Where a stop goes, and how fast.
+///
+/// ```
+/// use hysteresis_core::ArrayStop;
+/// let stop = ArrayStop { rate: 100.0, rest_drive: vec![0.0, 5.0] };
+/// assert_eq!(stop.rest_drive.len(), 2);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct ArrayStop {
+    /// How fast the drives move, in volts per second. A slower slew bounds it.
+    pub rate: f64,
+    /// The drives at which it ends, in volts.
+    pub rest_drive: Vec<f64>,
+}
+
+/// Everything that an [`ArrayController`](super::ArrayController) remembers: restored, it continues bit for bit.
+///
+/// ```
+/// use hysteresis_core::{ArrayController, ArrayOptions, ArraySample, CompiledModel, Offsets, PrandtlIshlinskii, StreamArray};
+/// let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?;
+/// let models = [CompiledModel::new(&(&model).into()), CompiledModel::new(&(&model).into())];
+/// let inverse = StreamArray::inverse(&models, Some((-10.0, 10.0))).map_err(|wrong| wrong.error)?;
+/// let mut controller = ArrayController::new(inverse, &ArrayOptions::new(1e-3))?;
+/// let saved = controller.state();
+/// let (mut drives, mut again) = ([0.0; 2], [0.0; 2]);
+/// controller.step(&ArraySample::of(&[1.0, 2.0]), &mut drives)?;
+/// controller.set_state(&saved)?;
+/// controller.step(&ArraySample::of(&[1.0, 2.0]), &mut again)?;
+/// assert_eq!(drives, again);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct ArrayControllerState {
+    /// The fingerprint of reconstruction, pairs, slew and bumpless time.
+    pub setup: u64,
+    /// The sampling interval in seconds.
+    pub dt: f64,
+    /// The integral gain per second.
+    pub ki: f64,
+    /// The leak per second.
+    pub leak: f64,
+    /// What each inverse remembers.
+    pub streams: Vec<StreamState>,
+    /// The present drives.
+    pub drives: Vec<f64>,
+    /// The integral of every actuator, in the unit of the models' output.
+    pub integral: Vec<f64>,
+    /// What is left of the differences at a start or a change, in the same unit.
+    pub bumpless: Vec<f64>,
+    /// Whether a motion is under way. If not, the next sample starts one from the present drives.
+    pub started: bool,
+    /// For how many samples the bumpless term goes on.
+    pub bumpless_samples: u32,
+    /// For how many samples the integral still rests. A start shortens it to its bumpless time.
+    pub integral_rest_samples: u32,
+    /// What the controller does with its samples: run, hold or stop.
+    pub mode: Mode,
+    /// Where a stop goes; none in the other modes.
+    pub stop: Option<ArrayStop>,
+    /// What was counted.
+    pub counters: ArrayCounters,
+}
+
+impl ArrayControllerState {
+    /// Whether a controller with these limits can be in this state, as far as the streams do not say it.
+    pub(super) fn check(&self, limits: &[(f64, f64)]) -> Result<(), Error> {
+        let actuators = limits.len();
+        check_length("state.streams", actuators, self.streams.len())?;
+        check_drives("state.drives", &self.drives, limits.iter().copied())?;
+        for (parameter, terms) in [("state.integral", &self.integral), ("state.bumpless", &self.bumpless)] {
+            check_length(parameter, actuators, terms.len())?;
+            check_terms(terms)?;
+        }
+        match (self.mode, &self.stop) {
+            (Mode::Stop, Some(stop)) => {
+                check_positive("state.stop.rate", stop.rate)?;
+                check_drives("state.stop.rest_drive", &stop.rest_drive, limits.iter().copied())
+            }
+            (Mode::Run | Mode::Hold, None) => Ok(()),
+            _ => Err(Error::State { expected: "the mode run or hold, or a stop with its rate and rest drives" }),
+        }
+    }
 }

@@ -1,11 +1,245 @@
-//! One sample: first it is decided what becomes of it, in the work space alone; then it is taken.
+//! One sample of an array: first it is decided what becomes of it, in the work space alone; then it is taken.
 
-use super::controller::{ArrayController, ArraySample, Work, copy};
-use super::counters::count;
-use crate::control::Mode;
-use crate::control::limiter::approach;
+use alloc::boxed::Box;
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::super::law::Mode;
+use super::super::limiter::{Limiter, approach};
+use super::options::Gains;
+use super::pairs::Pairs;
 use crate::error::{MAX_MAGNITUDE, is_admissible};
 use crate::process::Process;
+use crate::stream::{Inverse, StreamArray};
+
+/// How many samples, or drives, of an [`ArrayController`](super::ArrayController) were unusual.
+///
+/// ```
+/// use hysteresis_core::{ArrayController, ArrayCounters, ArrayOptions, ArraySample, CompiledModel, Offsets};
+/// use hysteresis_core::{PrandtlIshlinskii, StreamArray};
+/// let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?;
+/// let models = [CompiledModel::new(&(&model).into()), CompiledModel::new(&(&model).into())];
+/// let inverse = StreamArray::inverse(&models, Some((-10.0, 10.0))).map_err(|wrong| wrong.error)?;
+/// let mut controller = ArrayController::new(inverse, &ArrayOptions::new(1e-3))?;
+/// controller.step(&ArraySample::of(&[f64::NAN, 1.0]), &mut [0.0; 2])?;
+/// assert_eq!(controller.counters(), ArrayCounters { rejected_count: 1, ..ArrayCounters::default() });
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct ArrayCounters {
+    /// Samples with a reference that is not finite (or beyond 1e100): all drives were held.
+    pub rejected_count: u64,
+    /// Samples with a measurement that is not finite (or beyond 1e100).
+    pub missing_count: u64,
+    /// Drives that a target out of reach brought to a limit.
+    pub saturated_count: u64,
+    /// Drives that the slew held back.
+    pub slewing_count: u64,
+    /// Samples in which the limits of differences moved at least one target.
+    pub pair_limited_count: u64,
+}
+
+/// Counts events, never past the largest number.
+#[inline]
+pub(super) fn count(counter: &mut u64, events: u64) {
+    *counter = counter.saturating_add(events);
+}
+
+/// What is asked of one sample.
+///
+/// ```
+/// use hysteresis_core::ArraySample;
+/// let flat = ArraySample { measurement: Some(&[0.2]), ..ArraySample::of(&[0.0, 0.0]) };
+/// assert_eq!(flat.sensor_reference, None);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct ArraySample<'a> {
+    /// The positions that are wanted, M numbers in the unit of the models' output.
+    pub reference: &'a [f64],
+    /// What the S sensors show; none for feed-forward alone, the integral staying as it is.
+    pub measurement: Option<&'a [f64]>,
+    /// What the sensors are to show, S numbers: by default zero, or the reference if there is no reconstruction matrix.
+    pub sensor_reference: Option<&'a [f64]>,
+}
+
+impl<'a> ArraySample<'a> {
+    /// Positions without a measurement.
+    #[must_use]
+    pub fn of(reference: &'a [f64]) -> Self {
+        Self { reference, measurement: None, sensor_reference: None }
+    }
+}
+
+/// What changes from sample to sample, apart from the streams.
+#[derive(Clone, Debug)]
+pub(super) struct LoopState {
+    pub(super) drives: Box<[f64]>,
+    pub(super) integral: Box<[f64]>,
+    pub(super) bumpless: Box<[f64]>,
+    pub(super) started: bool,
+    pub(super) bumpless_samples: u32,
+    pub(super) integral_rest_samples: u32,
+    pub(super) mode: Mode,
+    pub(super) stop_rate: f64,
+    pub(super) rest_drives: Box<[f64]>,
+    pub(super) counters: ArrayCounters,
+}
+
+impl LoopState {
+    /// At rest at these drives.
+    pub(super) fn at(drives: Vec<f64>) -> Self {
+        let zeros = || vec![0.0; drives.len()].into_boxed_slice();
+        Self {
+            integral: zeros(),
+            bumpless: zeros(),
+            rest_drives: zeros(),
+            drives: drives.into(),
+            started: false,
+            bumpless_samples: 0,
+            integral_rest_samples: u32::MAX,
+            mode: Mode::Run,
+            stop_rate: 0.0,
+            counters: ArrayCounters::default(),
+        }
+    }
+
+    /// As made, but for the drives.
+    pub(super) fn reset(&mut self) {
+        self.integral.fill(0.0);
+        self.bumpless.fill(0.0);
+        self.bumpless_samples = 0;
+        self.mode = Mode::Run;
+        self.counters = ArrayCounters::default();
+        self.end_motion();
+    }
+
+    /// The next sample starts a motion from the present drives, with an integral that rests at first.
+    pub(super) fn end_motion(&mut self) {
+        (self.started, self.integral_rest_samples) = (false, u32::MAX);
+    }
+
+    /// The bumpless term after the next sample, as a share of the present one.
+    #[inline]
+    pub(super) fn bumpless_share(&self) -> f64 {
+        let left = self.bumpless_samples.saturating_sub(1);
+        if left > 0 { f64::from(left) / f64::from(self.bumpless_samples) } else { 0.0 }
+    }
+}
+
+/// What makes errors of actuators of those of sensors.
+#[derive(Clone, Debug)]
+pub(super) struct Feedback {
+    /// The matrix R, column by column: then the products of a column with one error are independent of each other, and the sum
+    /// of every actuator runs over the sensors in their order.
+    columns: Option<Box<[f64]>>,
+    actuators: usize,
+    sensors: usize,
+    /// The errors of the sensors.
+    errors: Box<[f64]>,
+}
+
+impl Feedback {
+    /// Of a checked matrix, row by row.
+    pub(super) fn new(rows: Option<&[f64]>, actuators: usize, sensors: usize) -> Self {
+        let columns = rows.map(|rows| {
+            let column = |s: usize| rows.iter().skip(s).step_by(sensors).copied();
+            (0..sensors).flat_map(column).collect()
+        });
+        Self { columns, actuators, sensors, errors: vec![0.0; sensors].into() }
+    }
+
+    pub(super) fn sensors(&self) -> usize {
+        self.sensors
+    }
+
+    /// The errors of the actuators, NaN for those of which nothing is known: whether any measurement is missing.
+    #[inline]
+    pub(super) fn read(&mut self, sample: &ArraySample<'_>, errors: &mut [f64]) -> bool {
+        let Some(measurement) = sample.measurement else {
+            errors.fill(f64::NAN);
+            return false;
+        };
+        let missing = !measurement.iter().copied().all(is_admissible);
+        match (&self.columns, sample.sensor_reference) {
+            (None, reference) => difference(reference.unwrap_or(sample.reference), measurement, errors),
+            // Every actuator needs all sensors.
+            (Some(_), _) if missing => errors.fill(f64::NAN),
+            (Some(columns), reference) => {
+                match reference {
+                    Some(reference) => difference(reference, measurement, &mut self.errors),
+                    None => self.errors.iter_mut().zip(measurement).for_each(|(error, y)| *error = -y),
+                }
+                errors.fill(0.0);
+                for (column, error) in columns.chunks_exact(self.actuators.max(1)).zip(&self.errors) {
+                    for (sum, gain) in errors.iter_mut().zip(column) {
+                        *sum += gain * error;
+                    }
+                }
+            }
+        }
+        missing
+    }
+}
+
+/// Reference minus measurement, NaN for a measurement that is missing.
+#[inline]
+fn difference(reference: &[f64], measurement: &[f64], errors: &mut [f64]) {
+    for ((error, r), y) in errors.iter_mut().zip(reference).zip(measurement) {
+        *error = if is_admissible(*y) { r - y } else { f64::NAN };
+    }
+}
+
+/// What a sample needs while it is decided upon: allocated once.
+#[derive(Clone, Debug)]
+pub(super) struct Work {
+    /// The modelled positions before the sample.
+    pub(super) present: Box<[f64]>,
+    /// The changes of the integral.
+    pub(super) changes: Box<[f64]>,
+    /// The targets as the law has them.
+    pub(super) wanted: Box<[f64]>,
+    /// The positions that are to be reached.
+    pub(super) positions: Box<[f64]>,
+    /// The positions for which limits of differences are worked out.
+    pub(super) targets: Box<[f64]>,
+    /// The drives that reach the positions.
+    pub(super) drives: Box<[f64]>,
+    /// Whether the inverse alone comes to the drive, with its target.
+    pub(super) by_target: Box<[bool]>,
+}
+
+impl Work {
+    pub(super) fn new(actuators: usize) -> Self {
+        let zeros = || vec![0.0; actuators].into_boxed_slice();
+        Self {
+            present: zeros(),
+            changes: zeros(),
+            wanted: zeros(),
+            positions: zeros(),
+            targets: zeros(),
+            drives: zeros(),
+            by_target: vec![false; actuators].into(),
+        }
+    }
+}
+
+/// All actuators side by side, as the law moves them from sample to sample.
+///
+/// The law of one axis is another one: its integral is in volts, behind the inverse, this one is a displacement in front of it. So the
+/// two have the limiter and the modes in common, but no loop.
+#[derive(Clone, Debug)]
+pub(super) struct Lanes {
+    pub(super) inverse: StreamArray<Inverse>,
+    pub(super) limiters: Box<[Limiter]>,
+    pub(super) gains: Gains,
+    pub(super) feedback: Feedback,
+    pub(super) pairs: Pairs,
+    pub(super) dt: f64,
+    pub(super) bumpless_samples: u32,
+    pub(super) now: LoopState,
+    pub(super) work: Work,
+}
 
 /// What becomes of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +266,13 @@ pub(super) struct Decision {
     pair_limited: bool,
 }
 
-impl ArrayController {
+impl Lanes {
+    /// Takes a sample.
+    pub(super) fn take(&mut self, sample: &ArraySample<'_>) {
+        let decision = self.decide(sample);
+        self.commit(sample, &decision);
+    }
+
     /// Writes the next drives, and how they come about, to the work space.
     pub(super) fn decide(&mut self, sample: &ArraySample<'_>) -> Decision {
         let status = self.status(sample);
@@ -116,8 +356,8 @@ impl ArrayController {
     /// The drives and positions of a stop, each actuator by itself.
     #[inline]
     fn next_of_stop(&mut self) {
-        let Self { work, now, limiters, inverse, options, .. } = self;
-        let step = now.stop_rate * options.dt;
+        let Self { work, now, limiters, inverse, dt, .. } = self;
+        let step = now.stop_rate * *dt;
         let out = work.positions.iter_mut().zip(&mut work.drives).zip(&mut work.by_target);
         let drives = now.rest_drives.iter().zip(&now.drives);
         for ((((position, drive), by_target), (rest, last)), (stream, limiter)) in
@@ -161,7 +401,7 @@ impl ArrayController {
     }
 
     /// Takes the sample as it was decided.
-    pub(super) fn commit(&mut self, sample: &ArraySample<'_>, decision: &Decision) {
+    fn commit(&mut self, sample: &ArraySample<'_>, decision: &Decision) {
         match decision.status {
             Status::Held => {}
             Status::Rejected => {
@@ -225,6 +465,12 @@ impl ArrayController {
     }
 }
 
+/// Copies as many numbers as both have.
+#[inline]
+pub(super) fn copy(to: &mut [f64], from: &[f64]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+}
+
 /// What of a change of the integral an actuator follows, `excess` being what limits cut off the target. A change that brings the
 /// target back from a limit is taken as it is.
 #[inline]
@@ -240,7 +486,7 @@ fn followed(change: f64, excess: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::followed;
+    use super::*;
 
     #[test]
     fn what_limits_cut_off_is_taken_from_a_change_that_pushes_against_them() {

@@ -1,0 +1,662 @@
+//! The parameters of a stage without its fast dynamics, and its streams: from drives to positions, and the exact inverse.
+
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+
+use super::creep::{CreepMemory, CreepTerms};
+use super::loop_shift::{LoopShiftMemory, LoopShiftTerms};
+use super::map::{MapPiece, PiecewiseLinearMap};
+use crate::engine::CompiledModel;
+use crate::error::{Error, MAX_MAGNITUDE, check_all_finite, check_finite, is_admissible};
+use crate::fingerprint::Fingerprint;
+use crate::process::Process;
+use crate::real::check_within_limits;
+use crate::stream::{Forward, Inverse, StreamState, check_limits, check_model};
+
+/// The parameters of a stage without its fast dynamics, ready to run: y = creep(phi(H\[gamma(u)\]) + s).
+///
+/// Drives u are in the unit of gamma's input, positions y in the unit of phi's output. Cloning shares the large parts.
+///
+/// ```
+/// use hysteresis_core::{CreepTerms, CompiledModel, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap};
+/// use hysteresis_core::{Process, QuasiStatic, Ratios};
+/// let (w, r) = ([0.5, 0.1, 0.05], [0.0, 20.0, 60.0]);
+/// let hysteresis = ModifiedPrandtlIshlinskii::from_ratios(&w, &r, Ratios::PLAY, Offsets::default())?;
+/// let stage = QuasiStatic::new(&CompiledModel::new(&hysteresis))
+///     .with_output_map(PiecewiseLinearMap::new(&[0.0, 40.0, 80.0], &[0.0, 42.0, 80.0])?)
+///     .with_creep(CreepTerms::new(&[0.004; 3], &[0.9, 0.99, 0.999])?);
+/// let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((-20.0, 150.0)))?);
+/// for k in 0..1000 {
+///     let target = f64::from((k * 7) % 60);
+///     assert!((forward.step(inverse.step(target)) - target).abs() < 1e-11);
+/// }
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct QuasiStatic {
+    hysteresis: CompiledModel,
+    input_map: Option<Arc<PiecewiseLinearMap>>,
+    output_map: Option<Arc<PiecewiseLinearMap>>,
+    loop_shift: Option<LoopShiftTerms>,
+    creep: Option<Arc<CreepTerms>>,
+}
+
+impl QuasiStatic {
+    /// Hysteresis alone.
+    #[must_use]
+    pub fn new(hysteresis: &CompiledModel) -> Self {
+        Self { hysteresis: hysteresis.clone(), input_map: None, output_map: None, loop_shift: None, creep: None }
+    }
+
+    /// The same with the map gamma in front of the hysteresis.
+    #[must_use]
+    pub fn with_input_map(mut self, map: PiecewiseLinearMap) -> Self {
+        self.input_map = Some(Arc::new(map));
+        self
+    }
+
+    /// The same with the map phi behind the hysteresis.
+    #[must_use]
+    pub fn with_output_map(mut self, map: PiecewiseLinearMap) -> Self {
+        self.output_map = Some(Arc::new(map));
+        self
+    }
+
+    /// The same with a loop shift behind the output map, in front of the creep.
+    ///
+    /// ```
+    /// use hysteresis_core::{CompiledModel, LoopShiftTerms, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
+    /// let linear = PrandtlIshlinskii::new(&[2.0], &[0.0], Offsets::default())?;
+    /// let shift = LoopShiftTerms::new(0.0, 10.0, [-3.0, 0.0], 0.5, 0.9)?;
+    /// let stage = QuasiStatic::new(&CompiledModel::new(&(&linear).into())).with_loop_shift(shift);
+    /// let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((-20.0, 20.0)))?);
+    /// assert_eq!(forward.step(5.0), 10.0);
+    /// assert!(forward.step(5.0) < 10.0); // the move to 5 V has shifted the loop
+    /// forward.reset();
+    /// for target in [10.0, 4.0, 12.0] {
+    ///     assert!((forward.step(inverse.step(target)) - target).abs() < 1e-13);
+    /// }
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    #[must_use]
+    pub fn with_loop_shift(mut self, shift: LoopShiftTerms) -> Self {
+        self.loop_shift = Some(shift);
+        self
+    }
+
+    /// The same with creep behind output map and loop shift.
+    #[must_use]
+    pub fn with_creep(mut self, creep: CreepTerms) -> Self {
+        self.creep = Some(Arc::new(creep));
+        self
+    }
+
+    /// The same without creep.
+    #[must_use]
+    pub fn without_creep(&self) -> Self {
+        Self { creep: None, ..self.clone() }
+    }
+
+    /// The same without loop shift.
+    #[must_use]
+    pub fn without_loop_shift(&self) -> Self {
+        Self { loop_shift: None, ..self.clone() }
+    }
+
+    /// A stream from drives to positions, at rest at the input offset of the hysteresis.
+    #[must_use]
+    pub fn forward(&self) -> QuasiStaticForward {
+        QuasiStaticForward::new(self)
+    }
+
+    /// A stream from positions to drives, at rest at the input offset of the hysteresis, or at the limit nearest to it.
+    ///
+    /// # Errors
+    /// [`Error::NotInvertible`] if the hysteresis may not be, [`Error::Domain`] unless limits are finite and low < high.
+    pub fn inverse(&self, limits: Option<(f64, f64)>) -> Result<QuasiStaticInverse, Error> {
+        QuasiStaticInverse::new(self, limits)
+    }
+
+    /// The compiled hysteresis.
+    #[must_use]
+    pub fn hysteresis(&self) -> &CompiledModel {
+        &self.hysteresis
+    }
+
+    /// A number that tells this model from others: equal parameters give equal numbers.
+    #[must_use]
+    pub fn fingerprint(&self) -> u64 {
+        let mut hash = Fingerprint::continued(self.hysteresis.fingerprint());
+        for map in [&self.input_map, &self.output_map] {
+            hash.count(map.as_ref().map_or(0, |map| map.points().count()));
+            map.iter().flat_map(|map| map.points()).for_each(|(x, y)| hash.numbers(&[x, y]));
+        }
+        if let Some(creep) = &self.creep {
+            hash.numbers(creep.amplitudes());
+            hash.numbers(creep.decays());
+        }
+        if let Some(shift) = &self.loop_shift {
+            hash.numbers(&shift.numbers());
+        }
+        hash.finish()
+    }
+}
+
+/// Everything that a [`QuasiStaticForward`] or [`QuasiStaticInverse`] remembers: restored, it continues bit for bit.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct QuasiStaticState {
+    /// The fingerprint of maps, hysteresis, loop shift and creep: [`QuasiStatic::fingerprint`].
+    pub model: u64,
+    /// What the hysteresis remembers.
+    pub hysteresis: StreamState,
+    /// What each creep term has crept, c_j q_j, in the unit of the position.
+    pub creep: Vec<f64>,
+    /// What the loop shift remembers, m, n and f of [`LoopShiftTerms`]; empty without one, and in older states.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub loop_shift: Vec<f64>,
+    /// The last output: position (forward) or drive (inverse).
+    pub last_output: f64,
+    /// How many inputs were rejected.
+    pub rejected: u64,
+}
+
+/// What a map makes of x, from the line on which the stream was; without a map x itself.
+#[inline]
+fn mapped(map: Option<&Arc<PiecewiseLinearMap>>, x: f64, on: &mut MapPiece) -> f64 {
+    if !on.holds(x) {
+        change_piece(map, on, |map| map.piece_at(x));
+    }
+    on.at(x)
+}
+
+/// What a map makes y of, from the line on which the stream was; without a map y itself.
+#[inline]
+fn unmapped(map: Option<&Arc<PiecewiseLinearMap>>, y: f64, on: &mut MapPiece) -> f64 {
+    if !on.holds(y) {
+        change_piece(map, on, |map| map.inverse_piece_at(y));
+    }
+    on.at(y)
+}
+
+#[cold]
+#[inline(never)]
+fn change_piece(
+    map: Option<&Arc<PiecewiseLinearMap>>,
+    on: &mut MapPiece,
+    found: impl FnOnce(&PiecewiseLinearMap) -> MapPiece,
+) {
+    if let Some(map) = map {
+        *on = found(map);
+    }
+}
+
+/// The line of a map at a point, to start from.
+fn first_piece(map: Option<&Arc<PiecewiseLinearMap>>) -> MapPiece {
+    map.map_or_else(MapPiece::identity, |map| map.piece_at(0.0))
+}
+
+fn first_inverse_piece(map: Option<&Arc<PiecewiseLinearMap>>) -> MapPiece {
+    map.map_or_else(MapPiece::identity, |map| map.inverse_piece_at(0.0))
+}
+
+/// The position of a stage without its fast dynamics, sample by sample: y = creep(phi(H\[gamma(u)\]) + s).
+///
+/// The position belongs to the moment at which the drive is put out; loop shift s and creep move on from sample to sample.
+///
+/// ```
+/// use hysteresis_core::{CreepTerms, CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
+/// let linear = PrandtlIshlinskii::new(&[2.0], &[0.0], Offsets::default())?;
+/// let stage = QuasiStatic::new(&CompiledModel::new(&(&linear).into())).with_creep(CreepTerms::new(&[0.1], &[0.5])?);
+/// let mut forward = stage.forward();
+/// assert_eq!([forward.step(1.0), forward.step(1.0), forward.step(1.0)], [2.0, 2.1, 2.15]);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct QuasiStaticForward {
+    model: QuasiStatic,
+    hysteresis: Forward,
+    loop_shift: LoopShiftMemory,
+    creep: CreepMemory,
+    /// The lines of gamma and phi on which the last sample lay.
+    on_gamma: MapPiece,
+    on_phi: MapPiece,
+    position: f64,
+    rejected: u64,
+    fingerprint: u64,
+}
+
+impl QuasiStaticForward {
+    pub(super) fn new(model: &QuasiStatic) -> Self {
+        let mut stream = Self {
+            model: model.clone(),
+            hysteresis: Forward::new(&model.hysteresis),
+            loop_shift: LoopShiftMemory::new(model.loop_shift.as_ref()),
+            creep: CreepMemory::new(model.creep.as_deref()),
+            on_gamma: first_piece(model.input_map.as_ref()),
+            on_phi: first_piece(model.output_map.as_ref()),
+            position: 0.0,
+            rejected: 0,
+            fingerprint: model.fingerprint(),
+        };
+        stream.reset();
+        stream
+    }
+
+    /// The last position.
+    #[must_use]
+    pub fn output(&self) -> f64 {
+        self.position
+    }
+
+    /// The hysteresis inside.
+    #[must_use]
+    pub fn hysteresis(&self) -> &Forward {
+        &self.hysteresis
+    }
+
+    /// How many drives were not finite (or beyond 1e100) and left position and memory as they were.
+    #[must_use]
+    pub fn rejected(&self) -> u64 {
+        self.rejected
+    }
+
+    /// At rest since forever at a drive: the hysteresis virgin but for the way there, the loop not shifted, the creep
+    /// at its end. Returns the position. A drive that is not finite is counted and changes nothing else.
+    pub fn settle(&mut self, drive: f64) -> f64 {
+        let x = mapped(self.model.input_map.as_ref(), drive, &mut self.on_gamma);
+        if !(is_admissible(drive) && is_admissible(x)) {
+            return self.reject();
+        }
+        self.hysteresis.reset();
+        let z = self.hysteresis.step(x);
+        self.rest_at(z, drive)
+    }
+
+    #[cold]
+    fn reject(&mut self) -> f64 {
+        self.rejected = self.rejected.saturating_add(1);
+        self.position
+    }
+
+    /// The drive, and so z, has been held since forever.
+    fn rest_at(&mut self, z: f64, drive: f64) -> f64 {
+        self.loop_shift.settle(drive);
+        let h = mapped(self.model.output_map.as_ref(), z, &mut self.on_phi);
+        self.creep.settle(h);
+        self.position = h + self.creep.crept();
+        self.position
+    }
+
+    /// Takes over what was driven before, oldest drive first, one per sampling interval.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for a drive that is not finite; nothing is taken then.
+    pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
+        check_all_finite("drives", drives)?;
+        for drive in drives {
+            self.step(*drive);
+        }
+        Ok(())
+    }
+
+    /// Goes on with another hysteresis of the same operators: [`Forward::set_model`].
+    ///
+    /// # Errors
+    /// As there; the stream is as before then.
+    pub fn set_model(&mut self, hysteresis: &CompiledModel) -> Result<(), Error> {
+        self.hysteresis.set_model(hysteresis)?;
+        self.model.hysteresis = hysteresis.clone();
+        self.fingerprint = self.model.fingerprint();
+        Ok(())
+    }
+
+    /// Everything that the stream remembers. Allocates.
+    #[must_use]
+    pub fn state(&self) -> QuasiStaticState {
+        QuasiStaticState {
+            model: self.fingerprint,
+            hysteresis: self.hysteresis.state(),
+            creep: self.creep.states(),
+            loop_shift: self.loop_shift.states(),
+            last_output: self.position,
+            rejected: self.rejected,
+        }
+    }
+
+    /// Continues from `state`, bit for bit.
+    ///
+    /// # Errors
+    /// [`Error::OtherModel`] for a state of another model, [`Error::State`], [`Error::Length`] or [`Error::Domain`] for one
+    /// that this stream cannot be in; the stream is as before then.
+    pub fn set_state(&mut self, state: &QuasiStaticState) -> Result<(), Error> {
+        check_model(self.fingerprint, state.model)?;
+        check_finite("state.last_output", None, state.last_output)?;
+        self.creep.check(&state.creep)?;
+        self.loop_shift.check(&state.loop_shift)?;
+        self.hysteresis.set_state(&state.hysteresis)?;
+        self.creep.restore(&state.creep);
+        self.loop_shift.restore(&state.loop_shift);
+        (self.position, self.rejected) = (state.last_output, state.rejected);
+        Ok(())
+    }
+}
+
+impl Process for QuasiStaticForward {
+    #[inline]
+    fn step(&mut self, drive: f64) -> f64 {
+        let x = mapped(self.model.input_map.as_ref(), drive, &mut self.on_gamma);
+        if !(is_admissible(drive) && is_admissible(x)) {
+            return self.reject();
+        }
+        let z = self.hysteresis.step(x);
+        let h = mapped(self.model.output_map.as_ref(), z, &mut self.on_phi) + self.loop_shift.shift();
+        self.position = h + self.creep.crept();
+        self.creep.hold(h);
+        self.loop_shift.hold(drive);
+        self.position
+    }
+
+    #[inline]
+    fn peek(&self, drive: f64) -> f64 {
+        let (mut on_gamma, mut on_phi) = (self.on_gamma, self.on_phi);
+        let x = mapped(self.model.input_map.as_ref(), drive, &mut on_gamma);
+        if !(is_admissible(drive) && is_admissible(x)) {
+            return self.position;
+        }
+        let h = mapped(self.model.output_map.as_ref(), self.hysteresis.peek(x), &mut on_phi);
+        h + self.loop_shift.shift() + self.creep.crept()
+    }
+
+    fn reset(&mut self) {
+        self.hysteresis.reset();
+        self.rejected = 0;
+        let x = self.model.hysteresis.offsets.input;
+        let drive = self.model.input_map.as_ref().map_or(x, |map| map.inverse_at(x));
+        self.rest_at(self.hysteresis.output(), drive);
+    }
+}
+
+/// The exact inverse of a stage without its fast dynamics, sample by sample: the drive that brings its position to the
+/// target, u = gamma^-1(H^-1\[phi^-1(y - s - sum_j c_j q_j)\]).
+///
+/// What the position will have crept at a sample, and by how much its loop will have shifted, is known before its drive
+/// is: so the target without both is what [`Inverse`] is asked for. The drive never leaves the limits. A target out of
+/// reach puts it at a limit and sets [`saturated`](Self::saturated); creep goes on from the position that was really
+/// reached, the loop shift from the drive that was really put out.
+///
+/// ```
+/// use hysteresis_core::{CreepTerms, CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
+/// let linear = PrandtlIshlinskii::new(&[2.0], &[0.0], Offsets::default())?;
+/// let stage = QuasiStatic::new(&CompiledModel::new(&(&linear).into())).with_creep(CreepTerms::new(&[0.1], &[0.5])?);
+/// let mut inverse = stage.inverse(Some((0.0, 10.0)))?;
+/// assert_eq!(inverse.step(2.0), 1.0);
+/// assert_eq!(inverse.step(2.0), 0.95); // 0.1 of 2 has crept
+/// assert_eq!((inverse.step(99.0), inverse.saturated()), (10.0, true));
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct QuasiStaticInverse {
+    model: QuasiStatic,
+    hysteresis: Inverse,
+    loop_shift: LoopShiftMemory,
+    creep: CreepMemory,
+    /// The lines of gamma^-1 and phi^-1 on which the last sample lay.
+    on_gamma: MapPiece,
+    on_phi: MapPiece,
+    limits: (f64, f64),
+    /// The limits behind gamma, each with the drive that it stands for: low, high.
+    mapped_limits: [(f64, f64); 2],
+    drive: f64,
+    rejected: u64,
+    fingerprint: u64,
+}
+
+impl QuasiStaticInverse {
+    pub(super) fn new(model: &QuasiStatic, limits: Option<(f64, f64)>) -> Result<Self, Error> {
+        let (low, high) = check_limits(limits)?;
+        let behind = |drive| (model.input_map.as_ref().map_or(drive, |map| map.at(drive)), drive);
+        let mut mapped_limits = [behind(low), behind(high)];
+        if mapped_limits[0].0 > mapped_limits[1].0 {
+            mapped_limits.reverse();
+        }
+        let hysteresis = Inverse::new(&model.hysteresis, limits.map(|_| (mapped_limits[0].0, mapped_limits[1].0)))?;
+        let mut stream = Self {
+            model: model.clone(),
+            hysteresis,
+            loop_shift: LoopShiftMemory::new(model.loop_shift.as_ref()),
+            creep: CreepMemory::new(model.creep.as_deref()),
+            on_gamma: first_inverse_piece(model.input_map.as_ref()),
+            on_phi: first_inverse_piece(model.output_map.as_ref()),
+            limits: (low, high),
+            mapped_limits,
+            drive: 0.0,
+            rejected: 0,
+            fingerprint: model.fingerprint(),
+        };
+        stream.reset();
+        Ok(stream)
+    }
+
+    /// The drive for an input of the hysteresis: at a limit the very limit, never beyond.
+    #[inline]
+    fn drive_at(&self, x: f64, on_gamma: &mut MapPiece) -> f64 {
+        let [low, high] = self.mapped_limits;
+        if x <= low.0 {
+            low.1
+        } else if x >= high.0 {
+            high.1
+        } else {
+            within(unmapped(self.model.input_map.as_ref(), x, on_gamma), self.limits)
+        }
+    }
+
+    /// The position without creep, from what the hysteresis puts out now.
+    fn reached(&self) -> f64 {
+        let z = self.hysteresis.reached();
+        self.model.output_map.as_ref().map_or(z, |map| map.at(z)) + self.loop_shift.shift()
+    }
+
+    /// Creep and loop shift go on from the position without creep and the drive that are held now.
+    #[inline]
+    fn hold(&mut self, h: f64) {
+        self.creep.hold(h);
+        self.loop_shift.hold(self.drive);
+    }
+
+    /// The last drive.
+    #[must_use]
+    pub fn output(&self) -> f64 {
+        self.drive
+    }
+
+    /// Whether the last target was out of reach and the drive is at a limit.
+    #[must_use]
+    pub fn saturated(&self) -> bool {
+        self.hysteresis.saturated()
+    }
+
+    /// The limits of the drive (low, high), if there are any.
+    #[must_use]
+    pub fn limits(&self) -> Option<(f64, f64)> {
+        (self.limits != (-MAX_MAGNITUDE, MAX_MAGNITUDE)).then_some(self.limits)
+    }
+
+    /// The inverse of the hysteresis inside.
+    #[must_use]
+    pub fn hysteresis(&self) -> &Inverse {
+        &self.hysteresis
+    }
+
+    /// How many targets were not finite (or beyond 1e100) and left drive and memory as they were.
+    #[must_use]
+    pub fn rejected(&self) -> u64 {
+        self.rejected
+    }
+
+    /// At rest since forever at a drive, or the limit nearest to it: the hysteresis virgin but for the way there, the loop
+    /// not shifted, the creep at its end. Returns the position. A drive that is not finite is counted and changes nothing
+    /// else.
+    pub fn settle(&mut self, drive: f64) -> f64 {
+        if is_admissible(drive) {
+            self.hysteresis.reset();
+            self.move_to(drive);
+            self.rest();
+        } else {
+            self.reject();
+        }
+        self.position()
+    }
+
+    #[cold]
+    fn reject(&mut self) -> f64 {
+        self.rejected = self.rejected.saturating_add(1);
+        self.drive
+    }
+
+    /// What the drive has been since forever is what it is now.
+    fn rest(&mut self) {
+        self.loop_shift.settle(self.drive);
+        let h = self.reached();
+        self.creep.settle(h);
+    }
+
+    /// The position of now: what the hysteresis has reached, by how much its loop has shifted, and what has crept.
+    #[must_use]
+    pub fn position(&self) -> f64 {
+        self.reached() + self.creep.crept()
+    }
+
+    fn move_to(&mut self, drive: f64) {
+        self.drive = within(drive, self.limits);
+        let x = self.model.input_map.as_ref().map_or(self.drive, |map| map.at(self.drive));
+        self.hysteresis.follow_drive(x);
+    }
+
+    /// Puts out another drive than the one that a target asks for, and remembers it: what a controller does that adds
+    /// feedback or limits a slew. Within the limits; a drive that is not finite is counted and changes nothing else.
+    #[inline]
+    pub fn follow_drive(&mut self, drive: f64) -> f64 {
+        if is_admissible(drive) {
+            self.move_to(drive);
+            self.hold(self.reached());
+            self.drive
+        } else {
+            self.reject()
+        }
+    }
+
+    /// Takes over what was driven before, oldest drive first, one per sampling interval.
+    ///
+    /// # Errors
+    /// [`Error::Domain`] for a drive that is not finite or outside the limits; nothing is taken then.
+    pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
+        check_within_limits("drives", drives, self.limits)?;
+        for drive in drives {
+            self.follow_drive(*drive);
+        }
+        Ok(())
+    }
+
+    /// Goes on with another hysteresis of the same operators, without a jump of the drive: [`Inverse::set_model`].
+    ///
+    /// # Errors
+    /// As there; the stream is as before then.
+    pub fn set_model(&mut self, hysteresis: &CompiledModel) -> Result<(), Error> {
+        self.hysteresis.set_model(hysteresis)?;
+        self.model.hysteresis = hysteresis.clone();
+        self.fingerprint = self.model.fingerprint();
+        Ok(())
+    }
+
+    /// Everything that the stream remembers. Allocates.
+    #[must_use]
+    pub fn state(&self) -> QuasiStaticState {
+        QuasiStaticState {
+            model: self.fingerprint,
+            hysteresis: self.hysteresis.state(),
+            creep: self.creep.states(),
+            loop_shift: self.loop_shift.states(),
+            last_output: self.drive,
+            rejected: self.rejected,
+        }
+    }
+
+    /// Continues from `state`, bit for bit.
+    ///
+    /// # Errors
+    /// [`Error::OtherModel`] for a state of another model, [`Error::State`], [`Error::Length`] or [`Error::Domain`] for one
+    /// that this stream cannot be in; the stream is as before then.
+    pub fn set_state(&mut self, state: &QuasiStaticState) -> Result<(), Error> {
+        check_model(self.fingerprint, state.model)?;
+        check_within_limits("state.last_output", &[state.last_output], self.limits)?;
+        self.creep.check(&state.creep)?;
+        self.loop_shift.check(&state.loop_shift)?;
+        self.hysteresis.set_state(&state.hysteresis)?;
+        self.creep.restore(&state.creep);
+        self.loop_shift.restore(&state.loop_shift);
+        (self.drive, self.rejected) = (state.last_output, state.rejected);
+        Ok(())
+    }
+}
+
+/// A number that is not below or above the limits: only rounding takes a drive there that comes from within them.
+#[inline]
+fn within(drive: f64, (low, high): (f64, f64)) -> f64 {
+    if drive > high {
+        high
+    } else if drive < low {
+        low
+    } else {
+        drive
+    }
+}
+
+impl Process for QuasiStaticInverse {
+    #[inline]
+    fn step(&mut self, target: f64) -> f64 {
+        let h = target - self.creep.crept();
+        let z = unmapped(self.model.output_map.as_ref(), h - self.loop_shift.shift(), &mut self.on_phi);
+        if !(is_admissible(target) && is_admissible(z)) {
+            return self.reject();
+        }
+        let x = self.hysteresis.step(z);
+        let mut on_gamma = self.on_gamma;
+        self.drive = self.drive_at(x, &mut on_gamma);
+        self.on_gamma = on_gamma;
+        // Creep goes on without waiting for the drive, unless a limit keeps the position from the target.
+        let h = if self.hysteresis.saturated() { self.reached() } else { h };
+        self.hold(h);
+        self.drive
+    }
+
+    #[inline]
+    fn peek(&self, target: f64) -> f64 {
+        let (mut on_gamma, mut on_phi) = (self.on_gamma, self.on_phi);
+        let h = target - self.creep.crept() - self.loop_shift.shift();
+        let z = unmapped(self.model.output_map.as_ref(), h, &mut on_phi);
+        if !(is_admissible(target) && is_admissible(z)) {
+            return self.drive;
+        }
+        self.drive_at(self.hysteresis.peek(z), &mut on_gamma)
+    }
+
+    fn reset(&mut self) {
+        self.hysteresis.reset();
+        let mut on_gamma = self.on_gamma;
+        self.drive = self.drive_at(self.hysteresis.output(), &mut on_gamma);
+        self.rejected = 0;
+        self.rest();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drive_beyond_a_limit_becomes_the_limit() {
+        let drives = [-1.5, -1.0, 0.0, 2.0, 2.5].map(|drive| within(drive, (-1.0, 2.0)));
+        assert_eq!(drives, [-1.0, -1.0, 0.0, 2.0, 2.0]);
+    }
+}
