@@ -7,32 +7,32 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from mpi_hyst._paper import stack
-from mpi_hyst._paper.demo import Progress
-from mpi_hyst._report.demo.stack import cards, section
-from mpi_hyst._report.demo.tables import stack_errors
+from mpi_hyst._paper import demo
+from mpi_hyst._report.demo import stack_cards, stack_errors, stack_section
 from mpi_hyst._report.page import Report, Table, render
 
 
 @pytest.fixture(scope="module")
-def measured() -> stack.MeasuredStack:
+def measured() -> demo.MeasuredStack:
     told: list[str] = []
 
     @contextmanager
-    def watch(what: str, unit: str) -> Iterator[Progress | None]:
+    def watch(what: str, unit: str) -> Iterator[demo.Progress | None]:
         told.append(f"{what} in {unit}")
         yield None
 
-    found = stack.compute(watch)
+    found = demo.compute_stack(watch)
     assert told == [f"measured stack, {name} model in µm" for name in ("modified", "conventional")]
     return found
 
 
-def test_the_model_predicts_the_record_that_it_has_not_seen(measured: stack.MeasuredStack) -> None:
+def test_the_model_predicts_the_record_that_it_has_not_seen(measured: demo.MeasuredStack) -> None:
     assert measured.fitted.name == "decaying_loops" and measured.unseen.name == "major_loops"
     line, conventional, modified = (one.unseen for one in measured.predictions)
     # The noise of the sensor is a bound from below; measured 0.132, 0.320 and 3.404 um rms.
-    assert stack.NOISE[0] < modified.rms < 0.14 < 0.3 < conventional.rms < 0.35 < 3.0 < line.rms
+    assert (
+        demo.STACK_NOISE[0] < modified.rms < 0.14 < 0.3 < conventional.rms < 0.35 < 3.0 < line.rms
+    )
     assert modified.base == pytest.approx(45.59, abs=0.01)  # um
     for one in measured.predictions:
         assert one.fitted.rms < one.unseen.rms
@@ -43,8 +43,8 @@ def test_the_model_predicts_the_record_that_it_has_not_seen(measured: stack.Meas
         assert abs(residuals.mean()) < 0.02
 
 
-def test_the_page_says_what_was_computed(measured: stack.MeasuredStack) -> None:
-    part = section(measured)
+def test_the_page_says_what_was_computed(measured: demo.MeasuredStack) -> None:
+    part = stack_section(measured)
     _, rows = stack_errors(measured)
     assert len(rows) == 6 and [row[1] for row in rows[:3]] == [row[1] for row in rows[3:]]
     table = next(block for block in part.blocks if isinstance(block, Table))
@@ -52,7 +52,7 @@ def test_the_page_says_what_was_computed(measured: stack.MeasuredStack) -> None:
         table.rows == rows
         and [rows[index][1] for index in table.best] == ["modified model (coupled plays)"] * 2
     )
-    page = render(Report("demo", "", cards(measured), [part]))
+    page = render(Report("demo", "", stack_cards(measured), [part]))
     for words in (
         *(cell for row in rows for cell in row),
         *("Measured, not simulated", "yan9a/DiscreteBacklashOperator", "0.065 to 0.072 µm rms"),

@@ -160,7 +160,7 @@ def interrupted(directory: Path, *options: str) -> tuple[int, str, str]:
         "signal.signal(signal.SIGINT, signal.default_int_handler)",
         f"sys.argv[1:] = {command!r}",
         "from mpi_hyst._cli import __main__, commands",
-        "from mpi_hyst._cli.identify import run as room",
+        "from mpi_hyst._cli import identify as room",
         # said as soon as the search has a first result
         "def show(fraction, best):",
         "    if not said: said.append(print('searching', flush=True))",

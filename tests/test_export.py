@@ -301,6 +301,6 @@ def test_a_folder_that_cannot_be_written_to_is_named(
 
 
 def test_a_package_without_the_library_says_so(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mpi_hyst._fmu.pack._BINARIES", here / "none")
+    monkeypatch.setattr("mpi_hyst._fmu._BINARIES", here / "none")
     result = run("export", "stage.json", "--fmu", "--dt", "1e-4")
     assert_refused(result, here, {"stage.json"}, "expected the library of units, got none", "make")

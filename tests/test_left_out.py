@@ -8,8 +8,8 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 from commands import COLUMNS, HEADER, RATE, assert_refused, names_in, record_rows, run, write_csv
-from mpi_hyst._cli.identify.parts import parted
-from mpi_hyst._report.identify.records import Record
+from mpi_hyst._cli.identify_records import parted
+from mpi_hyst._report.records import Record
 from odd.case import PLAIN
 
 DRIVE = np.arange(100.0)

@@ -19,7 +19,7 @@ import reference
 from hypothesis import given
 from hypothesis import strategies as st
 from mpi_hyst._cli.stage import is_static
-from mpi_hyst._report.stage import linear_parts
+from mpi_hyst._report.models import linear_parts
 from reference.loop_shift import LoopShift
 from reference.stages import ReferenceStage
 from support import Array, parameter_of

@@ -137,7 +137,7 @@ def test_a_full_disk_at_the_report_leaves_the_model(
     def full(path: Path, _: str) -> None:
         raise OSError(28, "No space left on device", str(path))
 
-    monkeypatch.setattr("mpi_hyst._cli.identify.run.write_file", full)
+    monkeypatch.setattr("mpi_hyst._cli.identify.write_file", full)
     options = ["--operators", "4", "-o", "found.json", "--report", "page.html"]
     result = run("identify", "record.csv", *COLUMNS, *options)
     assert result.exit_code == 2
@@ -153,7 +153,7 @@ def test_a_report_that_cannot_be_drawn_leaves_the_model(
     def broken(*_: object) -> str:
         raise RuntimeError("no figure")
 
-    monkeypatch.setattr("mpi_hyst._report.identify.page.report", broken)
+    monkeypatch.setattr("mpi_hyst._report.identify.report", broken)
     options = ["--operators", "4", "-o", "found.json", "--report", "page.html"]
     with pytest.raises(RuntimeError, match="no figure"):
         run("identify", "record.csv", *COLUMNS, *options)

@@ -9,8 +9,7 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from mpi_hyst._report.memory import Memory
-from mpi_hyst._report.operators import contributions
+from mpi_hyst._report.models import Memory, contributions
 from support import Array
 
 MODEL = mh.paper.table_1_recovered()

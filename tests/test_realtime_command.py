@@ -185,7 +185,7 @@ def test_a_figure_that_cannot_be_drawn_leaves_the_report(
     def broken(*_: object) -> bytes:
         raise RuntimeError("no figure")
 
-    monkeypatch.setattr("mpi_hyst._report.look.figure.image", broken)
+    monkeypatch.setattr("mpi_hyst._report.canvas.image", broken)
     with pytest.raises(RuntimeError, match="no figure"):
         run(*REALTIME, "--json", "x.json", "--plot", "x.png")
     assert json.loads((here / "x.json").read_text())["at_rest"]

@@ -11,20 +11,18 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from mpi_hyst._cli import demo as demo_command
 from mpi_hyst._cli.commands import commands
-from mpi_hyst._cli.demo import run as demo_command
-from mpi_hyst._cli.identify.read import read
-from mpi_hyst._cli.identify.request import Request
-from mpi_hyst._cli.identify.run import fit
+from mpi_hyst._cli.identify import Request, fit
+from mpi_hyst._cli.identify_records import read
 from mpi_hyst._paper import demo as chain
-from mpi_hyst._paper.models import WALK_INPUT as WALK
-from mpi_hyst._paper.models import WALK_THRESHOLDS
+from mpi_hyst._paper.reproduction import WALK_INPUT as WALK
+from mpi_hyst._paper.reproduction import WALK_THRESHOLDS
 from mpi_hyst._report import canvas
-from mpi_hyst._report.demo.figures import STAIRCASE, _lives
-from mpi_hyst._report.demo.tables import model_errors, tracking_errors
-from mpi_hyst._report.identify.records import evaluate
+from mpi_hyst._report.coupled_play import STAIRCASE, _lives, moves
+from mpi_hyst._report.demo import model_errors, tracking_errors
 from mpi_hyst._report.page import Card, Pairs, Report, Section, Table, render
-from mpi_hyst._report.walk import moves
+from mpi_hyst._report.records import evaluate
 from mpi_hyst._text import digits, text_table
 
 LARGEST = 4_000_000  # bytes
@@ -209,7 +207,7 @@ def test_the_report_shows_what_was_held_out_and_how_far_to_trust_it(tmp_path: Pa
     ]
     request = Request(
         (path,), "drive_v", "position_um", validate_from=("800",),
-        fit={"operators": "auto", "weights": "split"},
+        operators="auto", weights="split",
     )  # fmt: skip
     records = read(request)
     found = fit(records, request, lambda _fraction, _best: None)

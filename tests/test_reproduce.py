@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner, Result
 from commands import assert_refused, names_in, run
 from mpi_hyst._cli.commands import commands
-from mpi_hyst._paper import published, saturation
+from mpi_hyst._paper import published, schemes
 from mpi_hyst._paper.benchmark import (
     AMPLITUDE,
     DT,
@@ -160,7 +160,7 @@ def test_what_learns_beats_what_does_not(results: Results) -> None:
 
 def test_saturation_is_left_without_a_lasting_error(results: Results) -> None:
     cases = {(one["feedforward"], one["law"]): one for one in results["saturation"]}
-    assert len(cases) == len(saturation.cases())
+    assert len(cases) == len(schemes.cases())
     of_table = {law: one for (name, law), one in cases.items() if name == "Table II + P-I"}
     after = {law: one["true_error_after_reentry_um"]["max"] for law, one in of_table.items()}
     assert after["positional, conditional integration"] <= 0.07

@@ -12,7 +12,7 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 import reference as twins
-from mpi_hyst._paper.saturation import DRIVE_LIMITS, PrintedLaw
+from mpi_hyst._paper.schemes import DRIVE_LIMITS, PrintedLaw
 from reference.plants import Plant as PlainPlant
 from reference.plants import PositionalLaw, closed_loop
 from support import Array

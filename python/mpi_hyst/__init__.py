@@ -8,6 +8,7 @@ in `scan`, files of records in `io`, measured records in `datasets`, files for o
 """
 
 from mpi_hyst import (
+    _methods,
     control,
     datasets,
     export,
@@ -47,10 +48,9 @@ from mpi_hyst._core import (
     identify_many,
     load,
 )
-from mpi_hyst._methods import attach
 from mpi_hyst._progress import ProgressBar
 
-attach()
+_methods.attach()
 
 __all__ = [
     "ActuatorArray",

@@ -15,16 +15,16 @@ import mpi_hyst._core as _core
 from mpi_hyst import plot, reports
 
 _BOXES = {
-    "PrandtlIshlinskii": "models.model",
-    "ModifiedPrandtlIshlinskii": "models.model",
-    "Stage": "models.stage",
-    "Identification": "results.identification",
-    "DynamicsIdentification": "results.dynamics",
-    "ManyIdentifications": "results.many",
-    "Comparison": "results.comparison",
-    "Tuning": "loops.tuning",
-    "Run": "loops.run",
-    "LoopReport": "loops.realtime",
+    "PrandtlIshlinskii": "model",
+    "ModifiedPrandtlIshlinskii": "model",
+    "Stage": "stage",
+    "Identification": "identification",
+    "DynamicsIdentification": "dynamics",
+    "ManyIdentifications": "many",
+    "Comparison": "comparison",
+    "Tuning": "tuning",
+    "Run": "run",
+    "LoopReport": "realtime",
 }
 _PLOTS: dict[str, Callable[..., Any]] = {
     **dict.fromkeys(("PrandtlIshlinskii", "ModifiedPrandtlIshlinskii", "Stage"), plot.loops),
@@ -42,8 +42,8 @@ _REPORTS: dict[str, Callable[..., Any]] = {
 
 def attach() -> None:
     """Set the methods on the classes."""
-    for name, place in _BOXES.items():
-        _set(name, "_repr_html_", _html(place))
+    for name, box in _BOXES.items():
+        _set(name, "_repr_html_", _html(box))
     for name, function in _PLOTS.items():
         said = f"Draw it with `mpi_hyst.plot.{function.__name__}`, which has the arguments."
         _set(name, "plot", _method(function, said))
@@ -60,12 +60,11 @@ def _set(owner: str, name: str, function: Callable[..., Any]) -> None:
     setattr(getattr(_core, owner), name, function)
 
 
-def _html(place: str) -> Callable[[Any], str]:
+def _html(name: str) -> Callable[[Any], str]:
     """Return a method that shows an object in a notebook."""
-    room, name = place.split(".")
 
     def show(self: Any) -> str:
-        html: str = getattr(import_module(f"mpi_hyst._report.notebook.{room}"), name)(self).html()
+        html: str = getattr(import_module("mpi_hyst._report.notebook"), name)(self).html()
         return html
 
     return show

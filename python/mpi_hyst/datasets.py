@@ -15,6 +15,11 @@ from mpi_hyst._types import Samples
 
 __all__ = ["Record", "piezo_stack"]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 _STACK = {
     "major_loops": "40 periods of full stroke",
     "decaying_loops": "full stroke, then decaying minor loops, then rest",

@@ -11,9 +11,13 @@ from typing import Literal
 
 from mpi_hyst._core import Stage, c_header_text, c_name
 from mpi_hyst._files import path_of, write_file
-from mpi_hyst._fmu.pack import packed
+from mpi_hyst._fmu import packed
 
 __all__ = ["c_header", "fmu"]
+
+
+def __dir__() -> list[str]:
+    return __all__
 
 
 def fmu(

@@ -13,11 +13,16 @@ from typing import TypeAlias
 
 import numpy.typing as npt
 
+from mpi_hyst._arguments import Units, expect, interval, quantities, require_matplotlib
 from mpi_hyst._core import Identification, Run
 from mpi_hyst._files import path_of, write_file
-from mpi_hyst.plot._arguments import Units, drawing, expect, interval, quantities
 
 __all__ = ["identification", "run"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 _HeldOut: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike] | tuple[npt.ArrayLike, npt.ArrayLike, int]
 
@@ -88,10 +93,12 @@ def identification(
     if validate is not None and u is None:
         raise TypeError("validate: expected None without the records u and y that were fitted")
     place, named = path_of(path), quantities(units)
-    with drawing("a report"):
-        from mpi_hyst._report.identify import python as page
-    records = page.records(found, u, y, skip, names, validate)
-    write_file(place, page.report(found, records, named, beside))
+    require_matplotlib("a report")
+    from mpi_hyst._report.identify import report_of_arrays
+    from mpi_hyst._report.records import records_of_arrays
+
+    records = records_of_arrays(found, u, y, skip, names, validate)
+    write_file(place, report_of_arrays(found, records, named, beside))
 
 
 def run(
@@ -145,6 +152,7 @@ def run(
     place, named, known = path_of(path), quantities(units), interval(dt)
     if known is None:
         raise TypeError("dt: expected a number of seconds, got None")
-    with drawing("a report"):
-        from mpi_hyst._report.simulate import python as page
-    write_file(place, page.report(run, known, name, named))
+    require_matplotlib("a report")
+    from mpi_hyst._report.simulate import report_of_run
+
+    write_file(place, report_of_run(run, known, name, named))

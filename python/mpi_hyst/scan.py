@@ -25,6 +25,11 @@ from mpi_hyst._types import Samples
 
 __all__ = ["Scanner"]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 _FORMAT = "mpi_hyst.scanner"
 _ROUNDING = 1e-9
 """What rounding may take a position from its target, relative to it."""

@@ -11,18 +11,17 @@ import click
 from mpi_hyst_command import NOTHING_WRITTEN, STATUS
 
 import mpi_hyst
-from mpi_hyst._cli.command_line import keep
-from mpi_hyst._cli.demo.command import demo
-from mpi_hyst._cli.errors import CommandError, one_line, short_line
-from mpi_hyst._cli.excite.command import excite
-from mpi_hyst._cli.export.command import export
-from mpi_hyst._cli.identify.command import identify
-from mpi_hyst._cli.interrupts import interrupts_restored
-from mpi_hyst._cli.look.command import look
-from mpi_hyst._cli.precompensate.command import precompensate
-from mpi_hyst._cli.realtime.command import realtime
-from mpi_hyst._cli.reproduce.command import reproduce
-from mpi_hyst._cli.simulate.command import simulate
+from mpi_hyst._cli.demo import demo
+from mpi_hyst._cli.excite import excite
+from mpi_hyst._cli.export import export
+from mpi_hyst._cli.identify import identify
+from mpi_hyst._cli.look import look
+from mpi_hyst._cli.outputs import interrupts_restored
+from mpi_hyst._cli.precompensate import precompensate
+from mpi_hyst._cli.realtime import realtime
+from mpi_hyst._cli.reproduce import reproduce
+from mpi_hyst._cli.simulate import simulate
+from mpi_hyst._cli.terminal import CommandError, keep_arguments, one_line, short_line
 from mpi_hyst.io import ReadError
 
 _WRONG = 2
@@ -57,7 +56,7 @@ class _Commands(click.Group):
     ) -> click.Context:
         given = list(args)  # click takes them away one by one
         context = super().make_context(info_name, args, *others, **extra)
-        keep(context, given)
+        keep_arguments(context, given)
         return context
 
 

@@ -1,18 +1,22 @@
-"""The sampling interval of a file, and the unit of its time."""
+"""The trajectory of a command: its sampling interval, the unit of its time, the way from rest."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, NoReturn
+from typing import NoReturn
 
 import numpy as np
 
-from mpi_hyst._cli.errors import CommandError, note
+import mpi_hyst as mh
+from mpi_hyst._cli.options import Sampled
+from mpi_hyst._cli.terminal import CommandError, note
 from mpi_hyst._io.columns import TimeOrderError
 from mpi_hyst._io.read import read_trajectory
+from mpi_hyst._quantity import Quantity, with_unit
 from mpi_hyst._text import digits
+from mpi_hyst._types import Samples
 from mpi_hyst.io import Columns
 
 _AVERAGED = 50  # samples
@@ -88,16 +92,15 @@ def with_time_unit(columns: Columns, unit: str | None) -> Columns:
     return replace(columns, units={**columns.units, columns.time_column: unit})
 
 
-def trajectory(
-    path: Path, column: str | None, time: str | Literal[False] | None
-) -> tuple[Columns, str]:
+def trajectory(path: Path, sampled: Sampled) -> tuple[Columns, str]:
     """Read one column and the time; where that does not increase, say what can be done."""
     try:
-        return read_trajectory(path, column, time=time)
+        columns, column = read_trajectory(path, sampled.column, time=sampled.time)
     except TimeOrderError as error:
         raise CommandError(
             f"{error}; mend the rows, or count them instead with --time none --rate HZ"
         ) from error
+    return with_time_unit(columns, sampled.time_unit), column
 
 
 def _check_unit(columns: Columns, dt: float) -> None:
@@ -137,3 +140,37 @@ def _interval_of(rate: float, columns: Columns) -> float:
             "both, or --time none"
         )
     return interval_of_rate(rate)
+
+
+def way_from_rest(
+    reference: Samples, dt: float, seconds: float, rest: float, stage: mh.Stage
+) -> Samples:
+    """Return the positions from rest to the beginning: those that `Stage.precompensate` takes."""
+    limits = None
+    if stage.position_range is not None:
+        reach = [rest, float(reference.min()), float(reference.max()), *stage.position_range]
+        limits = min(reach), max(reach)
+    # As the drive of this stage is its own position, the drive that it needs is the way itself.
+    itself = mh.Stage(mh.PrandtlIshlinskii([1.0], [0.0]), limits=limits)
+    path = itself.precompensate(reference, dt, start=rest, lead_in=seconds)
+    return path[: path.size - reference.size]
+
+
+def clock_column(columns: Columns, samples: int, before: int, dt: float) -> tuple[str, Samples]:
+    """Return name and values of the time column of so many samples, `before` of them a lead-in.
+
+    It goes on from the time of the trajectory, in its unit. Without one, seconds count from zero.
+    """
+    seconds = columns.seconds
+    if columns.time_column is None or seconds is None:
+        return "time_s", np.arange(-before, samples - before, dtype=np.float64) * dt
+    given = columns[columns.time_column]
+    step = dt * float(given[-1] - given[0]) / float(seconds[-1] - seconds[0])
+    values = np.concatenate([given[0] - step * np.arange(before, 0, -1), given])
+    return _clock_name(columns.time_column, columns.time_unit), values
+
+
+def _clock_name(column: str, unit: str) -> str:
+    """Keep a name that says by itself what it is: what is written has no row of units."""
+    said = Quantity(column)
+    return column if said.is_time and said.suffix == unit else with_unit("time", unit)

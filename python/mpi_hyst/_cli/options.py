@@ -1,29 +1,135 @@
-"""Options that several commands share, and the kinds of values that options take."""
+"""The options of a command are the fields of its request: name, type, flags and help stand there.
+
+`command` tells click of them, and hands the command a request. Options that several commands share
+are fields that a function makes (`limits`), or a class of their own, which a request has as a field
+(`group`). An option that the library takes under the same name says to which calls it is `passed`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from types import NoneType, UnionType
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import click
 
 from mpi_hyst._quantity import SECONDS
 
-Function = TypeVar("Function", bound=Callable[..., object])
+Request = TypeVar("Request")
 
 FILE = click.Path(path_type=Path)
 
 
-def options(*decorators: Callable[[Function], Function]) -> Callable[[Function], Function]:
-    """Add options to a command in the order in which its help shows them."""
+def option(*flags: str, passed: tuple[str, ...] = (), **how: Any) -> Any:
+    """Make a field an option: `--its-name`, unless other flags are given.
 
-    def decorate(function: Function) -> Function:
-        for decorator in reversed(decorators):
-            function = decorator(function)
-        return function
+    `how` is what click takes, but for what the type of the field says already.
+    """
+    default = how.get("default", () if how.get("multiple") else None)
+    shown = {} if default is None or "is_flag" in how else {"show_default": True}
+    return field(default=default, metadata={"click": (flags, shown | how), "passed": passed})
+
+
+def flag(*flags: str, **how: Any) -> Any:
+    """Make a field an option without a value."""
+    return option(*flags, is_flag=True, default=False, **how)
+
+
+def argument(metavar: str | None = None, **how: Any) -> Any:
+    """Make a field an argument."""
+    return field(default=None, metadata={"click": (None, {"metavar": metavar, **how})})
+
+
+def group(kind: type, **words: str) -> Any:
+    """Make a class of options a part of a request; `words` stand in their help."""
+    return field(default_factory=kind, metadata={"group": kind, "words": words})
+
+
+def command(
+    request: type[Request], short_help: str | None = None
+) -> Callable[[Callable[[Request], object]], click.Command]:
+    """Make a function of a request a command."""
+
+    def decorate(function: Callable[[Request], object]) -> click.Command:
+        def call(**given: Any) -> object:
+            return function(_made(request, given))
+
+        return click.Command(
+            function.__name__,
+            callback=call,
+            params=_parameters(request, {}),
+            help=function.__doc__,
+            short_help=short_help,
+        )
 
     return decorate
+
+
+def passed(request: object, call: str) -> dict[str, Any]:
+    """Return what goes to a call of the library; what was not given is not in it."""
+    names = [one.name for one in _own(type(request)) if call in one.metadata.get("passed", ())]
+    given = {name: getattr(request, name) for name in names}
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def flags(request: type) -> dict[str, str]:
+    """Return the flag of every option by the name of its field."""
+    found: dict[str, str] = {}
+    for one in _own(request):
+        if "group" in one.metadata:
+            found |= flags(one.metadata["group"])
+        elif one.metadata["click"][0] is not None:
+            found[one.name] = _flags(one)[0]
+    return found
+
+
+def _own(request: type) -> tuple[Any, ...]:
+    """Return the fields that stand for options."""
+    return tuple(one for one in fields(request) if one.metadata)
+
+
+def _flags(one: Any) -> tuple[str, ...]:
+    given: tuple[str, ...] = one.metadata["click"][0]
+    return given or (f"--{one.name.replace('_', '-')}",)
+
+
+def _made(request: type[Request], given: dict[str, Any]) -> Request:
+    parts = {one.name: one.metadata.get("group") for one in _own(request)}
+    return request(
+        **{
+            name: given[name] if kind is None else _made(kind, given)
+            for name, kind in parts.items()
+        }
+    )
+
+
+def _parameters(request: type, words: dict[str, str]) -> list[click.Parameter]:
+    found: list[click.Parameter] = []
+    kinds = get_type_hints(request)
+    for one in _own(request):
+        if "group" in one.metadata:
+            found += _parameters(one.metadata["group"], one.metadata["words"])
+            continue
+        given, how = one.metadata["click"]
+        how = _of_type(kinds[one.name]) | how
+        if given is None:
+            found.append(click.Argument([one.name], **how))
+        else:
+            how["help"] = how["help"].format(**words) if words else how["help"]
+            found.append(click.Option([*_flags(one), one.name], **how))
+    return found
+
+
+def _of_type(kind: Any) -> dict[str, Any]:
+    """Return what the type of a field tells click."""
+    if get_origin(kind) in (Union, UnionType):
+        several = [one for one in get_args(kind) if one is not NoneType]
+        return _of_type(several[0]) if len(several) == 1 else {}
+    if get_origin(kind) is Literal:
+        return {"type": click.Choice(get_args(kind))}
+    return {"type": FILE if kind is Path else kind} if kind in (Path, int, float) else {}
 
 
 def numbers(names: str) -> dict[str, Any]:
@@ -47,25 +153,17 @@ def numbers(names: str) -> dict[str, Any]:
     return {"metavar": names, "callback": convert}
 
 
-def limits(default: str = "") -> Callable[[Function], Function]:
-    """Return the option for the limits of the drive; it is required without a default."""
+def limits(default: str = "", **how: Any) -> Any:
+    """Make a field the limits of the drive; they are required without a default."""
     shown = f"  [default: {default}]" if default else ""
-    return click.option(
-        "--limits",
-        required=not default,
-        **numbers("LOW,HIGH"),
-        help=f"Lower and upper limit of the drive, for example -500,500.{shown}",
-    )
+    said = f"Lower and upper limit of the drive, for example -500,500.{shown}"
+    return option(required=not default, **numbers("LOW,HIGH"), help=said, **how)
 
 
-def slew(default: str) -> Callable[[Function], Function]:
-    """Return the option for the slew rate of the drive."""
-    return click.option(
-        "--slew",
-        type=float,
-        metavar="V/s",
-        help=f"How fast the drive may change.  [default: {default}]",
-    )
+def slew(default: str, **how: Any) -> Any:
+    """Make a field the slew rate of the drive."""
+    said = f"How fast the drive may change.  [default: {default}]"
+    return option(metavar="V/s", help=said, **how)
 
 
 def _time_column(
@@ -76,89 +174,50 @@ def _time_column(
     return False if value == "none" else value
 
 
-def time_column(function: Function) -> Function:
-    """Add the option that names the time column."""
-    return click.option(
-        "--time",
+def time_column() -> Any:
+    """Make a field the name of the time column."""
+    return option(
         metavar="NAME|none",
         callback=_time_column,
         help="Time column, by name or number; none uses none.  [default: time_s, time, a name "
         "with a unit such as t_ms, or t, if present]",
-    )(function)
+    )
 
 
-def time_unit(function: Function) -> Function:
-    """Add the option that says the unit of the time column."""
-    return click.option(
-        "--time-unit",
+def time_unit() -> Any:
+    """Make a field the unit of the time column."""
+    return option(
         type=click.Choice(tuple(SECONDS)),
         help="Unit of the time column.  [default: that in its name or in the file, else s]",
-    )(function)
-
-
-def reference(what: str) -> Callable[[Function], Function]:
-    """Return the options that say where in its file a reference is, and how it is sampled."""
-    return options(
-        click.option("--column", help=f"Column of the {what}.  [default: the only numeric one]"),
-        time_column,
-        time_unit,
-        click.option(
-            "--rate",
-            type=float,
-            metavar="HZ",
-            help="Sampling rate, for a file without a time column.",
-        ),
     )
 
 
-def lead_in(what: str) -> Callable[[Function], Function]:
-    """Return the option for the time that the way from rest takes."""
-    return click.option(
-        "--lead-in",
-        type=float,
+@dataclass(frozen=True)
+class Sampled:
+    """Where in its file a trajectory is, and how it is sampled."""
+
+    column: str | None = option(help="Column of the {what}.  [default: the only numeric one]")
+    time: str | Literal[False] | None = time_column()
+    time_unit: str | None = time_unit()
+    rate: float | None = option(
+        metavar="HZ", help="Sampling rate, for a file without a time column."
+    )
+
+
+def lead_in(what: str, **how: Any) -> Any:
+    """Make a field the time that the way from rest takes."""
+    return option(
         metavar="SECONDS",
         help=f"Time to move smoothly from rest to the beginning of the {what}.",
+        **how,
     )
 
 
-def report(function: Function) -> Function:
-    """Add the option that asks for a report."""
-    return click.option("--report", "report_path", type=FILE, help="Report to write (HTML).")(
-        function
-    )
+def report() -> Any:
+    """Make a field the place of a report."""
+    return option("--report", help="Report to write (HTML).")
 
 
-def stage(function: Function) -> Function:
-    """Add the options that replace parts of the stage, or add them to a hysteresis model."""
-    return options(
-        click.option(
-            "--dynamics",
-            **numbers("FREQUENCY,DAMPING"),
-            help="Natural frequency (Hz) and damping ratio of the stage, for example 400,0.95.",
-        ),
-        click.option(
-            "--amplifier-bandwidth",
-            type=float,
-            metavar="HZ",
-            help="Bandwidth (-3 dB) of a first-order amplifier.",
-        ),
-        click.option(
-            "--dead-time",
-            type=float,
-            metavar="SECONDS",
-            help="Dead time of the stage, without the hold of the converter.",
-        ),
-        slew("that of the stage"),
-    )(function)
-
-
-def directory(default: str, holds: str) -> Callable[[Function], Function]:
-    """Return the option of a command that fills a directory."""
-    return click.option(
-        "--out",
-        "directory",
-        type=FILE,
-        default=default,
-        show_default=True,
-        help=f"Directory for {holds}.",
-    )
+def directory(default: str, holds: str) -> Any:
+    """Make a field the directory that a command fills."""
+    return option("--out", type=FILE, default=default, help=f"Directory for {holds}.")

@@ -1,15 +1,21 @@
-"""Output files: checked before the work starts, written completely or not at all."""
+"""Output files: checked before the work starts, written completely or not at all, and signals."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 
-from mpi_hyst._cli.errors import CommandError
-from mpi_hyst._cli.interrupts import hold_interrupts
+import numpy as np
+
+from mpi_hyst._cli.terminal import CommandError
 from mpi_hyst._files import check_regular, write_file
+from mpi_hyst._types import Samples
 
 _FIGURES = (".svg", ".png", ".pdf")
 
@@ -91,3 +97,53 @@ def _check_place(path: Path) -> None:
 
 def _same_file(path: Path, source: Path) -> bool:
     return path.exists() and source.exists() and path.samefile(source)
+
+
+def write_table(columns: Mapping[str, Sequence[float] | Samples]) -> str:
+    """Return the text of a CSV file. Every number reads back to the same bits."""
+    lines = [",".join(_quoted(name) for name in columns)]
+    lists = [np.asarray(column).tolist() for column in columns.values()]
+    lines.extend(",".join(map(repr, row)) for row in zip(*lists, strict=True))
+    return "\n".join(lines) + "\n"
+
+
+def _quoted(name: str) -> str:
+    return f'"{name.replace(chr(34), chr(34) * 2)}"' if set(name) & set(',"\r\n') else name
+
+
+_ENDING = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
+_SIGNALS = [number for number in _ENDING if number is not None]  # Windows has no SIGHUP
+
+
+def hold_interrupts() -> None:
+    """Ignore Ctrl-C from now on. The command ends shortly after."""
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, _ignore)
+
+
+def call_at_interrupts(action: Callable[[], object]) -> None:
+    """Call `action` at Ctrl-C, SIGTERM and SIGHUP from now on; an ignored signal stays so."""
+    if threading.current_thread() is not threading.main_thread():
+        return
+    for number in _SIGNALS:
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, lambda *_: action())
+
+
+@contextmanager
+def interrupts_restored(*, ends_process: bool = False) -> Iterator[None]:
+    """Restore the handlers of these signals at the end, or ignore what comes while Python ends."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.getsignal(number) for number in _SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            restored = signal.SIG_DFL if handler is None else handler
+            signal.signal(number, signal.SIG_IGN if ends_process else restored)
+
+
+def _ignore(number: int, frame: FrameType | None) -> None:
+    """Do nothing. Unlike SIG_IGN this is not inherited by child processes."""

@@ -3,54 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import mpi_hyst as mh
-from mpi_hyst._cli.errors import CommandError, note, parameter, with_options
+from mpi_hyst._cli.options import flags, numbers, option, slew
+from mpi_hyst._cli.terminal import CommandError, note, parameter, with_options
 from mpi_hyst._core import load_from
 from mpi_hyst._quantity import Quantity, stated_unit
 from mpi_hyst._types import Model
 
-_OPTIONS = {
-    "frequency": "--dynamics",
-    "damping": "--dynamics",
-    "dynamics": "--dynamics",
-    "amplifier_bandwidth": "--amplifier-bandwidth",
-    "dead_time": "--dead-time",
-    "noise": "--noise",
-    "limits": "--limits",
-    "slew": "--slew",
-}
-
 
 @dataclass(frozen=True)
 class StageOptions:
-    """What replaces parts of the stage, each None where it was not given."""
+    """What replaces parts of the stage, or is added to a hysteresis model."""
 
-    dynamics: tuple[float, float] | None = None
-    amplifier_bandwidth: float | None = None
-    dead_time: float | None = None
-    slew: float | None = None
-
-    @classmethod
-    def split(cls, given: Mapping[str, Any]) -> tuple[StageOptions, dict[str, Any]]:
-        """Take these options out of those of a command; return the others too."""
-        names = [field.name for field in fields(cls)]
-        others = {name: value for name, value in given.items() if name not in names}
-        return cls(**{name: given[name] for name in names}), others
+    dynamics: tuple[float, float] | None = option(
+        **numbers("FREQUENCY,DAMPING"),
+        help="Natural frequency (Hz) and damping ratio of the stage, for example 400,0.95.",
+    )
+    amplifier_bandwidth: float | None = option(
+        metavar="HZ", help="Bandwidth (-3 dB) of a first-order amplifier."
+    )
+    dead_time: float | None = option(
+        metavar="SECONDS", help="Dead time of the stage, without the hold of the converter."
+    )
+    slew: float | None = slew("that of the stage")
 
     def changes(self) -> dict[str, Any]:
         """Return what replaces parts of the stage."""
-        options: dict[str, Any] = {
-            "dynamics": None if self.dynamics is None else mh.plant.SecondOrder(*self.dynamics),
-            "amplifier_bandwidth": self.amplifier_bandwidth,
-            "dead_time": self.dead_time,
-            "slew": self.slew,
-        }
-        return {name: value for name, value in options.items() if value is not None}
+        given = {name: value for name, value in vars(self).items() if value is not None}
+        if self.dynamics is not None:
+            given["dynamics"] = mh.plant.SecondOrder(*self.dynamics)
+        return given
+
+
+_NAMES = {
+    **flags(StageOptions),
+    **dict.fromkeys(("frequency", "damping"), "--dynamics"),
+    **{"noise": "--noise", "limits": "--limits"},
+}
 
 
 def load(path: Path, data: bytes | None = None) -> mh.Stage | Model:
@@ -119,4 +113,4 @@ def is_static(stage: mh.Stage) -> bool:
 
 def name_options(said: Exception | str, others: Mapping[str, str] = MappingProxyType({})) -> str:
     """Return an error or a warning of the library with options and files in place of arguments."""
-    return with_options(str(said), parameter(said), {**_OPTIONS, **others})
+    return with_options(str(said), parameter(said), {**_NAMES, **others})

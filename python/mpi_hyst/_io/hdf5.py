@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpi_hyst._io.columns import ReadError
-from mpi_hyst._io.extras import reader, whole
-from mpi_hyst._io.table import ArrayTable, Table
+from mpi_hyst._io.table import ArrayTable, Table, reader, whole
 from mpi_hyst._quantity import known_unit
 
 _UNIT_ATTRIBUTES = ("units", "unit", "Units", "Unit", "UNITS", "UNIT")

@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mpi_hyst._io.columns import ReadError
-from mpi_hyst._io.extras import reader, whole
 from mpi_hyst._io.lines import Lines
-from mpi_hyst._io.table import Table, of_arrays
+from mpi_hyst._io.table import Table, of_arrays, reader, whole
 from mpi_hyst._quantity import known_unit
 
 _Segment = Mapping[str, Any]

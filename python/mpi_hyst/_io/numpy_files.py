@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from mpi_hyst._io.columns import ReadError
-from mpi_hyst._io.extras import whole
-from mpi_hyst._io.table import Table, of_arrays
+from mpi_hyst._io.table import Table, of_arrays, whole
 
 
 def read_npy(path: Path) -> Table:

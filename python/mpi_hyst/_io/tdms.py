@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mpi_hyst._io.extras import reader, whole
-from mpi_hyst._io.table import Table, of_arrays
+from mpi_hyst._io.table import Table, of_arrays, reader, whole
 from mpi_hyst._quantity import known_unit
 
 

@@ -1,7 +1,8 @@
 """The style of all figures, and their conversion to images in a page.
 
 Figures use matplotlib's object interface: no window, no global state. The colours are from the
-palette of Okabe and Ito, which colour-blind readers can distinguish.
+palette of Okabe and Ito, which colour-blind readers can distinguish. matplotlib is an extra, so it
+is imported where something is drawn, here and in the other files of reports; its types are here.
 """
 
 from __future__ import annotations
@@ -10,16 +11,16 @@ import base64
 import io
 import re
 import warnings
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from mpi_hyst._text import digits, printable
 from mpi_hyst._types import Samples
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes as Axes
+    from matplotlib.figure import Figure as Figure
 
 MEASURED = "#9aa5b1"
 INK = "#1c2733"
@@ -34,12 +35,21 @@ _LINE_POINTS = 2400
 _OUTSIDE = 0.25  # per cent of the points on either side that need not be on an axis
 _FLATTENED = 3.0  # times the range of the others: from there on they are left out
 _LONGEST = 60  # characters of a name: longer ones would leave no room for the axes
-_NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+_DPI = 120
+# The same figure gives the same file: no date in it.
+_METADATA = {
+    "svg": dict.fromkeys(("Date", "Creator", "Format", "Type")),
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    "png": {"Software": None},
+}
 _COORDINATES = re.compile(r"([ML]) (-?\d+\.\d\d)\d* (-?\d+\.\d\d)\d*")
 
 
 def new_figure(height: float) -> Figure:
     """Return an empty figure as wide as the page."""
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
     return Figure(figsize=(_WIDTH, height), layout=ConstrainedLayoutEngine(h_pad=0.08, w_pad=0.06))
 
 
@@ -93,21 +103,30 @@ def top_legend(figure: Figure, *panels: Axes) -> None:
         line.set(linewidth=2.6, markersize=size, alpha=1.0)
 
 
-def data_uri(figure: Figure) -> str:
-    """Return the figure as a self-contained SVG image. The same figure gives the same text."""
-    text = io.StringIO()
+def image(figure: Figure, kind: str) -> bytes:
+    """Return the figure as svg, png or pdf. The same figure gives the same bytes."""
+    import matplotlib as mpl
+
+    content = io.BytesIO()
     # The salt makes the identifiers inside the image repeatable.
     with mpl.rc_context({"svg.hashsalt": "mpi_hyst"}), warnings.catch_warnings():
         # A name in a script that the font lacks is drawn as boxes, which is no reason to warn.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        figure.savefig(text, format="svg", dpi=120, metadata=_NO_METADATA)
+        figure.savefig(content, format=kind, dpi=_DPI, metadata=_METADATA[kind])
+    return content.getvalue()
+
+
+def data_uri(figure: Figure) -> str:
+    """Return the figure as a self-contained SVG image."""
     # Two decimals of a point are enough for a line, and make the file three times smaller.
-    short = _COORDINATES.sub(r"\1 \2 \3", text.getvalue())
+    short = _COORDINATES.sub(r"\1 \2 \3", image(figure, "svg").decode())
     return "data:image/svg+xml;base64," + base64.b64encode(short.encode()).decode("ascii")
 
 
 def root(axes: Axes) -> Figure:
     """Return the figure of an axes, also inside a subfigure."""
+    from matplotlib.figure import Figure
+
     found = axes.figure
     while not isinstance(found, Figure):
         found = found.figure

@@ -1,1 +1,0 @@
-"""`mpi-hyst demo`: identification and compensation without data."""

@@ -1,1 +1,0 @@
-"""`mpi-hyst excite`: a drive for identification or demagnetization."""

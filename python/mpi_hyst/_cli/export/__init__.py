@@ -1,1 +1,0 @@
-"""`mpi-hyst export`: a stage for other tools."""

@@ -1,1 +1,0 @@
-"""`mpi-hyst identify`: records in, a model and a report out."""

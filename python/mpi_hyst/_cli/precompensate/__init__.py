@@ -1,1 +1,0 @@
-"""`mpi-hyst precompensate`: a model and a trajectory in, the drive out."""

@@ -1,1 +1,0 @@
-"""`mpi-hyst realtime`: a stage in, its loop on the clock of this machine."""

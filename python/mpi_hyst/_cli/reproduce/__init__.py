@@ -1,1 +1,0 @@
-"""`mpi-hyst reproduce`: the tables and figures of the paper recomputed."""

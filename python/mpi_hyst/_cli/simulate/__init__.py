@@ -1,1 +1,0 @@
-"""`mpi-hyst simulate`: a controller that follows a reference on a simulated stage."""

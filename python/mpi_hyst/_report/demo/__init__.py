@@ -1,1 +1,0 @@
-"""The demo, for the terminal and as a page."""

@@ -1,1 +1,0 @@
-"""A designed drive, for the terminal and as a page."""

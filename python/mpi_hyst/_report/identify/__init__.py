@@ -1,1 +1,0 @@
-"""The result of an identification, for the terminal and as a page."""

@@ -1,1 +1,0 @@
-"""The figure of a record that nobody has fitted yet."""

@@ -1,1 +1,0 @@
-"""What a notebook shows of an object: small tables in HTML. Needs nothing but numpy."""

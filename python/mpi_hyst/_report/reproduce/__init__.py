@@ -1,1 +1,0 @@
-"""The reproduction of the paper, for the terminal and as a page."""

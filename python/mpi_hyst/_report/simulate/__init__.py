@@ -1,1 +1,0 @@
-"""A simulated run, for the terminal and as a page."""

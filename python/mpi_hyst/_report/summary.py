@@ -1,0 +1,418 @@
+"""What is said of an identification, in a terminal, a notebook and a page: verdict and numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+import mpi_hyst as mh
+from mpi_hyst._report.page import Section, Table, Verdict
+from mpi_hyst._report.records import Evaluated, Records, Task, evaluate
+from mpi_hyst._text import NOT_DETERMINED, determined, digits, in_unit, text_pairs, text_table
+
+_SLOW = 0.1  # s: where slow creep of log-type begins
+_CREEP = 1.0  # %: creep that is known to this is known to be small
+
+
+def summary(
+    task: Task, found: mh.results.Identification, left_out: Sequence[mh.results.LeftOutLoop]
+) -> str:
+    """Return the verdict, the parameters, the errors and the warnings."""
+    unit, of_unit = task.output.unit, task.output.in_parentheses
+    header = [
+        *("record", "samples", f"max{of_unit}", f"rms{of_unit}", "max (%)", "rms (%)"),
+        *(f"range{of_unit}", f"offset{of_unit}"),
+    ]
+    fitted, held_out = evaluate(task.records, found)
+    rows = _rows("", fitted, found.fit)
+    if held_out and found.validation is not None:
+        rows += _rows("held out: ", held_out, found.validation)
+    base = "  %: of the range, the peak-to-peak of the measured output over these samples"
+    if max(len(fitted), len(held_out)) > 1:
+        base += "; all: of the largest range"
+    parts = [
+        verdict_line(found),
+        title(found, len(fitted)),
+        text_pairs(parameters(task, found)),
+        text_table(header, rows) + "\n" + base,
+    ]
+    made = choices(found)
+    for choice in made:
+        table = text_table([choice.header, f"error{of_unit}"], choice.rows)
+        parts.append(f"{choice.sentence}\n\n{table}")
+    if made:
+        parts[-1] += f"\n  {ERROR}"
+    if left_out:
+        fitted_rms, left_rms = (in_unit(value, unit, 3) for value in pooled(left_out))
+        parts.append(
+            f"{len(left_out)} loops, each left out of the fit in turn: rms error {left_rms} "
+            f"predicted, {fitted_rms} fitted"
+        )
+    parts.append(findings_text(found.warnings, task.records))
+    return "\n\n".join(parts)
+
+
+def title(found: mh.results.Identification, records: int) -> str:
+    """Return the kind of model and the number of samples; a partial fit is marked."""
+    count = "1 record" if records == 1 else f"{records} records"
+    text = f"{model_name(found)} fitted to {found.fit.samples} samples of {count}"
+    glitches = sum(map(len, found.left_out_samples))
+    if glitches:
+        text += f", {glitches} {'glitch' if glitches == 1 else 'glitches'} left out"
+    return f"PARTIAL, the search was interrupted: {text}" if found.partial else text
+
+
+def model_name(found: mh.results.Identification) -> str:
+    """Return the kind of model and its number of operators."""
+    if isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
+        return f"modified Prandtl-Ishlinskii model, {found.model.operators} coupled plays,"
+    return f"conventional Prandtl-Ishlinskii model, {found.model.operators} plays,"
+
+
+def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, str]]:
+    """Return the parameters apart from the weights, with units and standard errors."""
+
+    def given(name: str) -> str:
+        return "  (given)" if name in task.given else ""
+
+    pairs: list[tuple[str, str]] = []
+    chosen = "  (by cross-validation)"
+    law = found.weights_law + (chosen if found.weights_validation else "")
+    pairs.append(("weights", law))
+    if found.smoothness or found.smoothness_validation:
+        smoothness = f"{found.smoothness:g}" + (chosen if found.smoothness_validation else "")
+        pairs.append(("smoothness", smoothness))
+    if isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
+        ratios = "  ".join(
+            with_error(ratio, std, scale=1.0, bounds=(0.0, 1.0, 2.0))
+            for ratio, std in zip(found.ratios, found.ratios_std, strict=True)
+        )
+        pairs.append(("ratios ra/r, rb/r, rc/r", ratios + given("ratios")))
+    low, high = found.drive_range
+    offset = with_error(
+        *(found.model.input_offset, found.input_offset_std, task.input.unit),
+        scale=high - low,
+    )
+    pairs.append(("input offset", offset + given("input offset")))
+    pairs += [*_maps(found), *_dynamics(task, found), *_creep(found), *_loop_shift(found, task)]
+    pairs.append(("dead time", dead_time(found) + given("dead time")))
+    if found.model.not_invertible_because is not None:
+        pairs.append(("not invertible", found.model.not_invertible_because))
+    return pairs
+
+
+def _maps(found: mh.results.Identification) -> list[tuple[str, str]]:
+    """Return between what the slopes of each map lie, about its mean."""
+
+    def slopes(points: tuple[list[float], list[float]]) -> str:
+        x, y = (np.asarray(values) for values in points)
+        slope = np.diff(y) / np.diff(x) * np.ptp(x) / np.ptp(y)
+        return f"slope {slope.min():.3f} to {slope.max():.3f} of the mean one"
+
+    named = (("input map", found.input_map), ("output map", found.output_map))
+    return [(name, slopes(points)) for name, points in named if points is not None]
+
+
+def _dynamics(task: Task, found: mh.results.Identification) -> list[tuple[str, str]]:
+    if found.dynamics is None:
+        asked = "dynamics" in task.given
+        return [("dynamics", "none: a dead time fits as well")] if asked else []
+    if isinstance(found.dynamics, mh.plant.FirstOrder):
+        return [("bandwidth", with_error(found.dynamics.frequency, found.frequency_std, "Hz"))]
+    bandwidth = found.amplifier_bandwidth
+    pairs = [("amplifier bandwidth", f"{digits(bandwidth)} Hz")] if bandwidth else []
+    for number, (mode, std) in enumerate(zip(found.modes, found.modes_std, strict=True), start=1):
+        several = len(found.modes) > 1
+        of_mode = f", mode {number}" if several else ""
+        pairs += [
+            (f"natural frequency{of_mode}", with_error(mode[0], std[0], "Hz")),
+            (f"damping ratio{of_mode}", with_error(mode[1], std[1])),
+        ]
+        if several:
+            pairs.append((f"static gain{of_mode}", with_error(mode[2], std[2])))
+    return pairs
+
+
+def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:
+    """Return the growth per decade of log-type creep, or else the amplitude of each term."""
+    if found.creep is None:
+        return []
+    amplitudes, times = found.creep.amplitudes, found.creep.time_constants
+    if len(found.creep_std) < len(amplitudes):
+        # The terms of log-type creep share one estimate: what a term adds on its part of a decade.
+        decade = np.log10(times[-1] / times[-2])
+        slow = float(amplitudes[-1] / decade)
+        percent = _percent(slow, float(found.creep_std[0]))
+        span = f"{digits(times[0])} to {digits(times[-1])} s, {len(times)} terms"
+        fast = []
+        if len(found.creep_std) > 1:
+            decades = np.log10(_SLOW / times[0]) + 0.5 * decade
+            share = float(amplitudes[times < _SLOW].sum() / decades)
+            error = _percent(share, float(found.creep_std[1]))
+            fast = [("creep below 0.1 s", f"{error} of a step per decade")]
+        return [
+            ("creep", f"{percent} of a step per decade"),
+            *fast,
+            ("creep time constants", span),
+        ]
+    pairs = zip(amplitudes, found.creep_std, strict=True)
+    shares = "  ".join(_percent(share, std) for share, std in pairs)
+    return [
+        ("creep", f"{shares} of a step"),
+        ("creep time constants", "  ".join(f"{digits(time)} s" for time in times)),
+    ]
+
+
+def _percent(share: float, std: float) -> str:
+    """Return an amplitude of creep with its standard error, in per cent."""
+    percent = 100.0 * share
+    return with_error(percent, 100.0 * std, "%", scale=max(abs(percent), _CREEP))
+
+
+def _loop_shift(found: mh.results.Identification, task: Task) -> list[tuple[str, str]]:
+    """Return the amplitudes of the loop shift and its time constant."""
+    if found.loop_shift is None:
+        return []
+    low, high = found.position_range
+    amplitudes = zip(found.loop_shift.amplitudes, found.loop_shift_std, strict=False)
+    values = "  ".join(
+        with_error(value, float(std), task.output.unit, scale=high - low)
+        for value, std in amplitudes
+    )
+    time = f"{digits(found.loop_shift.time_constant)} s"
+    return [("loop shift", values), ("loop shift time constant", time)]
+
+
+def dead_time(found: mh.results.Identification) -> str:
+    """Return the dead time in ms with its standard error, or in samples without a time column."""
+    std = found.dead_time_std
+    if found.dead_time is None:
+        value = found.dead_time_samples or 0.0
+        return with_error(value, std, "samples", scale=max(abs(value), 1.0))
+    scale = max(abs(found.dead_time), *found.dt)
+    return with_error(1e3 * found.dead_time, 1e3 * std, "ms", scale=1e3 * scale)
+
+
+def value_of_dead_time(found: mh.results.Identification) -> str:
+    """Return the dead time with its unit alone."""
+    text = dead_time(found)
+    if text == NOT_DETERMINED:
+        return text
+    if found.dead_time is None:
+        return f"{found.dead_time_samples or 0.0:.2f} samples"
+    return f"{digits(1e3 * found.dead_time, 3)} ms"
+
+
+def with_error(
+    value: float,
+    std: float,
+    unit: str = "",
+    *,
+    scale: float | None = None,
+    bounds: Collection[float] = (0.0,),
+) -> str:
+    """Format an estimate with its standard error, which is 0 if given and NaN at a bound.
+
+    An error beyond the scale of the parameter, by default its value, leaves nothing to say.
+    """
+    if not determined(value, std, scale=scale, bounds=bounds):
+        return NOT_DETERMINED
+    if math.isnan(std):
+        return f"{in_unit(value, unit)} (at its bound)"
+    text = f"{digits(value)} ± {digits(std, 2)}" if std > 0.0 else digits(value)
+    return f"{text} {unit}".rstrip()
+
+
+def pooled(left_out: Sequence[mh.results.LeftOutLoop]) -> tuple[float, float]:
+    """Return the rms error over all loops, fitted and left out."""
+    samples = sum(row.fitted.samples for row in left_out)
+    pairs = [(row.fitted, row.left_out) for row in left_out]
+    fitted, left = (
+        math.sqrt(sum(one.mse * one.samples for one in column) / samples)
+        for column in zip(*pairs, strict=True)
+    )
+    return fitted, left
+
+
+def _rows(
+    prefix: str, evaluated: Sequence[Evaluated], total: mh.results.Quality
+) -> list[list[str]]:
+    rows = [
+        [prefix + one.record.name, *_quality(one.quality), digits(one.offset)] for one in evaluated
+    ]
+    if len(rows) > 1:
+        rows.append([f"{prefix}all", *_quality(total), ""])
+    return rows
+
+
+def _quality(quality: mh.results.Quality) -> list[str]:
+    return [
+        str(quality.samples),
+        digits(quality.max_error),
+        digits(quality.rmse),
+        f"{quality.max_error_percent:.3f}",
+        f"{quality.rmse_percent:.3f}",
+        digits(quality.range),
+    ]
+
+
+ERROR = (
+    "error: the geometric mean of the rms errors on the folds, so that no fold outweighs the others"
+)
+"""What stands in the tables."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One option that cross-validation chose."""
+
+    header: str
+    sentence: str
+    """The choice and its rule."""
+    candidates: list[str]
+    errors: list[float]
+    chosen: str
+
+    @property
+    def rows(self) -> list[list[str]]:
+        """Every candidate with its typical error on the folds that were held out."""
+        errors = map(digits, self.errors)
+        return [[name, error] for name, error in zip(self.candidates, errors, strict=True)]
+
+    @property
+    def best(self) -> list[int]:
+        """The index of the chosen row."""
+        return [self.candidates.index(self.chosen)] if self.chosen in self.candidates else []
+
+
+def choices(found: mh.results.Identification) -> list[Choice]:
+    """Return the choices in the order in which they were made."""
+    simplest = "the simplest candidate whose prediction of held-out folds is as good as the best"
+    laws = [str(law) for law, _ in found.weights_validation]
+    counts = [str(count) for count, _ in found.cross_validation]
+    smoothness = [f"{value:g}" for value, _ in found.smoothness_validation]
+    law, count, value = found.weights_law, str(found.model.operators), f"{found.smoothness:g}"
+    terms = [_terms(creep, shift) for creep, shift, _ in found.terms_validation]
+    kept = _terms(len(found.creep_std), _shift(found))
+    made = [
+        _choice(
+            *("terms", terms, [(None, error) for _, _, error in found.terms_validation], kept),
+            *(kept, simplest),
+        ),
+        _choice("weights", laws, found.weights_validation, law, f"{law} weights", simplest),
+        _choice("operators", counts, found.cross_validation, count, f"{count} operators", simplest),
+        _choice(
+            *("smoothness", smoothness, found.smoothness_validation, value),
+            *(f"smoothness {value}", "the candidate that predicts held-out folds best"),
+        ),
+    ]
+    return [choice for choice in made if choice.candidates]
+
+
+def _terms(creep: int, shift: str) -> str:
+    """Return the name of a choice of terms."""
+    creeps = ["no creep", "slow creep", "slow and fast creep"][min(creep, 2)]
+    return f"{creeps}, " + ("no loop shift" if shift == "none" else f"loop shift {shift}")
+
+
+def _shift(found: mh.results.Identification) -> str:
+    """Return the loop shift in the words of the candidates."""
+    if found.loop_shift is None:
+        return "none"
+    both = "c_1 and c_2" if len(found.loop_shift_std) > 1 else "c_1"
+    return f"{both}, {found.loop_shift.time_constant:g} s"
+
+
+def _choice(
+    header: str,
+    candidates: list[str],
+    pairs: Sequence[tuple[object, float]],
+    chosen: str,
+    name: str,
+    rule: str,
+) -> Choice:
+    errors = [error for _, error in pairs]
+    sentence = f"{name} chosen by cross-validation: {rule}"
+    return Choice(header, sentence, candidates, errors, chosen)
+
+
+_MEANING = {
+    "green": "Nothing was found that makes the result doubtful.",
+    "amber": "Some numbers are doubtful, or another record would make the result better.",
+    "red": "The result is not that of the stage. Do not use it before the red findings are gone.",
+}
+
+_CHECKS = (
+    "Checked: sign and direction of the loops, times of the samples, size of the residuals and "
+    "what they follow (input, rate, amplitude, time), start-up, outliers, clipped signals, number "
+    "of samples, missing and repeated loops, thresholds that the input does not reach, operators "
+    "that the data cannot distinguish, dead time, validation beyond the range. docs/findings.md "
+    "explains each number."
+)
+
+
+def verdict_line(found: mh.results.Identification) -> str:
+    """Return the verdict in one line, with the codes of what was found, the worst first."""
+    codes = list(dict.fromkeys(finding.code for finding in _worst_first(found.warnings)))
+    interrupted = ", but the search was interrupted" if found.partial else ""
+    return f"verdict: {found.verdict}{interrupted}" + (f" ({', '.join(codes)})" if codes else "")
+
+
+def verdict_banner(found: mh.results.Identification, records: Records) -> Verdict:
+    """Return the verdict at the top of the report."""
+    lines = [
+        f"{finding.code}: {_place(finding, records)}{finding.message}. Try: {finding.hint}."
+        for finding in _worst_first(found.warnings)
+    ]
+    interrupted = " The search was interrupted." if found.partial else ""
+    return Verdict(found.verdict, f"{_MEANING[found.verdict]}{interrupted}", lines)
+
+
+def findings_text(findings: Sequence[mh.results.Finding], records: Records) -> str:
+    """Return two lines for each warning, or one line if there is none."""
+    if not findings:
+        return "warnings: none"
+    lines = [
+        f"  {found.severity} {found.code}: {_place(found, records)}{found.message}"
+        f" (value {_number(found.value)}, limit {_number(found.limit)})\n    try: {found.hint}"
+        for found in _worst_first(findings)
+    ]
+    return "\n".join(["warnings", *lines])
+
+
+def findings_section(findings: Sequence[mh.results.Finding], records: Records) -> Section:
+    """Return the section of the report."""
+    if not findings:
+        return Section("warnings", "Warnings", ["No warnings.", _CHECKS])
+    table = Table(
+        "Warnings",
+        ["code", "record", "sample", "severity", "value", "limit"],
+        [
+            [
+                found.code,
+                "all" if found.record is None else records.names[found.record],
+                "" if found.sample is None else str(found.sample),
+                found.severity,
+                _number(found.value),
+                _number(found.limit),
+            ]
+            for found in _worst_first(findings)
+        ],
+        "The verdict at the top of the page says what each means and what to try.",
+    )
+    return Section("warnings", "Warnings", [_CHECKS], [table])
+
+
+def _number(value: float) -> str:
+    return digits(value, 3) if math.isfinite(value) else NOT_DETERMINED
+
+
+def _worst_first(findings: Sequence[mh.results.Finding]) -> list[mh.results.Finding]:
+    return sorted(findings, key=lambda found: found.severity != "red")
+
+
+def _place(found: mh.results.Finding, records: Records) -> str:
+    return "" if found.record is None else f"{records.names[found.record]}: "

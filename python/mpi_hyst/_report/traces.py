@@ -1,0 +1,281 @@
+"""Figures of records: as they are, with the outputs of models, and what the models leave."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from mpi_hyst._quantity import Quantity
+from mpi_hyst._report import canvas
+from mpi_hyst._report.models import TWO_SIDED
+from mpi_hyst._types import Samples
+
+# Drawn as pixels: their number does not change the size of the file.
+LOOP_POINTS = 200_000
+_LOOK_POINTS = 100_000
+CLOUD_POINTS = 4500
+_TITLE = 90  # characters that fit across the page
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The output of one model for the input of a record."""
+
+    name: str
+    colour: str
+    output: Samples
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A record with the outputs of models; without a measurement `measured` is empty.
+
+    The first `skip` samples are not fitted.
+    """
+
+    name: str
+    input: Samples
+    measured: Samples
+    seconds: Samples | None
+    skip: int
+    curves: Sequence[Curve]
+    input_quantity: Quantity
+    output_quantity: Quantity
+
+    def residual(self, curve: Curve) -> Samples:
+        """Measured minus modelled output."""
+        return np.asarray(self.measured - curve.output, dtype=np.float64)
+
+    @property
+    def time(self) -> Samples:
+        """The time in seconds, or the index of the sample."""
+        return np.arange(self.input.size, dtype=float) if self.seconds is None else self.seconds
+
+    @property
+    def time_label(self) -> str:
+        """The label of a time axis."""
+        return "sample" if self.seconds is None else "time (s)"
+
+    @property
+    def speed(self) -> Samples:
+        """The rate of change of the input, per second or per sample."""
+        return np.asarray(np.gradient(self.input, self.time), dtype=np.float64)
+
+    @property
+    def speed_label(self) -> str:
+        """The label of an axis of the rate of change."""
+        over = "s" if self.seconds is not None else "sample"
+        unit = f"{self.input_quantity.unit or 1}/{over}"
+        return f"rate of change of {self.input_quantity.name} ({unit})"
+
+
+def loops(traces: Sequence[Trace]) -> canvas.Figure:
+    """Draw measured and modelled loops; below, the same minus the straight line fit."""
+    figure = canvas.new_figure(7.8)
+    panels = figure.subplots(2, len(traces), squeeze=False, height_ratios=(1.0, 1.35))
+    for trace, column in zip(traces, panels.T, strict=True):
+        name = canvas.short(trace.name, _TITLE // len(traces))
+        draw_loops(list(column), replace(trace, name=name))
+    canvas.top_legend(figure, panels[0][0])
+    return figure
+
+
+def draw_loops(panels: Sequence[canvas.Axes], trace: Trace) -> None:
+    """Draw the loops of a trace into two panels: as they are, and minus the straight line fit."""
+    fitted = slice(trace.skip, None)
+    drive = trace.input[fitted]
+    measured = trace.measured[fitted]
+    line = _line(drive, measured if measured.size else trace.curves[0].output[fitted])
+    every = canvas.thinned(drive.size, LOOP_POINTS)
+    cloud = canvas.thinned(drive.size, CLOUD_POINTS)
+    for axes, base in zip(panels, (np.zeros_like(line), line), strict=True):
+        if measured.size:
+            axes.plot(
+                drive[cloud],
+                (measured - base)[cloud],
+                ".",
+                color=canvas.MEASURED,
+                markersize=3.5,
+                markeredgewidth=0,
+                label="measured",
+                rasterized=True,
+            )
+        for curve in trace.curves:
+            axes.plot(
+                drive[every],
+                (curve.output[fitted] - base)[every],
+                color=curve.colour,
+                linewidth=1.0,
+                label=curve.name,
+                rasterized=True,
+            )
+    label, output = trace.input_quantity.label, trace.output_quantity
+    canvas.dress(panels[0], trace.name, label, output.label)
+    canvas.dress(panels[1], "the same, minus straight line", label, f"Δ {output.label}")
+    if measured.size:
+        for axes, values in zip(panels, (measured, measured - line), strict=True):
+            _leave_out(axes, values)
+
+
+def _leave_out(axes: canvas.Axes, values: Samples) -> None:
+    """Limit the axis where few of the values would flatten all others."""
+    low, high = canvas.shown(values)
+    if low > values.min() or high < values.max():
+        margin = 0.06 * (high - low)
+        axes.set_ylim(low - margin, high + margin)
+        canvas.note_outside(axes, values)
+
+
+def _line(drive: Samples, measured: Samples) -> Samples:
+    """Return the straight line fit, for samples of any magnitude."""
+    low, span = float(measured.min()), float(np.ptp(measured))
+    share = _share_of_span(drive)
+    fitted = np.polynomial.Polynomial.fit(share, _share_of_span(measured), 1)(share)
+    return np.asarray(low + span * fitted, dtype=np.float64)
+
+
+def _share_of_span(values: Samples) -> Samples:
+    share = (values - values.min()) / (float(np.ptp(values)) or 1.0)
+    return np.asarray(share, dtype=np.float64)
+
+
+def residuals(trace: Trace) -> canvas.Figure:
+    """Draw the residuals over the input, over its rate of change, and over time."""
+    figure = canvas.new_figure(6.2)
+    named = figure.subplot_mosaic([["input", "speed"], ["time", "time"]])
+    panels = [named["input"], named["speed"], named["time"]]
+    draw_residuals(panels, trace)
+    canvas.top_legend(figure, panels[2])
+    return figure
+
+
+def draw_residuals(panels: Sequence[canvas.Axes], trace: Trace) -> None:
+    """Draw the residuals into three panels: over the input, its rate of change, and time."""
+    over_input, over_speed, over_time = panels
+    fitted = slice(trace.skip, None)
+    drive, speed, time = trace.input[fitted], trace.speed[fitted], trace.time
+    left = []
+    for curve in trace.curves:
+        residual = trace.residual(curve)
+        left.append(residual[fitted])
+        every = canvas.thinned(drive.size, CLOUD_POINTS)
+        dots: dict[str, Any] = {
+            "color": curve.colour,
+            "marker": ".",
+            "linestyle": "none",
+            "markersize": 2.2,
+        }
+        dots |= {"markeredgewidth": 0, "alpha": 0.5, "rasterized": True}
+        over_input.plot(drive[every], residual[fitted][every], **dots)
+        over_speed.plot(speed[every], residual[fitted][every], **dots)
+        kept = canvas.envelope(residual)
+        over_time.plot(
+            time[kept],
+            residual[kept],
+            color=curve.colour,
+            linewidth=0.6,
+            alpha=0.9,
+            label=curve.name,
+        )
+    label = f"measured − model{trace.output_quantity.in_parentheses}"
+    canvas.dress(over_input, "residual over the input", trace.input_quantity.label, label)
+    canvas.dress(over_speed, "residual over its rate of change", trace.speed_label, label)
+    canvas.dress(over_time, "residual over time", trace.time_label, label)
+    if trace.skip:
+        over_time.axvspan(time[0], time[trace.skip], color=canvas.GRID, label="skipped", zorder=0)
+    over_time.set_xlim(time[0], time[-1])
+    over_speed.locator_params(axis="x", nbins=6)
+    extent = canvas.extent(*left)
+    for axes in panels:
+        axes.set_ylim(-extent, extent)
+        axes.axhline(0.0, color=canvas.SOFT, linewidth=0.8)
+    canvas.note_outside(over_time, *left)
+
+
+def raw_record(
+    name: str,
+    drive: tuple[Quantity, Samples],
+    position: tuple[Quantity, Samples],
+    seconds: Samples | None,
+) -> canvas.Figure:
+    """Draw position over drive, and both over time."""
+    figure = canvas.new_figure(5.6)
+    panels = figure.subplot_mosaic([["loop", "drive"], ["loop", "position"]])
+    cloud = canvas.thinned(drive[1].size, _LOOK_POINTS)
+    panels["loop"].plot(
+        drive[1][cloud], position[1][cloud], color=canvas.BLUE, linewidth=0.8, rasterized=True
+    )
+    canvas.dress(panels["loop"], name, drive[0].label, position[0].label)
+    time = np.arange(drive[1].size, dtype=float) if seconds is None else seconds
+    label = "sample" if seconds is None else "time (s)"
+    _over_time(panels["drive"], "drive over time", label, time, drive, canvas.BLUE)
+    _over_time(panels["position"], "position over time", label, time, position, canvas.ORANGE)
+    return figure
+
+
+def raw_columns(name: str, columns: dict[str, tuple[Quantity, Samples]]) -> canvas.Figure:
+    """Draw columns over their samples, where drive and position are not known."""
+    figure = canvas.new_figure(1.0 + 2.0 * len(columns))
+    panels = figure.subplots(len(columns), 1, squeeze=False)[:, 0]
+    for axes, (quantity, values) in zip(panels, columns.values(), strict=True):
+        time = np.arange(values.size, dtype=float)
+        _over_time(axes, name, "sample", time, (quantity, values), canvas.BLUE)
+    return figure
+
+
+def _over_time(
+    axes: canvas.Axes,
+    title: str,
+    label: str,
+    time: Samples,
+    column: tuple[Quantity, Samples],
+    colour: str,
+) -> None:
+    quantity, values = column
+    kept = canvas.envelope(values)
+    axes.plot(time[kept], values[kept], color=colour, linewidth=0.9)
+    canvas.dress(axes, title, label, quantity.label)
+
+
+def deviation(trace: Trace, std: Samples) -> canvas.Figure:
+    """Draw the 95 % band of the prediction over time, and its deviation over the input."""
+    figure = canvas.new_figure(3.4)
+    draw_deviation(list(figure.subplots(1, 2, width_ratios=(1.6, 1.0))), trace, std)
+    return figure
+
+
+def draw_deviation(panels: Sequence[canvas.Axes], trace: Trace, std: Samples) -> None:
+    """Draw into two panels: the 95 % band over time, and the standard deviation over the input."""
+    course, plane = panels
+    fitted = slice(trace.skip, None)
+    time, judged = trace.time[fitted], std[fitted]
+    kept = np.union1d(canvas.envelope(judged), [0, judged.size - 1])
+    course.fill_between(
+        time[kept],
+        -TWO_SIDED * judged[kept],
+        TWO_SIDED * judged[kept],
+        color=canvas.BLUE,
+        alpha=0.3,
+        linewidth=0,
+    )
+    course.axhline(0.0, color=canvas.SOFT, linewidth=0.8)
+    course.set_xlim(time[0], time[-1])
+    every = canvas.thinned(judged.size, LOOP_POINTS)
+    plane.plot(
+        trace.input[fitted][every],
+        judged[every],
+        ".",
+        color=canvas.BLUE,
+        markersize=2.4,
+        markeredgewidth=0,
+        rasterized=True,
+    )
+    plane.set_ylim(bottom=0.0)
+    of_unit = trace.output_quantity.in_parentheses
+    canvas.dress(course, "95 % band of the prediction over time", trace.time_label, f"Δ{of_unit}")
+    canvas.dress(
+        plane, "standard deviation over input", trace.input_quantity.label, f"std{of_unit}"
+    )
