@@ -2,12 +2,8 @@
 
 use std::fmt;
 
-use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
 use serde::{Deserialize, Serialize};
-
-use crate::fused::Instructions;
-use crate::signals::{REACH, SAMPLES, Signal};
-use crate::yardstick::thinning;
+use yardsticks::{Instructions, SAMPLES, Signal};
 
 /// The numbers of operators that are compared.
 pub const OPERATORS: [u32; 5] = [1, 20, 100, 1_000, 10_000];
@@ -20,37 +16,6 @@ pub const ARRAY: u32 = 4_096;
 
 /// The operators of each actuator of an array.
 pub const ARRAY_OPERATORS: u32 = 20;
-
-/// An actuator like the paper's with `operators` operators over +-500 V, in um.
-///
-/// # Panics
-/// Never: uniform thresholds and positive weights are valid.
-#[must_use]
-pub fn actuator(operators: u32) -> ModifiedPrandtlIshlinskii {
-    varied(operators, Ratios::PAPER, || 1.0)
-}
-
-/// An actuator of the same kind whose weights, thresholds and their ratios are its own: each up to 10 % away.
-///
-/// # Panics
-/// Never: as [`actuator`].
-#[must_use]
-pub fn individual(operators: u32, seed: u64) -> ModifiedPrandtlIshlinskii {
-    let mut random = fastrand::Rng::with_seed(seed);
-    let mut factor = || 0.9 + 0.2 * random.f64();
-    let Ratios { ra, rb, rc } = Ratios::PAPER;
-    let ratios = Ratios { ra: ra * factor(), rb: rb * factor(), rc: rc * factor() };
-    varied(operators, ratios, factor)
-}
-
-fn varied(operators: u32, ratios: Ratios, mut factor: impl FnMut() -> f64) -> ModifiedPrandtlIshlinskii {
-    let n = f64::from(operators);
-    let reach = REACH * factor();
-    let r: Vec<f64> = (0..operators).map(|i| reach * f64::from(i) / n).collect();
-    let weights: Vec<f64> = (0..operators).map(|i| factor() * if i == 0 { 4.3e-3 } else { 3.2e-3 / n }).collect();
-    ModifiedPrandtlIshlinskii::from_ratios(&weights, &r, ratios, Offsets::default())
-        .expect("uniform thresholds and positive weights are valid")
-}
 
 /// The algorithm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -217,8 +182,20 @@ impl Case {
     pub fn samples(self) -> u32 {
         match self.mode {
             Mode::Array | Mode::Individual => ARRAY,
-            Mode::Step | Mode::Run => SAMPLES.div_ceil(thinning(self)),
+            Mode::Step | Mode::Run => SAMPLES.div_ceil(self.thinning()),
         }
+    }
+
+    /// Every how manieth sample of the signal a loop takes: what a sample costs there does not depend on the sample, and
+    /// over many operators a whole second would take minutes.
+    fn thinning(self) -> u32 {
+        let loops = self.mode == Mode::Step && What::YARDSTICKS.contains(&self.what);
+        if loops { (self.operators / 100).max(1) } else { 1 }
+    }
+
+    /// The samples of a second that this case takes.
+    pub(crate) fn thinned(self, drive: &[f64]) -> Vec<f64> {
+        drive.iter().step_by(self.thinning() as usize).copied().collect()
     }
 
     /// The algorithm and the way it is called, as one word.

@@ -98,11 +98,11 @@ impl Comparison {
 
 #[cfg(test)]
 mod tests {
+    use yardsticks::Signal;
+
     use super::*;
     use crate::cases::Mode;
     use crate::results::{Machine, SCHEMA};
-    use crate::signals::Signal;
-
     fn row(what: What, instructions: Option<f64>, to_plain_loop: Option<f64>) -> Row {
         let case = Case { signal: Signal::White, operators: 20, what, mode: Mode::Step };
         Row { case, nanoseconds: 1.0, interval: [1.0, 1.0], instructions, to_plain_loop, to_fused_loop_v3: None }

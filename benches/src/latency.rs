@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use hdrhistogram::Histogram;
 use hysteresis_core::{CompiledModel, Forward, Inverse, Process};
+use yardsticks::{SAMPLES, Signal, actuator};
 
-use crate::cases::{What, actuator};
+use crate::cases::What;
 use crate::results::{Latency, Steps};
-use crate::signals::{SAMPLES, Signal};
 
 /// What is timed: the smooth signal and the one that jumps, few operators and many.
 #[must_use]

@@ -2,10 +2,10 @@
 
 use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
+use yardsticks::Signal;
 
 use crate::cases::{ARRAY, ARRAY_OPERATORS, Case, Mode, OPERATORS, What};
 use crate::results::{Latency, Machine, Results, Row, find};
-use crate::signals::Signal;
 
 /// All that was measured.
 #[must_use]

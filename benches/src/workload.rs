@@ -1,5 +1,7 @@
 //! A case made ready: streams in the state to which a repeated signal brings them, inputs and outputs at hand.
 
+use std::hint::black_box;
+
 use hysteresis_control::filters::{FeedbackFilter, Lead, LowPass, Notch, sections};
 use hysteresis_control::linear::SecondOrder;
 use hysteresis_control::stage::{Stage, StageParts};
@@ -9,16 +11,14 @@ use hysteresis_core::{
     ModifiedPrandtlIshlinskii, PiecewiseLinearMap, Process, QuasiStatic, Sections, StreamArray,
 };
 
-use crate::cases::{ARRAY, Case, Mode, What, actuator, individual};
-use crate::fused::{FusedLoop, FusedSteps};
-use crate::pass::{Array, Pass, Reel, Run, Steps};
-use crate::signals::REACH;
-use crate::yardstick::{Copied, PlainLoop, thinned};
+use yardsticks::{FusedLoop, PlainLoop, REACH, actuator, individual};
+
+use crate::cases::{ARRAY, Case, Mode, What};
 
 /// The sampling interval of controllers in seconds.
 const DT: f64 = 1e-4;
 
-/// The periods of a second of [`Signal::Stroke`](crate::signals::Signal::Stroke).
+/// The periods of a second of [`Signal::Stroke`].
 const STROKES: usize = 5;
 
 /// What is measured is one [`pass`](Self::pass); making the workload is not.
@@ -41,12 +41,12 @@ impl Workload {
         match case.what {
             What::FusedLoop | What::FusedLoopV3 | What::FusedLoopV4 => {
                 let operators = fused(&[actuator(case.operators)], case.what);
-                let input = Reel::new(drive.iter().map(|x| thinned(x, case)).collect());
+                let input = Reel::new(drive.iter().map(|x| case.thinned(x)).collect());
                 Self::warm(FusedSteps { operators, input })
             }
             What::PlainLoop => {
                 let plain = PlainLoop::new(&actuator(case.operators));
-                Self::stream(Mode::Step, plain, drive.iter().map(|x| thinned(x, case)).collect())
+                Self::stream(Mode::Step, plain, drive.iter().map(|x| case.thinned(x)).collect())
             }
             What::Copy => Self::warm(Copied::new(drive.concat())),
             What::Forward => Self::stream(case.mode, Forward::new(&compiled), drive),
@@ -212,10 +212,205 @@ fn periodic_targets(compiled: &CompiledModel, drive: &[Vec<f64>], mut before: im
     drive.iter().map(|second| second.iter().map(|x| plant.step(*x)).collect()).collect()
 }
 
+/// Some samples in one call, so that the call itself does not count.
+trait Pass {
+    /// How many samples a pass takes.
+    fn samples(&self) -> usize;
+    /// Takes them.
+    fn pass(&mut self);
+}
+
+/// A signal, second by second, for ever.
+struct Reel {
+    seconds: Vec<Vec<f64>>,
+    now: usize,
+}
+
+impl Reel {
+    fn new(seconds: Vec<Vec<f64>>) -> Self {
+        Self { seconds, now: 0 }
+    }
+
+    fn samples(&self) -> usize {
+        self.seconds[0].len()
+    }
+
+    fn next(&mut self) -> &[f64] {
+        self.now = (self.now + 1) % self.seconds.len();
+        &self.seconds[self.now]
+    }
+}
+
+/// One call per sample.
+struct Steps<P> {
+    stream: P,
+    input: Reel,
+}
+
+impl<P: Process> Pass for Steps<P> {
+    fn samples(&self) -> usize {
+        self.input.samples()
+    }
+
+    fn pass(&mut self) {
+        for x in self.input.next() {
+            black_box(self.stream.step(*x));
+        }
+    }
+}
+
+/// One call for all samples.
+struct Run<P> {
+    stream: P,
+    input: Reel,
+    output: Vec<f64>,
+}
+
+impl<P: Process> Pass for Run<P> {
+    fn samples(&self) -> usize {
+        self.input.samples()
+    }
+
+    fn pass(&mut self) {
+        self.stream.run(black_box(self.input.next()), black_box(&mut self.output)).expect("the same length");
+        black_box(&self.output);
+    }
+}
+
+/// The loop along a signal: one sample after the other, as a control loop takes them.
+struct FusedSteps {
+    operators: FusedLoop,
+    input: Reel,
+}
+
+impl Pass for FusedSteps {
+    fn samples(&self) -> usize {
+        self.input.samples()
+    }
+
+    fn pass(&mut self) {
+        self.operators.steps(self.input.next(), |y| _ = black_box(y));
+    }
+}
+
+/// Copying the samples: what no `run` into an output can undercut.
+struct Copied {
+    input: Vec<f64>,
+    output: Vec<f64>,
+}
+
+impl Copied {
+    fn new(input: Vec<f64>) -> Self {
+        Self { output: vec![0.0; input.len()], input }
+    }
+}
+
+impl Pass for Copied {
+    fn samples(&self) -> usize {
+        self.input.len()
+    }
+
+    fn pass(&mut self) {
+        black_box(&mut self.output).copy_from_slice(black_box(&self.input));
+        black_box(&self.output);
+    }
+}
+
+/// Actuators that take a sample each in one call.
+trait Actuators {
+    fn step(&mut self, inputs: &[f64], outputs: &mut [f64]);
+}
+
+impl<P: Process> Actuators for StreamArray<P> {
+    fn step(&mut self, inputs: &[f64], outputs: &mut [f64]) {
+        self.step(inputs, outputs).expect("the same length");
+    }
+}
+
+impl Actuators for FusedLoop {
+    fn step(&mut self, inputs: &[f64], outputs: &mut [f64]) {
+        self.step_each(inputs, outputs);
+    }
+}
+
+/// One sample for each actuator in one call. Actuator m is m [`AHEAD`] samples ahead in the signal, so that they do not
+/// all leave their segments at once, nor one after the other.
+struct Array<A> {
+    actuators: A,
+    /// The signal in steps of [`AHEAD`], and its beginning once more: the row of every moment is a slice of it.
+    input: Vec<f64>,
+    /// How many samples there are before the signal repeats.
+    period: usize,
+    /// How far the row of the next moment lies behind that of this one.
+    stride: usize,
+    /// Where the next row begins.
+    now: usize,
+    output: Vec<f64>,
+}
+
+/// No divisor of the period, and near its golden section: neighbours are far apart.
+const AHEAD: usize = 6_181;
+
+/// How far in a row the same moment lies behind the moment before.
+fn stride(period: usize) -> usize {
+    (1..period).find(|stride| stride * AHEAD % period == 1).expect("no common divisor")
+}
+
+impl<P: Process + Clone> Array<StreamArray<P>> {
+    /// Actuators that are all alike: one stream goes through the signal and leaves a copy of itself wherever one is.
+    fn alike(mut stream: P, signal: &[f64]) -> Self {
+        let (width, period) = (ARRAY as usize, signal.len());
+        let stride = stride(period);
+        for x in signal {
+            stream.step(*x);
+        }
+        let mut left: Vec<(usize, P)> = Vec::with_capacity(width);
+        for (at, x) in signal.iter().enumerate() {
+            stream.step(*x);
+            let actuator = at * stride % period;
+            if actuator < width {
+                left.push((actuator, stream.clone()));
+            }
+        }
+        left.sort_by_key(|(actuator, _)| *actuator);
+        let streams = left.into_iter().map(|(_, stream)| stream).collect();
+        Self { now: stride, ..Self::at_rest(streams, signal) }
+    }
+}
+
+impl<A: Actuators> Array<A> {
+    fn at_rest(actuators: A, signal: &[f64]) -> Self {
+        let (width, period) = (ARRAY as usize, signal.len());
+        let input = (0..period + width).map(|m| signal[m * AHEAD % period]).collect();
+        Self { actuators, input, period, stride: stride(period), now: 0, output: vec![0.0; width] }
+    }
+
+    /// Actuators that may differ, after `moments` of the signal.
+    fn after(moments: usize, actuators: A, signal: &[f64]) -> Self {
+        let mut array = Self::at_rest(actuators, signal);
+        (0..moments).for_each(|_| array.pass());
+        array
+    }
+}
+
+impl<A: Actuators> Pass for Array<A> {
+    fn samples(&self) -> usize {
+        self.output.len()
+    }
+
+    fn pass(&mut self) {
+        let row = &self.input[self.now..self.now + self.output.len()];
+        self.actuators.step(black_box(row), black_box(&mut self.output));
+        black_box(&self.output);
+        self.now = (self.now + self.stride) % self.period;
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use yardsticks::Signal;
+
     use super::*;
-    use crate::signals::Signal;
 
     #[test]
     fn a_pass_takes_as_many_samples_as_its_case_says() {
@@ -228,6 +423,32 @@ mod tests {
         let individual = Case { operators: 2, ..Case::INDIVIDUAL };
         for what in What::YARDSTICKS.into_iter().filter(|what| what.is_here()).chain([What::Inverse]) {
             assert_eq!(Workload::new(Case { what, ..individual }, 1).samples(), individual.samples() as usize);
+        }
+    }
+
+    /// Remembers its last sample.
+    #[derive(Clone)]
+    struct Last(f64);
+
+    impl Process for Last {
+        fn step(&mut self, input: f64) -> f64 {
+            core::mem::replace(&mut self.0, input)
+        }
+        fn peek(&self, _: f64) -> f64 {
+            self.0
+        }
+        fn reset(&mut self) {}
+    }
+
+    #[test]
+    fn every_actuator_of_an_array_gets_one_sample_of_the_signal_after_the_other() {
+        let signal: Vec<f64> = (0..10_000).map(f64::from).collect();
+        let mut array = Array::alike(Last(f64::NAN), &signal);
+        for _ in 0..3 {
+            let row = array.input[array.now..array.now + array.output.len()].to_vec();
+            array.pass();
+            let follows = |(before, now): (&f64, &f64)| (before + 1.0) % 10_000.0 == *now;
+            assert!(array.output.iter().zip(&row).all(follows));
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The drive signals of the benches, in V at 10 kHz.
 
+use std::f64::consts::TAU;
 use std::fmt;
 
-use hysteresis_simulate::signals::{Wave, decaying_triangle, sine};
 use serde::{Deserialize, Serialize};
 
 /// Samples of each signal: one second, a whole period of the slowest.
@@ -58,27 +58,21 @@ impl Signal {
     }
 
     /// One second of the signal; `seed` chooses the noise.
-    ///
-    /// # Panics
-    /// Never: the waves are valid.
     #[must_use]
     pub fn samples(self, seed: u64) -> Vec<f64> {
-        let wave = |frequency| Wave { amplitude: REACH, frequency, rate: f64::from(SAMPLES), offset: 0.0 };
-        let mut noise = Noise(fastrand::Rng::with_seed(seed));
-        let samples = match self {
-            Self::SlowSine => sine(wave(1.0), 1.0),
-            Self::NoisySine => sine(wave(50.0), 1.0).map(|x| x.into_iter().map(|x| x + noise.rms(0.1)).collect()),
-            Self::Triangle => decaying_triangle(wave(10.0), 10.0),
-            Self::White => Ok((0..SAMPLES).map(|_| noise.within(REACH)).collect()),
-            Self::Walk => Ok((0..SAMPLES)
-                .scan(0.0, |x, _| {
-                    *x = reflect(*x + noise.rms(1.0));
-                    Some(*x)
-                })
-                .collect()),
-            Self::Stroke => sine(Wave { amplitude: 443.0, ..wave(5.0) }, 1.0),
+        let (mut noise, mut level) = (Noise(fastrand::Rng::with_seed(seed)), 0.0);
+        let sample = |k: u32| match self {
+            Self::SlowSine => REACH * sine(1.0, k),
+            Self::NoisySine => REACH * sine(50.0, k) + noise.rms(0.1),
+            Self::Triangle => REACH * decaying_triangle(10.0, 10.0, k),
+            Self::White => noise.within(REACH),
+            Self::Walk => {
+                level = reflect(level + noise.rms(1.0));
+                level
+            }
+            Self::Stroke => 443.0 * sine(5.0, k),
         };
-        samples.expect("the waves are valid")
+        (0..SAMPLES).map(sample).collect()
     }
 }
 
@@ -86,6 +80,22 @@ impl fmt::Display for Signal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.serialize(f)
     }
+}
+
+/// Sample k of a sine of this frequency in Hz.
+fn sine(frequency: f64, k: u32) -> f64 {
+    (TAU * cycles(frequency, k)).sin()
+}
+
+/// Sample k of a triangle that shrinks from its second cycle on, to nothing at the end of `count` cycles.
+fn decaying_triangle(frequency: f64, count: f64, k: u32) -> f64 {
+    let done = cycles(frequency, k);
+    let phase = (done + 0.25).rem_euclid(1.0);
+    ((count - done) / (count - 1.0)).min(1.0) * (1.0 - 4.0 * (phase - 0.5).abs())
+}
+
+fn cycles(frequency: f64, k: u32) -> f64 {
+    f64::from(k) * (frequency / f64::from(SAMPLES))
 }
 
 /// Uniform noise around zero.

@@ -1,14 +1,15 @@
-//! Gathers what the benches measured, shows it and compares it with a reference.
+//! Times single steps, gathers what the benches measured, shows it and compares it with a reference.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use hysteresis_bench::compare::compare;
-use hysteresis_bench::results::{Outcome, Results, SCHEMA, read_json};
-use hysteresis_bench::{gather, machine, table};
+use hysteresis_bench::latency;
+use hysteresis_bench::results::{self, Latency, Outcome, Results, SCHEMA, read_json, write_json};
+use hysteresis_bench::table;
 
-/// Gathers what the benches measured, shows it and compares it with a reference.
+/// Times single steps, gathers what the benches measured, shows it and compares it with a reference.
 #[derive(Parser)]
 struct Arguments {
     #[command(subcommand)]
@@ -17,9 +18,18 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Times single steps, one by one, and writes their distribution to a file.
+    Latency {
+        /// Seconds of each signal, 10 000 steps each.
+        #[arg(long, default_value_t = 1_000)]
+        seconds: u64,
+        /// The file.
+        #[arg(long, default_value = "target/bench/latency.json")]
+        output: PathBuf,
+    },
     /// Writes one file of all that the last run measured.
     Gather {
-        /// Where cargo, criterion, gungraun and bench-latency wrote to.
+        /// Where criterion, gungraun and `latency` wrote to.
         #[arg(long, default_value = "target")]
         target: PathBuf,
         /// The file.
@@ -63,9 +73,14 @@ enum Command {
 
 fn main() -> Outcome<ExitCode> {
     match Arguments::parse().command {
+        Command::Latency { seconds, output } => {
+            let found: Vec<Latency> = latency::all().into_iter().map(|step| latency::measure(step, seconds)).collect();
+            write_json(&found, &output)?;
+        }
         Command::Gather { target, output } => {
             let latency = read_json(&target.join("bench/latency.json"))?;
-            let results = Results { schema: SCHEMA, machine: machine::here(), cases: gather::rows(&target)?, latency };
+            let (machine, cases) = (results::machine(), results::rows(&target)?);
+            let results = Results { schema: SCHEMA, machine, cases, latency };
             if results.cases.iter().all(|row| row.instructions.is_none()) {
                 eprintln!("warning: no instruction counts; they are null in {}", output.display());
             }
@@ -80,8 +95,8 @@ fn main() -> Outcome<ExitCode> {
             };
             println!("{shown}");
         }
-        Command::Times { target } => println!("{}", table::times(&gather::times(&target)?)),
-        Command::Instructions { target } => println!("{}", table::instructions(&gather::instructions(&target)?)),
+        Command::Times { target } => println!("{}", table::times(&results::times(&target)?)),
+        Command::Instructions { target } => println!("{}", table::instructions(&results::instructions(&target)?)),
         Command::Check { reference, results } => return check(&Results::read(&reference)?, &Results::read(&results)?),
     }
     Ok(ExitCode::SUCCESS)
