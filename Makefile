@@ -5,6 +5,8 @@ BIN := $(VENV)/bin
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 RUST := Cargo.toml Cargo.lock $(shell find crates -path '*/src/*.rs' -o -name Cargo.toml)
+# An environment that can build the package; in it, what tests and lint need.
+MATURIN := $(VENV)/.maturin
 TOOLS := $(VENV)/.tools
 PACKAGE := $(VENV)/.package
 BENCHES := $(VENV)/.benches
@@ -45,13 +47,13 @@ test: test-rust test-python ## every test
 
 test-rust: export PROPTEST_RNG_SEED := $(FIXED_SEED)
 test-rust: ## the Rust tests, the documentation's examples, the proofs that the core needs no std and no allocator and never panics
-	cargo test --quiet --workspace --exclude hysteresis-python --all-features
+	cargo test --quiet --all-features
 	cargo build --quiet --manifest-path checks/no-std/Cargo.toml --target-dir target/no-std
 	cargo build --quiet --manifest-path checks/no-std/Cargo.toml --target-dir target/no-std --features alloc
 	cargo run --quiet --release --manifest-path checks/no-panic/Cargo.toml --target-dir target/no-panic
 	checks/firmware/run
 
-test-python: $(PACKAGE) capi ## the Python tests against the compiled package, and the C library beside it
+test-python: $(PACKAGE) $(TOOLS) $(UNITS) capi ## the Python tests against the compiled package, and the C library beside it
 	$(BIN)/python -m pytest --numprocesses=2 --dist=loadfile
 
 ifndef SEED
@@ -59,16 +61,16 @@ SEED := $(shell od -An -N4 -tu4 /dev/urandom | tr -d ' ')
 endif
 CASES ?= 2000
 
-test-random: $(PACKAGE) ## the laws on many more examples: SEED=n repeats a run, CASES=n sets how many the Rust tests draw
+test-random: $(PACKAGE) $(TOOLS) $(UNITS) ## the laws on many more examples: SEED=n repeats a run, CASES=n sets how many the Rust tests draw
 	@echo "make test-random SEED=$(SEED) CASES=$(CASES)"
 	PROPTEST_RNG_SEED=$(SEED) PROPTEST_CASES=$(CASES) \
-		cargo test --quiet --release --workspace --exclude hysteresis-python --all-features --no-fail-fast
+		cargo test --quiet --release --all-features --no-fail-fast
 	$(BIN)/python -m pytest --numprocesses=2 --dist=loadfile --hypothesis-profile=random --hypothesis-seed=$(SEED)
 
 SEEDS ?= 200
 
 coverage: ## how often 95 % intervals of identified parameters hold the truth, over SEEDS records of every kind
-	COVERAGE_SEEDS=$(SEEDS) cargo test --quiet --release -p hysteresis-identify --test coverage -- --nocapture
+	COVERAGE_SEEDS=$(SEEDS) cargo test --quiet --release -p hysteresis-identify --test all coverage -- --nocapture
 
 FUZZ_SECONDS ?= 3600
 FUZZ_TARGETS ?= stage_file saved_bytes steps c_interface record_reader
@@ -77,7 +79,7 @@ FUZZ := RUSTC_BOOTSTRAP=1 $(CURDIR)/target/tools/bin/cargo-fuzz
 
 fuzz: $(addprefix fuzz-,$(FUZZ_TARGETS)) ## fuzz each of FUZZ_TARGETS for FUZZ_SECONDS, an hour by default; what is found lies in target/fuzz/found
 
-fuzz-record_reader: $(PACKAGE)
+fuzz-record_reader: $(PACKAGE) $(TOOLS)
 	mkdir -p target/fuzz/corpus/record_reader target/fuzz/found
 	$(BIN)/python -m pip install --quiet --group fuzz
 	$(BIN)/python checks/fuzz/record_reader.py $(FUZZ_OPTIONS) -rss_limit_mb=4096 \
@@ -117,9 +119,9 @@ lint-rust:
 	cargo fmt --all --check
 	cargo clippy --quiet --workspace --all-targets --all-features -- -D warnings
 	cargo clippy --quiet -p hysteresis-core --no-default-features -- -D warnings
-	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --exclude hysteresis-python --no-deps --all-features
+	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --no-deps --all-features
 
-lint-python: $(PACKAGE)
+lint-python: $(PACKAGE) $(TOOLS)
 	$(BIN)/ruff check $(PYTHON_CODE)
 	$(BIN)/ruff format --check $(PYTHON_CODE)
 	$(BIN)/mypy
@@ -147,7 +149,7 @@ bench-quick: | $(MEASURED) ## time per sample of 20 operators alone, beside the 
 	@$(REPORT) times
 
 bench-latency: | $(MEASURED)
-	cargo run --quiet --release -p hysteresis-bench --bin bench-latency
+	$(REPORT) latency
 
 bench-instructions: $(if $(VALGRIND),$(RUNNER)) | $(MEASURED) ## instructions per sample alone, counted by valgrind
 	rm -rf target/gungraun
@@ -176,10 +178,10 @@ bench-python: $(PACKAGE) $(BENCHES) ## time of the Python faces beside numba and
 		--benchmark-columns=min,median,max,rounds --benchmark-sort=name
 	$(BIN)/python benches/python/ratios.py $(TIMES)
 
-bench-identify: $(PACKAGE) ## time of identifying one record of 12 000 and of a million samples
+bench-identify: $(PACKAGE) $(TOOLS) ## time of identifying one record of 12 000 and of a million samples
 	$(BIN)/python benches/python/identify.py $(IDENTIFY)
 
-bench-many: $(PACKAGE) ## time and accuracy of identifying 4096 actuators at once, beside single fits
+bench-many: $(PACKAGE) $(TOOLS) ## time and accuracy of identifying 4096 actuators at once, beside single fits
 	$(BIN)/python benches/python/many.py $(MANY)
 
 capi: ## the C library, its header and its pkg-config file, in the folder CAPI (target/capi)
@@ -196,7 +198,7 @@ fmu: $(UNITS) ## the library of functional mock-up units, which the Python packa
 RATE ?= 10000
 SECONDS ?= 60
 
-realtime: $(PACKAGE) ## a loop on the clock of this machine: RATE samples per second for SECONDS; what it took and missed, then a loop in Python, and this loop around an object in Python
+realtime: $(PACKAGE) $(TOOLS) ## a loop on the clock of this machine: RATE samples per second for SECONDS; what it took and missed, then a loop in Python, and this loop around an object in Python
 	cargo run --quiet --release -p hysteresis-realtime --example loop -- --rate $(RATE) --seconds $(SECONDS) $(OPTIONS)
 	$(BIN)/python benches/python/realtime.py $(RATE) $(SECONDS)
 
@@ -206,16 +208,16 @@ firmware: ## streams of fixed size on a Cortex-M4F in qemu: the bits of this mac
 KILLS ?= 200
 KILL_SEED ?= 1
 
-kill-saves: $(PACKAGE) ## KILLS processes killed while they save: the old file or the new one is there, nothing is left for long
+kill-saves: $(PACKAGE) $(TOOLS) ## KILLS processes killed while they save: the old file or the new one is there, nothing is left for long
 	$(BIN)/python tests/killed_saves.py $(KILLS) $(KILL_SEED)
 
-full-disk: $(PACKAGE) ## every writing command and save() where the disk is full: one line, nothing half-written
+full-disk: $(PACKAGE) $(TOOLS) $(UNITS) ## every writing command and save() where the disk is full: one line, nothing half-written
 	$(BIN)/python tests/full_disk.py
 
 # Neither the folders of this machine nor those of its tools are in what others get. Built apart, as other flags build all anew.
 WHEEL_FLAGS = --remap-path-prefix=$(CURDIR)=. --remap-path-prefix=$(or $(CARGO_HOME),$(HOME)/.cargo)=cargo
 
-wheel: $(TOOLS) ## the wheel for this system, with all licences and without paths of this machine, in target/wheel/dist
+wheel: $(MATURIN) ## the wheel for this system, with all licences and without paths of this machine, in target/wheel/dist
 	rm -rf target/wheel/dist
 	RUSTFLAGS="$(WHEEL_FLAGS)" CARGO_TARGET_DIR=$(CURDIR)/target/wheel $(PYTHON) docs/make_units.py
 	RUSTFLAGS="$(WHEEL_FLAGS)" $(BIN)/maturin build --quiet --release --target-dir target/wheel --out target/wheel/dist
@@ -232,7 +234,7 @@ wheel-audit: wheel ## does that wheel keep the stable ABI of Python that its nam
 	$(BIN)/abi3audit --strict target/wheel/dist/*.whl
 	if test "$$(uname)" = Linux; then PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python tests/check_platform.py target/wheel/dist/*.whl; fi
 
-sdist-try: $(TOOLS) ## the source distribution; install from it in an empty environment, and run the demo there
+sdist-try: $(MATURIN) ## the source distribution; install from it in an empty environment, and run the demo there
 	rm -rf target/sdist
 	$(BIN)/maturin sdist --manifest-path crates/hysteresis-python/Cargo.toml --out target/sdist
 	$(PYTHON) -m venv --clear target/sdist/venv
@@ -267,29 +269,29 @@ licences: ## write the licences of all linked crates anew
 	$(PYTHON) docs/make_licences.py
 
 header: ## write the header of the C library anew from its sources
-	UPDATE_HEADER=1 cargo test --quiet -p hysteresis-capi --test header
+	UPDATE_HEADER=1 cargo test --quiet -p hysteresis-capi --test all header
 
 soak: ## 1e9 mixed samples through an inverse and its actuator: no drift; 1e7 of every loop: no drive beyond limits or slew
 	cargo run --quiet --release -p soak -- $(SAMPLES)
 
-picture: $(PACKAGE) ## draw the pictures of the README and the pages
+picture: $(PACKAGE) $(TOOLS) ## draw the pictures of the README and the pages
 	$(BIN)/python docs/make_picture.py
 	$(BIN)/python docs/plot_cost.py
 	$(BIN)/python docs/make_drawings.py
 
-docs: $(PACKAGE) $(DOCS) ## the pages of docs, every code cell run anew: target/docs/index.html; warnings are errors
+docs: $(PACKAGE) $(DOCS) $(UNITS) ## the pages of docs, every code cell run anew: target/docs/index.html; warnings are errors
 	rm -rf $(SITE) target/docs-doctrees docs/auto_gallery
 	$(BIN)/sphinx-build -q -W --keep-going -b html -d target/docs-doctrees docs $(SITE)
-	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --exclude hysteresis-python --no-deps --all-features
+	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --no-deps --all-features
 	cp -R target/doc $(SITE)/rust
 
 linkcheck: docs ## every link and anchor of target/docs that leads into it; nothing is loaded from elsewhere
 	$(BIN)/python docs/check_links.py $(SITE)
 
-linkcheck-web: $(PACKAGE) $(DOCS) ## links of the pages to other sites; needs the network
+linkcheck-web: $(PACKAGE) $(DOCS) $(UNITS) ## links of the pages to other sites; needs the network
 	$(BIN)/sphinx-build -q -b linkcheck -D nb_execution_mode=off -D plot_gallery=0 docs target/docs-linkcheck
 
-stub: $(PACKAGE) ## copy the docstrings of the compiled core into its stub
+stub: $(PACKAGE) $(TOOLS) ## copy the docstrings of the compiled core into its stub
 	$(BIN)/python docs/make_stub.py
 
 format: $(TOOLS) ## format all code
@@ -306,9 +308,12 @@ $(MEASURED):
 $(RUNNER):
 	cargo install --quiet --locked --root target/tools/gungraun-$(GUNGRAUN) --version =$(GUNGRAUN) gungraun-runner
 
-$(TOOLS): pyproject.toml
+$(MATURIN):
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1' 'maturin>=1.9.4,<2'
+	@touch $@
+
+$(TOOLS): $(MATURIN) pyproject.toml
 	$(BIN)/python -m pip install --quiet --group test
 	@$(BIN)/python -m pip install --quiet --group integrations || \
 		echo "warning: libraries of the examples are missing, tests of these examples are LEFT OUT" >&2
@@ -323,10 +328,10 @@ $(BENCHES): $(TOOLS)
 	@touch $@
 
 # Cargo knows what has changed; without symbols it is a quarter of the size.
-$(UNITS): $(TOOLS) $(RUST) docs/make_units.py
+$(UNITS): $(MATURIN) $(RUST) docs/make_units.py
 	$(PYTHON) docs/make_units.py
 	@touch $@
 
-$(PACKAGE): $(TOOLS) $(RUST) $(UNITS) pyproject.toml
+$(PACKAGE): $(MATURIN) $(RUST) pyproject.toml
 	$(BIN)/maturin develop --quiet --release --extras cli,report
 	@touch $@

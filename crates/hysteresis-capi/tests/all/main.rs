@@ -1,0 +1,8 @@
+//! The tests of what the crate promises, in one program: it is linked once.
+
+mod bytes;
+mod header;
+mod interface;
+mod objects;
+mod options;
+mod programs;

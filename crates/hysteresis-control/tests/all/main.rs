@@ -1,0 +1,20 @@
+//! The tests of what the crate promises, in one program: it is linked once.
+
+mod binary;
+mod dynamics;
+mod feedforward;
+mod filters;
+mod learning;
+mod learning_modes;
+mod linear;
+mod loop_shift;
+mod no_allocation;
+mod observer;
+mod scan;
+mod stage;
+mod stage_controller;
+mod stage_ranges;
+mod supervision;
+mod support;
+mod trajectory;
+mod tuning;
