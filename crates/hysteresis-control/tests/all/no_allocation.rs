@@ -1,5 +1,6 @@
 //! What runs sample by sample never allocates: linear streams, learning in the loop, the observer.
 
+use crate::support::models::actuator;
 use hysteresis_control::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOptions};
 use hysteresis_control::linear::{Block, Creep, Delay, FirstOrder, LinearDynamics, SecondOrder, Stream};
 use hysteresis_control::stage::{FeedForwardKind, LoopShift, Stage, StageParts};
@@ -44,7 +45,7 @@ fn learning_in_the_loop_and_observation_never_allocate() {
         creep: Some(Creep::new(&[0.01], &[0.1]).unwrap()),
         dynamics,
         dead_time: 1.5e-4,
-        ..StageParts::new(models::actuator())
+        ..StageParts::new(actuator())
     };
     let stage = Stage::new(parts).unwrap();
     let mut observer = Observer::new(&stage, 1e-4, &ObserverOptions { noise: 0.016, drift: 0.5 }).unwrap();

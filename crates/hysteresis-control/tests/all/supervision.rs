@@ -5,7 +5,6 @@ use std::sync::LazyLock;
 
 use crate::support::models::actuator;
 use crate::support::{DT, Noise};
-#[expect(dead_code, reason = "shared with tests that use the rest")]
 use hysteresis_control::binary::Binary;
 use hysteresis_control::learning::{LearningPhase, RepetitiveControl, RepetitiveOptions, RepetitiveState};
 use hysteresis_control::linear::SecondOrder;

@@ -103,7 +103,7 @@ fn a_closed_form_inverse_swaps_the_offsets() {
 
 #[test]
 fn limits_that_are_none_are_named() {
-    let actuator = models::actuator();
+    let actuator = actuator();
     let inverse = |low, high| message(actuator.inverse(Some((low, high))));
     assert_eq!(inverse(5.0, 5.0), "limits[1]: expected a number above the low limit = 5.0, got 5.0");
     assert_eq!(inverse(f64::NAN, 5.0), "limits[0]: expected a finite number (at most 1e100 in magnitude), got NaN");
@@ -241,7 +241,7 @@ fn a_state_that_differs_by_rounding_is_restored_and_a_wrong_one_refused() {
 
 #[test]
 fn states_of_another_stream_are_refused() {
-    let actuator = models::actuator();
+    let actuator = actuator();
     let mut stream = actuator.forward();
     for x in [300.0, -200.0, 100.0, -50.0, 20.0] {
         stream.step(x);

@@ -108,7 +108,7 @@ fn creep() -> Creep {
 fn drive(random: &mut Random, seed: u64, steps: bool) -> Vec<f64> {
     let mut input = if seed % 5 == 4 {
         let periods = random.between(8.0, 14.0).floor() + 0.25;
-        common::decaying_triangle(SAMPLES, 50.0, periods, 0.0)
+        crate::actuators::decaying_triangle(SAMPLES, 50.0, periods, 0.0)
     } else {
         let turns = 18 + seed % 10;
         let mut places = vec![0.0, 50.0];

@@ -152,7 +152,7 @@ fn held_out_records_are_judged_with_an_offset() {
     let (input, output) = noisy(4_000, 0.01);
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &known()).unwrap();
     let other = decaying_triangle(3_000, 300.0, 7.0, 40.0);
-    let measured: Vec<f64> = common::output(&paper_actuator(Offsets::default()), &other, 0.0)
+    let measured: Vec<f64> = crate::actuators::output(&paper_actuator(Offsets::default()), &other, 0.0)
         .iter()
         .zip(noise(3_000, 0.01, 9))
         .map(|(y, e)| 5.0 + y + e)
@@ -173,13 +173,13 @@ fn standard_errors_of_what_is_linear_are_those_of_regression() {
     let input = noisy(2_000, 0.01).0;
     let true_model =
         ModifiedPrandtlIshlinskii::from_ratios(&[0.01, 0.004], &[0.0, 100.0], Ratios::PAPER, Offsets::default());
-    let mut output = common::output(&true_model.unwrap(), &input, 0.0);
-    output.iter_mut().zip(common::noise(2_000, 0.01, 5)).for_each(|(y, e)| *y += e);
+    let mut output = crate::actuators::output(&true_model.unwrap(), &input, 0.0);
+    output.iter_mut().zip(crate::actuators::noise(2_000, 0.01, 5)).for_each(|(y, e)| *y += e);
     let thresholds = Thresholds::Given(vec![0.0, 100.0]);
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &Options { thresholds, ..known() }).unwrap();
     let one = |weights: [f64; 2]| {
         let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 100.0], Ratios::PAPER, Offsets::default());
-        let column = common::output(&model.unwrap(), &input, 0.0);
+        let column = crate::actuators::output(&model.unwrap(), &input, 0.0);
         let mean = column.iter().sum::<f64>() / 2_000.0;
         column.into_iter().map(move |z| z - mean).collect::<Vec<_>>()
     };

@@ -90,7 +90,7 @@ fn at_the_slew(
     });
     let asked = Settings { misses, ..settings() };
     let outcome = run_on(clock, controller(), io, jumps(), asked, &StopFlag::default()).unwrap();
-    setup::check(&outcome);
+    crate::setup::check(&outcome);
     let written = std::mem::take(&mut *written.lock().unwrap());
     (outcome, written)
 }

@@ -51,7 +51,7 @@ fn a_reference_that_is_over_ends_it() {
     let reference = Reference::once(vec![0.5; 321]).unwrap();
     let (clock, stop) = (SimulatedClock::new(), StopFlag::default());
     let outcome = run_on(clock, controller(), Scripted::new(), reference, settings(), &stop).unwrap();
-    setup::check(&outcome);
+    crate::setup::check(&outcome);
     assert_eq!((outcome.report.end, outcome.report.at_rest), (EndReason::ReferenceOver, true));
     assert_eq!(outcome.report.deadlines.taken - outcome.report.counts.rest_samples, 321);
 }
@@ -67,7 +67,7 @@ fn it_rests_when_it_is_asked_to() {
         Ok(())
     });
     let outcome = run_on(SimulatedClock::new(), controller(), io, sine(), settings(), &stop).unwrap();
-    setup::check(&outcome);
+    crate::setup::check(&outcome);
     assert_eq!((outcome.report.end, outcome.report.at_rest), (EndReason::Requested, true));
     assert_eq!(outcome.report.deadlines.taken - outcome.report.counts.rest_samples, 100);
 }

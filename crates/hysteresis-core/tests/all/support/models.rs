@@ -1,4 +1,5 @@
 //! The actuator of tests that need no random one: that of the paper to four digits, in um for a drive in V.
+#![allow(dead_code, reason = "other crates use some of these")]
 
 use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
 
