@@ -1,4 +1,4 @@
-//! From records to an identified model.
+//! From records to an identified model: the search, what is said of what it found, and the result.
 
 use std::ops::ControlFlow;
 
@@ -6,35 +6,32 @@ use hysteresis_control::linear::{Creep, Modes, SecondOrder};
 use hysteresis_control::stage::LoopShift;
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 
-use crate::diagnostics::{findings, is_falling};
+use crate::choose::found::Found;
+use crate::choose::glitches::search_without_glitches;
+use crate::choose::linear_part::{joint_findings, untold_dead_time};
+use crate::choose::maps::untold_map;
+use crate::choose::search::{search_hysteresis, with_least_slope};
 use crate::error::Error;
-use crate::finding_code::FindingCode;
-use crate::fit::chain::Chain;
-use crate::fit::coloured::ColouredFit;
-use crate::fit::intervals::check_times;
 use crate::fit::joint::JointFit;
-use crate::fit::linear_part::LinearPart;
-use crate::fit::monitor::{Progress, SearchMonitor, Span, Stop};
 use crate::fit::point::{Parameter, Point};
+use crate::fit::progress::{Progress, SearchMonitor, Span, Stop};
 use crate::fit::projection::ProjectedFit;
-use crate::fit::root::Root;
-use crate::fit::shift::ShiftColumns;
+use crate::fit::response::Chain;
 use crate::fit::space::Space;
-use crate::fit::weight_basis::WeightBasis;
-use crate::joint_findings::{joint_findings, untold_dead_time};
-use crate::map_findings::untold_map;
-use crate::no_interval::without_interval;
-use crate::numeric::as_f64;
-use crate::options::{ModelKind, Options, Setting, Thresholds, WeightLaw};
-use crate::record::Record;
-use crate::result::covariance::Covariance;
+use crate::judge::finding::FindingCode;
+use crate::judge::loops::{judged, turned_positions, with_positions};
+use crate::judge::{findings, is_falling, without_interval};
+use crate::options::{Options, Setting};
+use crate::records::record::{Record, check_times, leaving_out};
+use crate::records::signal::as_f64;
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
-use crate::result::spread::Spread;
-use crate::result::standard_errors::StandardErrors;
-use crate::robust::{leaving_out, search_without_glitches};
-use crate::search::{Found, search_hysteresis, with_least_slope};
-use crate::turned_sign::{judged, turned_positions, with_positions};
+use crate::terms::dynamics::LinearPart;
+use crate::terms::loop_shift::ShiftColumns;
+use crate::terms::operators::{ModelKind, Thresholds};
+use crate::terms::weights::{WeightBasis, WeightLaw};
+use crate::uncertainty::errors::{Covariance, Spread, StandardErrors};
+use crate::uncertainty::root::{ColouredFit, Root};
 
 /// Fits a model to records: weights w_i >= 0, one output offset per record, and whatever `options` leaves to search.
 ///

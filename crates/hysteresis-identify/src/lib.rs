@@ -7,68 +7,65 @@
 //!
 //! After G. Wang, G. Chen, H. Zhou, F. Bai, IEEE/CAA J. Autom. Sinica 4(4), 782-791, 2017, equations (4)-(6).
 //! Results are the same bits on every run on the same machine; nothing here runs in parallel.
+//!
+//! The way of a record:
+//!
+//! 1. `records` checks it once and says which of its samples become rows.
+//! 2. `choose` asks which terms the records tell, and tries them one after the other.
+//! 3. `terms` has each term: its option, what it adds to the model, and the filter that does so.
+//! 4. `fit` makes rows of a point (`rows`), finds the best weights (`projection`), and steps to a better point (`descent`).
+//! 5. `algebra` does that work: QR of rows that stream in, and least squares with bounds.
+//! 6. `uncertainty` says how far the numbers may be from the truth.
+//! 7. `judge` looks for what the records cannot tell and what the model left in them: findings, and a verdict.
+//! 8. `result` is what comes out. [`identify`] goes this way from beginning to end.
+//!
+//! `compare` goes it for several models, `many` for many actuators, and `recursive` takes sample by sample while the actuator runs.
 
 #![forbid(unsafe_code)]
 
-mod amplifier_model;
-mod colour;
+mod algebra;
+mod choose;
 mod compare;
-mod creep_model;
-mod diagnostics;
-mod dynamics;
 mod error;
-mod finding;
-mod finding_code;
 mod fit;
-mod glitches;
 mod identify;
-mod joint_findings;
-mod joint_search;
-mod lag_beside_maps;
-mod loop_shift_model;
-mod loss;
+mod identify_dynamics;
+mod judge;
 mod many;
-mod map_findings;
-mod map_model;
-mod modes_model;
-mod no_interval;
-mod numeric;
-mod operator_choice;
 mod options;
-mod quiet_record;
-mod record;
+mod records;
 mod recursive;
 mod result;
-mod robust;
 #[cfg(feature = "serde")]
 mod saved;
-mod search;
-mod signal;
-mod thresholds;
-mod turned_sign;
-mod what_to_try;
-#[cfg(test)]
-mod white_noise;
+mod terms;
+mod uncertainty;
 
-pub use amplifier_model::AmplifierModel;
-pub use compare::{ComparedModel, Comparison, Extension, Omission, compare};
-pub use creep_model::CreepModel;
-pub use diagnostics::diagnose;
-pub use dynamics::{DynamicsIdentification, DynamicsOptions, identify_dynamics};
+pub use choose::cross_validation::CrossValidation;
+pub use compare::compare;
+pub use compare::comparison::{ComparedModel, Comparison, Extension, Omission};
 pub use error::{Error, RecordError};
-pub use finding::{Finding, Severity, Verdict};
-pub use finding_code::FindingCode;
-pub use fit::{CrossValidation, Progress, SearchStage, Stop};
+pub use fit::progress::{Progress, SearchStage, Stop};
 pub use identify::identify;
-pub use loop_shift_model::LoopShiftModel;
-pub use loss::Loss;
-pub use many::{ActuatorFit, BriefFinding, ManyIdentifications, ManyRecords, identify_many, settled_options};
-pub use map_model::MapModel;
-pub use modes_model::ModesModel;
-pub use options::{DynamicsModel, ModelKind, Options, Order, Setting, Thresholds, WeightLaw};
-pub use record::Record;
-pub use recursive::{Frozen, MIN_IDENTITY_SHARE, RecursiveIdentifier, RecursiveOptions, RecursiveState};
-pub use result::{Covariance, Identification, LeftOutLoop, Quality, StandardErrors, loop_width};
+pub use identify_dynamics::{DynamicsIdentification, DynamicsOptions, identify_dynamics};
+pub use judge::diagnose;
+pub use judge::finding::{Finding, FindingCode, Severity, Verdict};
+pub use many::records::{ActuatorFit, BriefFinding, ManyIdentifications, ManyRecords};
+pub use many::{identify_many, settled_options};
+pub use options::{Loss, Options, Setting};
+pub use records::record::Record;
+pub use recursive::regressors::MIN_IDENTITY_SHARE;
+pub use recursive::{Frozen, RecursiveIdentifier, RecursiveOptions, RecursiveState};
+pub use result::identification::Identification;
+pub use result::left_out::LeftOutLoop;
+pub use result::quality::{Quality, loop_width};
+pub use terms::creep::CreepModel;
+pub use terms::dynamics::{AmplifierModel, DynamicsModel, ModesModel, Order};
+pub use terms::loop_shift::LoopShiftModel;
+pub use terms::maps::MapModel;
+pub use terms::operators::{ModelKind, Thresholds};
+pub use terms::weights::WeightLaw;
+pub use uncertainty::errors::{Covariance, StandardErrors};
 
 /// The example of the README of this crate, run as a test.
 #[cfg(doctest)]

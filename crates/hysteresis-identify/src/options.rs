@@ -1,54 +1,20 @@
-//! What to identify, and what is known already.
+//! What to identify, and what is known already: every option with its default, and what each must satisfy.
+//!
+//! The options of a term (creep, loop shift, ...) have their types where the term is: see `terms`.
 
 use hysteresis_core::{Ratios, is_admissible};
 
-use crate::amplifier_model::AmplifierModel;
-use crate::creep_model::CreepModel;
 use crate::error::Error;
-use crate::fit::intervals::Intervals;
-use crate::fit::variety::Variety;
-use crate::loop_shift_model::LoopShiftModel;
-use crate::loss::Loss;
-use crate::map_model::MapModel;
-use crate::modes_model::ModesModel;
-use crate::record::Record;
-pub use crate::thresholds::Thresholds;
+use crate::records::record::{Intervals, Record, check_interval};
+use crate::terms::creep::CreepModel;
+use crate::terms::dynamics::{AmplifierModel, DynamicsModel, ModesModel, Order};
+use crate::terms::loop_shift::LoopShiftModel;
+use crate::terms::maps::MapModel;
+use crate::terms::operators::{ModelKind, Thresholds};
+use crate::terms::weights::{WeightBasis, WeightLaw};
 
 /// The most operators: no record tells more thresholds apart.
 const MAX_OPERATORS: usize = 4096;
-
-/// Which model to fit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum ModelKind {
-    /// The conventional Prandtl-Ishlinskii model (CPI), equation (4): plays. It has no ratios, and its input offset
-    /// moves nothing but the virgin state: [`Setting::Fit`] puts it at the middle of the input range.
-    Conventional,
-    /// The modified Prandtl-Ishlinskii model (MPI), equation (6): coupled plays.
-    #[default]
-    Modified,
-}
-
-/// What the weights of the operators may be; never negative, and that of the identity at least a thousandth of the sum of all others, so
-/// that the model is invertible.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum WeightLaw {
-    /// One of the other laws, as cross-validation over stretches of the records asks for: of
-    /// [`Quadratic`](Self::Quadratic), [`Free`](Self::Free) and [`Split`](Self::Split) the first that predicts stretches
-    /// that it was not fitted to as well as the best: the ratio of their mean square errors is 1 within its standard
-    /// error. For the conventional model there are the first two.
-    #[default]
-    Auto,
-    /// Any w_i >= 0.
-    Free,
-    /// w_0 >= 0, and w_i = c_0 + c_1 i + c_2 i^2 >= 0 for i = 1..n-1: the four numbers behind the tables of the paper.
-    /// With fewer than five operators that is no condition.
-    Quadratic,
-    /// Weights of their own for the family of one-sided plays below zero; the identity has one for both. For the
-    /// modified model only.
-    Split,
-}
 
 /// A parameter that is searched, or known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,31 +25,6 @@ pub enum Setting<T> {
     Fit,
     /// Known beforehand.
     Fixed(T),
-}
-
-/// The order of linear dynamics, of unit static gain.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Order {
-    /// A first-order lag.
-    First,
-    /// Second-order dynamics: a resonance, or two lags.
-    #[default]
-    Second,
-}
-
-/// Which linear dynamics to fit behind the hysteresis, of unit static gain.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum DynamicsModel {
-    /// None.
-    None,
-    /// Of second order, if the records tell them, or of first order where they do not tell overdamped ones from that, or where a lag
-    /// beside a map predicts better than a dead time; none without a sampling interval.
-    #[default]
-    Auto,
-    /// These.
-    Order(Order),
 }
 
 /// The options of [`identify`](crate::identify): by default a modified model of 20 operators, or of more where that predicts better,
@@ -180,6 +121,34 @@ impl Options {
         self.thresholds.operators()
     }
 
+    /// The sampling intervals of records with these options.
+    ///
+    /// # Errors
+    /// As [`Intervals::of`]; [`Error::Core`] for a dead time that is given and longer than a record.
+    pub(crate) fn intervals(&self, records: &[Record<'_>]) -> Result<Intervals, Error> {
+        let intervals = Intervals::of(records, self.dt, self.needs_seconds())?;
+        match self.dead_time {
+            Setting::Fixed(dead_time) if !(dead_time >= 0.0 && dead_time < intervals.shortest_record()) => {
+                let expected = "a number >= 0 below the length of the shortest record";
+                Err(Error::domain("dead_time", None, expected, dead_time))
+            }
+            _ => Ok(intervals),
+        }
+    }
+
+    /// What the weights may be, beside so many columns of a loop shift.
+    pub(crate) fn weight_basis(&self, shifts: usize) -> WeightBasis {
+        WeightBasis::new(self.weights, &self.thresholds, shifts)
+    }
+
+    /// The smoothness that was given; none while it is left to cross-validation.
+    pub(crate) fn given_smoothness(&self) -> f64 {
+        match self.smoothness {
+            Setting::Fixed(smoothness) => smoothness,
+            Setting::Fit => 0.0,
+        }
+    }
+
     /// Whether the weight law exists for this model and is not the same as another one.
     pub(crate) fn is_law_of_its_own(&self) -> bool {
         match self.weights {
@@ -214,52 +183,6 @@ impl Options {
         let asks = self.modes.asks_for_dynamics() && self.dynamics == DynamicsModel::Auto;
         let dynamics = if asks { DynamicsModel::Order(Order::Second) } else { self.dynamics };
         Self { dynamics, ..self.clone() }
-    }
-
-    /// The same with nothing left open that the records cannot tell: without a sampling interval, with few samples, or with loops
-    /// that are all alike, there are no terms but those that were asked for. Rests tell creep whatever the loops are.
-    pub(crate) fn resolved(&self, records: &[Record<'_>]) -> Result<Self, Error> {
-        /// A term is left to cross-validation from so many samples on for each operator.
-        const MIN_SAMPLES_PER_OPERATOR: usize = 20;
-        let intervals = Intervals::of(records, self)?;
-        let samples: usize = records.iter().map(Record::fitted_samples).sum();
-        let tells = intervals.are_seconds() && samples >= MIN_SAMPLES_PER_OPERATOR * self.operators().max(4);
-        let variety = Variety::of(records);
-        let creeps = tells && (variety.apart_from_time || variety.rests);
-        let creeps = creeps && CreepModel::Slow.basis(intervals.longest_record(), intervals.smallest()).is_ok();
-        let mut resolved = self.clone();
-        if !tells && self.dynamics == DynamicsModel::Auto {
-            resolved.dynamics = DynamicsModel::None;
-        }
-        if !creeps && self.creep == CreepModel::Auto {
-            resolved.creep = if tells { CreepModel::UnderWay } else { CreepModel::None };
-        }
-        if !(tells && variety.apart_from_time) && self.loop_shift == LoopShiftModel::Auto {
-            resolved.loop_shift = LoopShiftModel::None;
-        }
-        // Loops that are all alike tell a map from weights as little. Conventional plays are for comparison, as they are.
-        let bends = tells && variety.amplitudes && self.model == ModelKind::Modified;
-        for map in [&mut resolved.input_map, &mut resolved.output_map] {
-            if !bends && *map == MapModel::Auto {
-                *map = MapModel::None;
-            }
-        }
-        Ok(resolved)
-    }
-
-    /// The same with dynamics, creep and a loop shift that are left open in the model, the last of the usual time constant.
-    pub(crate) fn with_open_terms(&self, intervals: &Intervals) -> Self {
-        let mut all = self.clone();
-        if self.dynamics == DynamicsModel::Auto {
-            all.dynamics = DynamicsModel::Order(Order::Second);
-        }
-        if self.creep == CreepModel::Auto {
-            all.creep = CreepModel::SlowAndFast;
-        }
-        if self.loop_shift == LoopShiftModel::Auto {
-            all.loop_shift = LoopShiftModel::usual(intervals.longest_record(), intervals.smallest());
-        }
-        all
     }
 
     /// The same with the hysteresis and a dead time alone.
@@ -329,10 +252,37 @@ fn check_thresholds(thresholds: &[f64]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Checks a sampling interval in seconds.
-pub(crate) fn check_interval(dt: f64) -> Result<(), Error> {
-    if is_admissible(dt) && dt > 1e-90 {
-        return Ok(());
+/// How far the errors of single samples count.
+///
+/// A glitch is a wrong sample of the position, or a run of a few: a drop-out to zero, a spike. It lies far from the model and from
+/// the samples about it, and it begins and ends abruptly. What lasts more than 25 samples is an error of the model, and so is what
+/// comes and goes smoothly, or what comes with most jumps of the drive.
+///
+/// ```
+/// use hysteresis_identify::{Loss, Options};
+/// assert_eq!(Options::default().loss, Loss::Auto);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Loss {
+    /// Squares of the errors of all samples but glitches that lie more than seven standard deviations of the residual from the
+    /// samples about them. Records without any give the same bits as [`Squares`](Self::Squares).
+    #[default]
+    Auto,
+    /// Squares of the errors of all samples.
+    Squares,
+    /// As [`Auto`](Self::Auto) from 4.5 standard deviations on, for records that are known to have glitches. Of good samples with
+    /// normal noise one in 150 000 lies that far.
+    Robust,
+}
+
+impl Loss {
+    /// How many standard deviations of the residual a glitch lies away at least; none where all samples count.
+    pub(crate) fn limit(self) -> Option<f64> {
+        match self {
+            Self::Auto => Some(7.0),
+            Self::Squares => None,
+            Self::Robust => Some(4.5),
+        }
     }
-    Err(Error::domain("dt", None, "a finite number of seconds above 0", dt))
 }

@@ -1,24 +1,30 @@
 //! Models side by side: each fitted to the same records and judged on the same stretches that it was not fitted to.
 
-mod candidates;
-mod judge;
-mod result;
-mod table;
+pub(crate) mod comparison;
 
 use std::ops::ControlFlow;
 
-use crate::compare::candidates::{ALL, Law, MODIFIED, candidates};
-use crate::compare::judge::judged;
-pub use crate::compare::result::{ComparedModel, Comparison, Extension, Omission};
+use crate::choose::cross_validation::{CrossValidation, FOLDS, Stretches, Terms};
+use crate::choose::found::Found;
+use crate::choose::glitches::search_without_glitches;
+use crate::choose::search::{search_all, search_polynomial};
+use crate::compare::comparison::{ComparedModel, Comparison, Extension, Fitted, Omission};
 use crate::error::Error;
-use crate::fit::folds::{CrossValidation, FOLDS};
-use crate::fit::monitor::{Progress, SearchMonitor, Stop};
+use crate::fit::joint::JointFit;
+use crate::fit::progress::{Progress, SearchMonitor, Stop};
+use crate::fit::projection::Projection;
 use crate::fit::space::Space;
-use crate::numeric::as_f64;
-use crate::options::{ModelKind, Options};
-use crate::record::Record;
-use crate::robust::{leaving_out, search_without_glitches};
-use crate::search::{search_all, search_polynomial};
+use crate::options::{Options, Setting};
+use crate::records::record::{Record, leaving_out};
+use crate::records::signal::as_f64;
+use crate::result::identification::judged as errors_of;
+use crate::result::quality::Quality;
+use crate::terms::creep::CreepModel;
+use crate::terms::dynamics::DynamicsModel;
+use crate::terms::loop_shift::LoopShiftModel;
+use crate::terms::maps::MapModel;
+use crate::terms::operators::{ModelKind, Thresholds};
+use crate::terms::weights::WeightLaw;
 
 /// Fits several models to the same records and judges each on stretches that it was not fitted to.
 ///
@@ -132,4 +138,152 @@ fn share_modified(judgements: &mut [(ComparedModel, CrossValidation)]) {
             *own_validation = validation.clone();
         }
     }
+}
+
+/// The names of coupled plays alone, and of those with all extensions.
+const MODIFIED: &str = "modified";
+
+pub(crate) const ALL: &str = "modified + all";
+
+/// A model to compare.
+pub(crate) struct Candidate {
+    pub(crate) name: &'static str,
+    pub(crate) options: Options,
+    /// Whether the square and the cube of the drive stand beside its operators.
+    has_polynomial: bool,
+}
+
+impl Candidate {
+    fn plain(name: &'static str, options: Options) -> Self {
+        Self { name, options, has_polynomial: false }
+    }
+
+    /// The same with the weight law of another model of coupled plays, if there is one. Plays choose their own.
+    fn under(mut self, law: Option<&Law>) -> Self {
+        if let Some(Law { weights, thresholds, smoothness }) = law.filter(|_| self.options.model == ModelKind::Modified)
+        {
+            self.options.weights = *weights;
+            self.options.thresholds = thresholds.clone();
+            self.options.smoothness = Setting::Fixed(*smoothness);
+        }
+        self
+    }
+}
+
+/// What cross-validation chose for the weights of a model.
+struct Law {
+    weights: WeightLaw,
+    thresholds: Thresholds,
+    smoothness: f64,
+}
+
+impl Law {
+    fn of(found: &Found) -> Self {
+        let Options { weights, thresholds, .. } = found.options.clone();
+        Self { weights, thresholds, smoothness: found.smoothness }
+    }
+}
+
+/// The models to compare, the simplest first, and the extensions that are left out.
+type Candidates = (Vec<Candidate>, Vec<(Extension, Omission)>);
+
+/// The models that these records can tell, and the extensions that they cannot.
+pub(crate) fn candidates(records: &[Record<'_>], asked: &Options) -> Result<Candidates, Error> {
+    let told = asked.resolved(records)?;
+    let creep = if told.creep == CreepModel::None { CreepModel::None } else { CreepModel::UnderWay };
+    let modified = Options { creep, ..told.hysteresis_and_dead_time() };
+    let conventional = plays(&modified);
+    let mut candidates = vec![
+        Candidate::plain("conventional", conventional.clone()),
+        Candidate { name: "polynomial + plays", options: conventional, has_polynomial: true },
+        Candidate::plain(MODIFIED, modified.clone()),
+    ];
+    let has_seconds = asked.intervals(records)?.are_seconds();
+    let mut omitted = Vec::new();
+    for extension in Extension::ALL {
+        if has(&told, extension) {
+            candidates.push(Candidate::plain(name(extension), with(&modified, extension, &told)));
+        } else {
+            let reason = if !has(asked, extension) {
+                Omission::NotAsked
+            } else if has_seconds {
+                Omission::NotTold
+            } else {
+                Omission::NoSamplingInterval
+            };
+            omitted.push((extension, reason));
+        }
+    }
+    if Extension::ALL.into_iter().filter(|extension| has(&told, *extension)).count() > 1 {
+        candidates.push(Candidate::plain(ALL, told));
+    }
+    Ok((candidates, omitted))
+}
+
+/// The same options for plays, which have no split weights.
+fn plays(modified: &Options) -> Options {
+    let weights = if modified.weights == WeightLaw::Split { WeightLaw::Free } else { modified.weights };
+    Options { model: ModelKind::Conventional, weights, ..modified.clone() }
+}
+
+fn name(extension: Extension) -> &'static str {
+    match extension {
+        Extension::Creep => "modified + creep",
+        Extension::LoopShift => "modified + loop shift",
+        Extension::Dynamics => "modified + dynamics",
+        Extension::Maps => "modified + maps",
+    }
+}
+
+/// Whether options have an extension, or leave it open.
+fn has(options: &Options, extension: Extension) -> bool {
+    match extension {
+        Extension::Creep => options.creep.has_terms() || options.creep == CreepModel::Auto,
+        Extension::LoopShift => options.loop_shift != LoopShiftModel::None,
+        Extension::Dynamics => options.dynamics != DynamicsModel::None,
+        Extension::Maps => [options.input_map, options.output_map].iter().any(|map| *map != MapModel::None),
+    }
+}
+
+/// Options with one extension of others.
+fn with(plain: &Options, extension: Extension, told: &Options) -> Options {
+    match extension {
+        Extension::Creep => Options { creep: told.creep.clone(), ..plain.clone() },
+        Extension::LoopShift => Options { loop_shift: told.loop_shift, ..plain.clone() },
+        Extension::Dynamics => Options { dynamics: told.dynamics, amplifier: told.amplifier, ..plain.clone() },
+        Extension::Maps => Options { input_map: told.input_map, output_map: told.output_map, ..plain.clone() },
+    }
+}
+
+/// The errors of a fit on what it was fitted to and on stretches held out.
+pub(crate) fn judged(records: &[Record<'_>], candidate: &Candidate, found: Found) -> (ComparedModel, CrossValidation) {
+    let chain = found.fit.chain(found.interval(records));
+    let Found { fit, options, smoothness, basis, .. } = found;
+    let JointFit { space, fit, .. } = fit;
+    let projection = Projection::new(records, &space, &basis, smoothness, 1);
+    let terms = Terms { creep: space.creep_amplitudes(), loop_shift: options.loop_shift, smoothness };
+    let validation = Stretches::new(&projection, &fit).under(&options, &basis).cross_validate(&terms);
+    let kept = [
+        (Extension::Creep, space.creep_amplitudes() > 0),
+        (Extension::LoopShift, space.shift_len() > 0 && !candidate.has_polynomial),
+        (Extension::Dynamics, space.order().is_some()),
+        (Extension::Maps, space.has_map()),
+    ];
+    let intervals = (0..records.len()).map(|place| space.intervals().of_record(place)).collect();
+    let fitted = Fitted { chain, output_offsets: fit.output_offsets, intervals };
+    let quality = |(place, record): (usize, &Record<'_>)| {
+        errors_of(record, &fitted.residuals(place, record.input(), record.output()))
+    };
+    let qualities: Vec<_> = records.iter().enumerate().map(quality).collect();
+    let model = ComparedModel {
+        name: candidate.name.to_owned(),
+        weights: options.weights,
+        unknowns: basis.freedom() + space.own().len() + space.axes().len(),
+        kept: kept.into_iter().filter(|(_, is_kept)| *is_kept).map(|(extension, _)| extension).collect(),
+        fit: Quality::pooled(&qualities),
+        held_out: validation.rmse,
+        stretches: validation.stretches.iter().map(|square| square.sqrt()).collect(),
+        fitted,
+    };
+    (model, validation)
 }

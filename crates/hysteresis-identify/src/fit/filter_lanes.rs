@@ -1,12 +1,10 @@
 //! Creep and dynamics for many signals over a block of samples, eight signals at once.
 
-mod loops;
+use fearless_simd::{Simd, SimdFloat};
 
-use loops::PutOut;
-
-use super::bank_lanes::BLOCK;
-use super::eight::{LANES, Lanes, dispatch};
-use super::linear_part::{SampledDynamics, SampledPart};
+use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, load, splat};
+use crate::terms::dynamics::{SampledDynamics, SampledPart};
+use crate::terms::operators::BLOCK;
 
 /// So many terms of creep are worked on at a time: their states stay in registers from sample to sample.
 const TERMS: usize = 4;
@@ -49,7 +47,7 @@ struct Filters {
     amplitudes: Vec<Lanes>,
     creep: Vec<Lanes>,
     /// Of all modes.
-    dynamics: Vec<Mode>,
+    dynamics: Vec<ModeLanes>,
     /// Without dynamics: the share of the last sample.
     share: Lanes,
     before: Lanes,
@@ -59,7 +57,7 @@ struct Filters {
 
 /// One mode of eight signals: what it does from sample to sample, and what of its state is read.
 #[derive(Clone, Default)]
-struct Mode {
+struct ModeLanes {
     xx: Lanes,
     xv: Lanes,
     vx: Lanes,
@@ -70,12 +68,12 @@ struct Mode {
     deviation: Lanes,
     v: Lanes,
     before: Lanes,
-    amplifier: Option<Box<Amplifier>>,
+    amplifier: Option<Box<AmplifierLanes>>,
 }
 
-/// See [`SampledAmplifier`](super::linear_part::SampledAmplifier).
+/// See [`SampledAmplifier`](crate::terms::dynamics::SampledAmplifier).
 #[derive(Clone, Default)]
-struct Amplifier {
+struct AmplifierLanes {
     reach: Lanes,
     step: Lanes,
     start_x: Lanes,
@@ -115,7 +113,7 @@ impl Filters {
             direct: zero,
             amplitudes: vec![zero; terms],
             creep: vec![zero; terms],
-            dynamics: vec![Mode::default(); modes],
+            dynamics: vec![ModeLanes::default(); modes],
             share: zero,
             before: zero,
             position: zero,
@@ -140,7 +138,7 @@ impl Filters {
     }
 }
 
-impl Mode {
+impl ModeLanes {
     fn set(&mut self, place: usize, gain: f64, dynamics: &SampledDynamics, reading: Reading) {
         let step = &dynamics.step;
         (self.xx[place], self.xv[place]) = (step.xx, step.xv);
@@ -159,12 +157,159 @@ impl Mode {
     }
 }
 
+/// The work of [`FilterLanes::put_out`].
+pub(crate) struct PutOut<'a> {
+    pub(crate) lanes: &'a mut FilterLanes,
+    pub(crate) is_first: bool,
+    pub(crate) samples: usize,
+    pub(crate) signals: &'a [Lanes],
+    pub(crate) readings: &'a mut [Lanes],
+}
+
+impl SimdLoop for PutOut<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let FilterLanes { decays, eights, behind_creep, .. } = self.lanes;
+        let blocks = self.signals.chunks_exact(BLOCK).zip(behind_creep.chunks_exact_mut(BLOCK));
+        let all = eights.iter_mut().zip(blocks.zip(self.readings.chunks_exact_mut(BLOCK)));
+        for (filters, ((signals, behind_creep), readings)) in all {
+            let (signals, p, y) =
+                (&signals[..self.samples], &mut behind_creep[..self.samples], &mut readings[..self.samples]);
+            creep(simd, decays, filters, self.is_first, signals, p);
+            if self.is_first {
+                filters.before = p[0];
+                for mode in &mut filters.dynamics {
+                    mode.before = p[0];
+                    if let Some(amplifier) = &mut mode.amplifier {
+                        amplifier.ends = p[0];
+                    }
+                }
+            }
+            let Some((first, further)) = filters.dynamics.split_first_mut() else {
+                delayed(simd, filters, p, y);
+                continue;
+            };
+            match &first.amplifier {
+                None => hold::<S, true>(simd, first, &filters.position, p, y),
+                Some(_) => lead::<S, true>(simd, first, &filters.position, p, y),
+            }
+            for mode in further {
+                match &mode.amplifier {
+                    None => hold::<S, false>(simd, mode, &filters.position, p, y),
+                    Some(_) => lead::<S, false>(simd, mode, &filters.position, p, y),
+                }
+            }
+        }
+    }
+}
+
+/// p(k) = h(k) + sum_j c_j q_j(k).
+#[inline(always)]
+fn creep<S: Simd>(simd: S, decays: &[f64], filters: &mut Filters, is_first: bool, h: &[Lanes], p: &mut [Lanes]) {
+    let direct = load(simd, &filters.direct);
+    for (h, p) in h.iter().zip(&mut *p) {
+        *p = (direct * load(simd, h)).into();
+    }
+    let (decays, _) = decays.as_chunks::<TERMS>();
+    let (amplitudes, _) = filters.amplitudes.as_chunks::<TERMS>();
+    let (states, _) = filters.creep.as_chunks_mut::<TERMS>();
+    for ((a, c), states) in decays.iter().zip(amplitudes).zip(states) {
+        if is_first {
+            *states = [h[0]; TERMS];
+        }
+        let mut q = [splat(simd, 0.0); TERMS];
+        for j in 0..TERMS {
+            q[j] = load(simd, &states[j]);
+        }
+        for (h, p) in h.iter().zip(&mut *p) {
+            let (h, mut sum) = (load(simd, h), load(simd, p));
+            for j in 0..TERMS {
+                sum = load(simd, &c[j]).mul_add(q[j], sum);
+                // The distance from rest decays: at rest nothing moves, not even a rounding.
+                q[j] = splat(simd, a[j]).mul_add(q[j] - h, h);
+            }
+            *p = sum.into();
+        }
+        for j in 0..TERMS {
+            states[j] = q[j].into();
+        }
+    }
+}
+
+/// Without dynamics: straight between samples.
+#[inline(always)]
+fn delayed<S: Simd>(simd: S, filters: &mut Filters, p: &[Lanes], y: &mut [Lanes]) {
+    let (position, share) = (load(simd, &filters.position), load(simd, &filters.share));
+    let mut before = load(simd, &filters.before);
+    for (p, y) in p.iter().zip(y) {
+        let p = load(simd, p);
+        // Not (1 - share) p + share before: a whole dead time must give the signal's own bits.
+        *y = share.mul_add(before - p, position * p).into();
+        before = p;
+    }
+    filters.before = before.into();
+}
+
+/// A mode by intervals in which the last p was held. The first mode writes a reading, the others add to it.
+#[inline(always)]
+fn hold<S: Simd, const FIRST: bool>(simd: S, mode: &mut ModeLanes, position: &Lanes, p: &[Lanes], y: &mut [Lanes]) {
+    let [xx, xv, vx, vv] = [&mode.xx, &mode.xv, &mode.vx, &mode.vv].map(|e| load(simd, e));
+    let [read_x, read_v, position] = [&mode.read_x, &mode.read_v, position].map(|e| load(simd, e));
+    let [mut deviation, mut v, mut before] = [&mode.deviation, &mode.v, &mode.before].map(|e| load(simd, e));
+    for (p, y) in p.iter().zip(y) {
+        let p = load(simd, p);
+        let moved = xv.mul_add(v, before - p);
+        v = vv.mul_add(v, vx * deviation);
+        deviation = xx.mul_add(deviation, moved);
+        before = p;
+        let from = if FIRST { position * p } else { load(simd, y) };
+        *y = read_x.mul_add(deviation, read_v.mul_add(v, from)).into();
+    }
+    mode.deviation = deviation.into();
+    mode.v = v.into();
+    mode.before = before.into();
+}
+
+/// As [`hold`] behind an amplifier: the input goes from the last p to this one by the end of the interval. The state holds what does
+/// not decay with the input.
+#[inline(always)]
+fn lead<S: Simd, const FIRST: bool>(simd: S, mode: &mut ModeLanes, position: &Lanes, p: &[Lanes], y: &mut [Lanes]) {
+    let Some(amplifier) = &mut mode.amplifier else { return };
+    let [xx, xv, vx, vv] = [&mode.xx, &mode.xv, &mode.vx, &mode.vv].map(|e| load(simd, e));
+    let [read_x, read_v, position] = [&mode.read_x, &mode.read_v, position].map(|e| load(simd, e));
+    let AmplifierLanes { reach, step, start_x, start_v, read, .. } = &**amplifier;
+    let [reach, step, start_x, start_v, read] = [reach, step, start_x, start_v, read].map(|e| load(simd, e));
+    let [mut deviation, mut v, mut before] = [&mode.deviation, &mode.v, &mode.before].map(|e| load(simd, e));
+    let [mut ends, mut decaying] = [&amplifier.ends, &amplifier.decaying].map(|e| load(simd, e));
+    for (p, y) in p.iter().zip(y) {
+        let p = load(simd, p);
+        let end = (p - before).mul_add(reach, before);
+        let left = before - end;
+        let change = decaying * step - left;
+        let moved = xv.mul_add(v, start_x.mul_add(change, ends - end));
+        v = vv.mul_add(v, vx.mul_add(deviation, start_v * change));
+        deviation = xx.mul_add(deviation, moved);
+        (ends, before, decaying) = (end, p, left);
+        let from = if FIRST { position * end } else { load(simd, y) };
+        let states = read_x.mul_add(deviation, read_v.mul_add(v, from));
+        *y = read.mul_add(decaying, states).into();
+    }
+    mode.deviation = deviation.into();
+    mode.v = v.into();
+    mode.before = before.into();
+    amplifier.ends = ends.into();
+    amplifier.decaying = decaying.into();
+}
+
 #[cfg(test)]
 mod tests {
     use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 
-    use super::super::linear_part::{LinearPart, Mode};
-    use super::super::response::through;
+    use crate::fit::response::through;
+    use crate::terms::dynamics::{LinearPart, Mode};
+
     use super::*;
 
     const DT: f64 = 1e-4;

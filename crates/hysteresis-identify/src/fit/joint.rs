@@ -1,27 +1,37 @@
-//! The joint fit: hysteresis, dynamics, dead time and creep together.
+//! The joint fit: hysteresis and linear part together, searched in a space from points in it.
+//!
+//! Beside a gain of every record's own: hysteresis that is not quite that of the model answers small movements with another gain than large
+//! ones, a sweep of 1 % of the range with 16 % more or less. With one gain for all records, damping, bandwidth and dead time stand in for
+//! the difference, as the height of a resonance is gain / (2 damping). Beside a gain of each record's own they are told by the shape of its
+//! answer.
 
-use super::chain::Chain;
-use super::course::Course;
-use super::levels::levels;
-use super::monitor::{SearchMonitor, Span};
-use super::point::{Parameter, Point};
-use super::projection::{Linearised, ProjectedFit};
-use super::search::{best_attempt, search};
-use super::space::Space;
-use super::starts::starts;
-use super::weight_basis::WeightBasis;
+use faer::Mat;
+
+use crate::algebra::bounded::solve;
+use crate::algebra::factor::TriangularFactor;
 use crate::error::Error;
-use crate::options::{DynamicsModel, Options, Setting};
-use crate::record::Record;
+use crate::fit::descent::{best_attempt, search};
+use crate::fit::own_columns::below_own;
+use crate::fit::point::{Parameter, Point};
+use crate::fit::progress::{SearchMonitor, Span};
+use crate::fit::projection::{Linearised, ProjectedFit, Projection, levels};
+use crate::fit::response::Chain;
+use crate::fit::space::Space;
+use crate::options::Options;
+use crate::records::course::Course;
+use crate::records::record::Record;
+use crate::records::signal::as_f64;
+use crate::terms::weights::WeightBasis;
+use crate::uncertainty::colour::Colour;
 
 /// How many passes over the records a start may take before the best of them goes on.
-const PASSES: usize = 10;
+pub(crate) const PASSES: usize = 10;
 
 /// How starts are tried: on the rows of which level, and with how many passes over the records each.
 #[derive(Clone, Copy)]
-pub(super) struct Attempts {
-    pub(super) level: usize,
-    pub(super) passes: usize,
+pub(crate) struct Attempts {
+    pub(crate) level: usize,
+    pub(crate) passes: usize,
 }
 
 /// A fit of hysteresis and linear part, and where it was searched.
@@ -68,62 +78,6 @@ pub(crate) struct JointProblem<'a> {
 }
 
 impl JointProblem<'_> {
-    /// From the fit of the hysteresis with a dead time alone to the best of everything together.
-    ///
-    /// The weights stay linear: each operator's output goes through creep, dynamics and dead time before it becomes a
-    /// column. Frequency, damping, dead time and creep start from the best minima of a scan behind the hysteresis found,
-    /// and are then searched together with ratios and input offset.
-    pub(crate) fn search(
-        &self,
-        plain: &ProjectedFit,
-        plain_space: &Space,
-        monitor: &mut SearchMonitor<'_>,
-    ) -> Result<JointFit, Error> {
-        let space = Space::new(self.records, self.options)?;
-        monitor.forget();
-        let starts = starts(self.records, plain, plain_space, &space);
-        self.search_starts(space, &starts, Attempts { level: 0, passes: PASSES }, monitor)
-    }
-
-    /// The best fit with a dead time that is known, from a point near by.
-    pub(crate) fn with_dead_time(
-        &self,
-        near: &JointFit,
-        dead_time: f64,
-        monitor: &mut SearchMonitor<'_>,
-    ) -> Result<JointFit, Error> {
-        let space = near.space.with_known(Parameter::DeadTime, dead_time);
-        let point = space.with_lag_kept(&near.fit.point, dead_time);
-        self.search_from(space, &point, monitor)
-    }
-
-    /// The best fit with a dead time in place of the dynamics, from a point near by.
-    pub(crate) fn without_dynamics(&self, near: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
-        let space = Space::new(self.records, &Options { dynamics: DynamicsModel::None, ..self.options.clone() })?;
-        let lag = near.space.linear_part(&near.fit.point).lag();
-        let known = space.origin().get(Parameter::DeadTime);
-        let dead_time = space.axis(Parameter::DeadTime).map_or(known, |axis| lag.clamp(axis.lower, axis.upper));
-        let point = near.fit.point.with(Parameter::DeadTime, dead_time);
-        self.search_from(space, &point, monitor)
-    }
-
-    /// The best fit of critically damped dynamics without a dead time, or behind the known one.
-    pub(crate) fn critically_damped(
-        &self,
-        near: &JointFit,
-        monitor: &mut SearchMonitor<'_>,
-    ) -> Result<JointFit, Error> {
-        let known = match self.options.dead_time {
-            Setting::Fixed(dead_time) => dead_time,
-            Setting::Fit => 0.0,
-        };
-        let space =
-            near.space.with_one_mode().with_known(Parameter::DeadTime, known).with_known(Parameter::LogDamping, 0.0);
-        let lag = near.space.linear_part(&near.fit.point).lag() - known;
-        let point = space.critically_damped(&near.fit.point, lag).with(Parameter::DeadTime, known);
-        self.search_from(space, &point, monitor)
-    }
-
     /// The best fit in a space, from a point in it.
     pub(crate) fn search_from(
         &self,
@@ -146,7 +100,7 @@ impl JointProblem<'_> {
     }
 
     /// The best fit in a space, from the best of what a few passes make of each start.
-    pub(super) fn search_starts(
+    pub(crate) fn search_starts(
         &self,
         space: Space,
         starts: &[Point],
@@ -162,17 +116,203 @@ impl JointProblem<'_> {
         Ok(JointFit { space, fit, linearised })
     }
 
-    /// The fit with the hysteresis of a point, and dynamics that are critically damped in place of its dead time.
-    pub(crate) fn at_hysteresis(&self, point: &Point) -> Result<JointFit, Error> {
-        let space = Space::new(self.records, self.options)?;
-        self.at(&space, &space.start_at_hysteresis(point))
-    }
-
     /// The fit at a point, without a search.
     pub(crate) fn at(&self, space: &Space, point: &Point) -> Result<JointFit, Error> {
         let levels = levels(self.records, space, self.basis, self.smoothness, false)?;
         let all = &levels[levels.len() - 1];
         let (fit, linearised) = all.at(point);
         Ok(JointFit { space: space.clone(), fit, linearised })
+    }
+}
+
+impl JointProblem<'_> {
+    /// How the residuals of all records follow from each other.
+    pub(crate) fn colour(&self, found: &JointFit) -> Colour {
+        let of_record = |(record, residual): (&Record<'_>, Vec<f64>)| {
+            (Colour::new(&residual, record.output_range()), as_f64(record.fitted_samples()))
+        };
+        Colour::pooled(&self.records.iter().zip(self.residuals(found)).map(of_record).collect::<Vec<_>>())
+    }
+
+    /// By how many variances of the noise of each record one fit lowers the sums of squares of another, all together.
+    pub(crate) fn evidence(&self, without: &JointFit, with: &JointFit) -> f64 {
+        self.evidence_between(self.residuals(without), self.residuals(with)).into_iter().sum()
+    }
+
+    /// The same for each record, from the residuals.
+    fn evidence_between(
+        &self,
+        without: impl Iterator<Item = Vec<f64>>,
+        with: impl Iterator<Item = Vec<f64>>,
+    ) -> Vec<f64> {
+        let squares = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+        let pairs = without.zip(with);
+        let of_record = |(record, (without, with)): (&Record<'_>, (Vec<f64>, Vec<f64>))| {
+            let colour = Colour::new(&with, record.output_range());
+            let noise = squares(&with) / as_f64(with.len()) * colour.correlation_time;
+            if noise > 0.0 { (squares(&without) - squares(&with)) / noise } else { 0.0 }
+        };
+        self.records.iter().zip(pairs).map(of_record).collect()
+    }
+
+    /// What a fit leaves of the fitted samples of every record.
+    pub(crate) fn residuals(&self, found: &JointFit) -> impl Iterator<Item = Vec<f64>> {
+        let chain = found.chain(1.0);
+        self.records.iter().enumerate().map(move |(place, record)| {
+            let predicted = chain.response_in(place, record.input(), found.space.intervals().of_record(place));
+            let left = |k: usize| record.output()[k] - predicted[k] - found.fit.output_offsets[place];
+            record.fitted().map(left).collect()
+        })
+    }
+}
+
+/// How many passes over the records the steps may take.
+const PASSES_BESIDE_GAINS: usize = 12;
+
+/// A step that promises a smaller share of the sum of squares is not worth a pass.
+const MIN_GAIN: f64 = 1e-7;
+
+/// The trust region of the first step, in scales of the axes.
+const FIRST_RADIUS: f64 = 0.25;
+
+/// A record is never taken for less noisy than this share of the noisiest.
+const MIN_NOISE_SHARE: f64 = 1e-3;
+
+impl JointProblem<'_> {
+    /// The fit with the dynamics that are told beside a gain of every record's own, and everything else as it suits them.
+    pub(crate) fn with_own_gains(&self, found: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
+        if found.space.order().is_none() || !self.may_stand_in(found) {
+            return Ok(found.clone());
+        }
+        self.keeping_dynamics(&self.with_dynamics_beside_gains(found), monitor)
+    }
+
+    /// Whether dynamics may stand in for what the hysteresis lacks: a single record has the gain of the model anyway, and what
+    /// leaves white noise has one gain.
+    pub(crate) fn may_stand_in(&self, found: &JointFit) -> bool {
+        self.records.len() > 1 && !found.fit.is_exact() && self.colour(found).is_coloured()
+    }
+
+    /// The fit with the dynamics that are told beside a gain of every record's own, everything else as it was.
+    pub(crate) fn with_dynamics_beside_gains(&self, found: &JointFit) -> JointFit {
+        if found.space.order().is_none() {
+            return found.clone();
+        }
+        JointFit {
+            fit: ProjectedFit { point: self.dynamics_beside_gains(found), ..found.fit.clone() },
+            ..found.clone()
+        }
+    }
+
+    /// The best fit with the dynamics of this one, near by.
+    pub(crate) fn keeping_dynamics(&self, of: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
+        let point = of.fit.point;
+        let rest = self.search_from(of.space.knowing_dynamics(&point), &point, monitor)?;
+        self.at(&of.space, &rest.fit.point)
+    }
+
+    /// By how many variances of the noise of each record one fit lowers its sum of squares of another, each with a gain of its own.
+    pub(crate) fn evidence_beside_gains(&self, without: &JointFit, with: &JointFit) -> Vec<f64> {
+        self.evidence_between(self.residuals_beside_gains(without), self.residuals_beside_gains(with))
+    }
+
+    /// What a fit leaves of the fitted samples of every record beside a gain and an offset of its own.
+    pub(crate) fn residuals_beside_gains(&self, found: &JointFit) -> impl Iterator<Item = Vec<f64>> {
+        let chain = found.chain(1.0);
+        self.records.iter().enumerate().map(move |(place, record)| {
+            let predicted = chain.response_in(place, record.input(), found.space.intervals().of_record(place));
+            beside_gain(record.fitted_of(record.output()), &record.fitted_of(&predicted))
+        })
+    }
+
+    /// The point of a fit with the dynamics that leave least beside the gains, at its hysteresis and its weights.
+    fn dynamics_beside_gains(&self, found: &JointFit) -> Point {
+        let space = found.space.searching_dynamics_alone(&found.fit.point);
+        let gains = RecordGains {
+            projection: Projection::new(self.records, &space, self.basis, self.smoothness, 1),
+            weights: &found.fit.weights,
+            noises: self.noises(found),
+        };
+        let all: Vec<usize> = (0..space.axes().len()).collect();
+        let (mut here, mut radius) = (gains.at(found.fit.point), FIRST_RADIUS);
+        for _ in 0..PASSES_BESIDE_GAINS {
+            let step = solve(here.a.as_ref(), &here.b, &space.step_bounds(&here.point, radius), &all);
+            if here.squares - step.squares <= MIN_GAIN * here.squares {
+                break;
+            }
+            let there = gains.at(space.moved(&here.point, &step.x));
+            if there.squares < here.squares {
+                here = there;
+            } else {
+                radius *= 0.25;
+            }
+        }
+        here.point
+    }
+
+    /// The root mean square of what a fit leaves of every record.
+    fn noises(&self, found: &JointFit) -> Vec<f64> {
+        let rms = |residual: Vec<f64>| (residual.iter().map(|e| e * e).sum::<f64>() / as_f64(residual.len())).sqrt();
+        let noises: Vec<f64> = self.residuals(found).map(rms).collect();
+        let most = noises.iter().copied().fold(0.0, f64::max);
+        noises.into_iter().map(|noise| noise.max(MIN_NOISE_SHARE * most)).collect()
+    }
+}
+
+/// What the best gain of a signal and an offset leave of another.
+fn beside_gain(mut values: Vec<f64>, signal: &[f64]) -> Vec<f64> {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / as_f64(values.len());
+    let (offset, center) = (mean(&values), mean(signal));
+    let (product, square) = values.iter().zip(signal).fold((0.0, 0.0), |(product, square), (value, signal)| {
+        let from_center = signal - center;
+        (product + from_center * (value - offset), square + from_center * from_center)
+    });
+    let gain = if square > 0.0 { product / square } else { 0.0 };
+    values.iter_mut().zip(signal).for_each(|(value, signal)| *value -= offset + gain * (signal - center));
+    values
+}
+
+/// Records that each have a gain of their own, and count by their noise.
+struct RecordGains<'a> {
+    projection: Projection<'a>,
+    weights: &'a [f64],
+    noises: Vec<f64>,
+}
+
+/// What the dynamics of a point leave beside the best gains: the derivatives along the axes, and the residual.
+struct Left {
+    point: Point,
+    a: Mat<f64>,
+    b: Vec<f64>,
+    squares: f64,
+}
+
+impl RecordGains<'_> {
+    fn at(&self, point: Point) -> Left {
+        let (projection, weights) = (&self.projection, self.weights);
+        let tangent = projection.space().tangent(&point, weights.len(), Some(weights));
+        let (own, slopes) = (projection.own(), tangent.slopes.len());
+        // [the records' own | their gains | derivatives | residual]
+        let told = own + self.noises.len();
+        let mut factor = TriangularFactor::new(told + slopes + 1);
+        let mut row = vec![0.0; told + slopes + 1];
+        for (place, noise) in self.noises.iter().enumerate() {
+            projection.rows_of(place, &tangent, |_, values| {
+                let (of_record, values) = values.split_at(own);
+                let (columns, values) = values.split_at(weights.len());
+                let output: f64 = columns.iter().zip(weights).map(|(column, weight)| column * weight).sum();
+                row[..own].copy_from_slice(of_record);
+                row[own..told].fill(0.0);
+                row[own + place] = output;
+                row[told..].copy_from_slice(values);
+                row[told + slopes] -= output;
+                for value in &mut row {
+                    *value /= noise;
+                }
+                factor.push(&row);
+            });
+        }
+        let (a, b) = below_own(&factor.finish(), told);
+        Left { point, squares: b.iter().map(|e| e * e).sum(), a, b }
     }
 }

@@ -1,57 +1,15 @@
-//! The fit of a hysteresis model: the best weights at every point, and the search for the point.
+//! The fit of a model: its output and rows at a point, the best weights there, and the descent to the best point.
+//!
+//! `point` names what is searched, `space` makes a model of a point. `rows` has its columns and derivatives for every row of a record,
+//! `projection` the best weights for these, `descent` steps to a better point, and `joint` is what the search for the terms calls.
 
-pub(crate) mod active_set;
-mod amplifier;
-mod autoregression;
-mod axes;
-pub(crate) mod bank;
-pub(crate) mod bank_lanes;
-pub(crate) mod bounded;
-pub(crate) mod chain;
-pub(crate) mod coloured;
-pub(crate) mod course;
-mod creep_filter;
-pub(crate) mod curve;
-pub(crate) mod dead_time;
-pub(crate) mod drive_path;
-mod dynamics_filter;
-pub(crate) mod eight;
-pub(crate) mod factor;
-mod filter_lanes;
-mod filtered_rows;
-mod first_points;
-pub(crate) mod folds;
-mod generalised;
-pub(crate) mod gradients;
-pub(crate) mod intervals;
+pub(crate) mod descent;
+pub(crate) mod filter_lanes;
 pub(crate) mod joint;
-mod lags;
-pub(crate) mod levels;
-pub(crate) mod linear_part;
-pub(crate) mod maps;
-mod mode_scan;
-mod modes;
-pub(crate) mod monitor;
-mod operator_blocks;
 pub(crate) mod own_columns;
-mod own_gains;
-mod placement;
-mod plain_rows;
 pub(crate) mod point;
+pub(crate) mod progress;
 pub(crate) mod projection;
-pub(crate) mod regressor;
 pub(crate) mod response;
-pub(crate) mod root;
-pub(crate) mod search;
-pub(crate) mod seen_samples;
-pub(crate) mod shift;
-pub(crate) mod smoothness;
+pub(crate) mod rows;
 pub(crate) mod space;
-mod starts;
-pub(crate) mod structure;
-pub(crate) mod tangent;
-pub(crate) mod variety;
-pub(crate) mod weight_basis;
-
-pub use folds::CrossValidation;
-pub use monitor::{Progress, SearchStage, Stop};

@@ -2,9 +2,9 @@
 
 use faer::Mat;
 
-use super::factor::Echelon;
-use crate::creep_model::CreepBasis;
-use crate::record::Record;
+use crate::algebra::factor::Echelon;
+use crate::records::record::Record;
+use crate::terms::creep::CreepBasis;
 
 /// A column that varies by less than this share of its size is constant.
 const MIN_VARYING_SHARE: f64 = 1e-11;
@@ -117,9 +117,10 @@ pub(crate) fn below_own(factor: &Mat<f64>, own: usize) -> (Mat<f64>, Vec<f64>) {
 
 #[cfg(test)]
 mod tests {
+    use crate::algebra::factor::TriangularFactor;
+    use crate::terms::creep::CreepModel;
+
     use super::*;
-    use crate::creep_model::CreepModel;
-    use crate::fit::factor::TriangularFactor;
 
     #[test]
     fn records_with_a_start_left_out_have_creep_under_way() {
@@ -143,7 +144,7 @@ mod tests {
     /// A record without a row, and creep under way in a record of one row, change nothing for the others.
     #[test]
     fn what_no_row_tells_is_zero_and_takes_nothing_from_the_rest() {
-        let numbers = crate::white_noise::white(300);
+        let numbers = crate::records::signal::white(300);
         let triangle = |own: &dyn Fn(usize) -> Vec<f64>| {
             let columns = own(0).len() + 3;
             let mut factor = TriangularFactor::new(columns);

@@ -1,18 +1,20 @@
 //! The linear half of the problem: at given thresholds, offset and delay, the best weights and output offsets.
+//!
+//! The same problem is solved on ever more rows, if there are enough of them.
 
 use faer::Mat;
 
-use crate::fit::bounded;
-use crate::fit::course::Course;
-use crate::fit::factor::{Echelon, TriangularFactor};
+use crate::algebra::bounded;
+use crate::algebra::factor::{Echelon, TriangularFactor};
+use crate::error::Error;
 use crate::fit::own_columns::{below_own, own_values};
 use crate::fit::point::Point;
-use crate::fit::smoothness::{penalty, with_penalty};
+use crate::fit::rows::Tangent;
 use crate::fit::space::Space;
-use crate::fit::tangent::Tangent;
-use crate::fit::weight_basis::WeightBasis;
-use crate::numeric::as_f64;
-use crate::record::Record;
+use crate::records::course::Course;
+use crate::records::record::Record;
+use crate::records::signal::as_f64;
+use crate::terms::weights::{WeightBasis, penalised, penalty};
 
 /// The best fit at a point.
 #[derive(Clone, Debug)]
@@ -210,7 +212,7 @@ impl<'a> Projection<'a> {
     }
 
     /// Hands over the rows of one record, numbered.
-    pub(super) fn rows_of(&self, place: usize, tangent: &Tangent, mut take: impl FnMut(usize, &[f64])) {
+    pub(crate) fn rows_of(&self, place: usize, tangent: &Tangent, mut take: impl FnMut(usize, &[f64])) {
         let (own, record, course) = (self.own(), &self.records[place], &self.courses[place]);
         let mut rows = tangent.rows(record.input(), self.space.intervals().of_record(place), Some(course));
         let last = own + tangent.columns + tangent.slopes.len();
@@ -267,11 +269,6 @@ impl Linearised {
     }
 }
 
-/// The problem with a penalty, or as it is without one.
-pub(crate) fn penalised(a: &Mat<f64>, b: &[f64], penalty: &Mat<f64>) -> (Mat<f64>, Vec<f64>) {
-    if penalty.nrows() == 0 { (a.clone(), b.to_vec()) } else { with_penalty(a, b, penalty) }
-}
-
 /// |A x - b|^2.
 pub(crate) fn squares(a: &Mat<f64>, b: &[f64], x: &[f64]) -> f64 {
     let error = |i: usize| b[i] - x.iter().enumerate().map(|(j, x)| a[(i, j)] * x).sum::<f64>();
@@ -290,17 +287,52 @@ fn free(unknowns: &[f64]) -> Vec<usize> {
     (0..unknowns.len()).filter(|j| unknowns[*j] != 0.0).collect()
 }
 
+/// The scan uses about this many samples per unknown, however long the records are.
+const SCAN_SAMPLES_PER_UNKNOWN: usize = 40;
+
+/// Before the descent on all samples, others on about so many: most steps of a long record cost little.
+const REFINE_SAMPLES: [usize; 2] = [20_000, 160_000];
+
+/// How many samples there are, if there are enough for so many unknowns, and the latter.
+pub(crate) fn enough(records: &[Record<'_>], space: &Space, basis: &WeightBasis) -> Result<(usize, usize), Error> {
+    let unknowns = basis.freedom() + space.own().len() + space.axes().len();
+    let samples: usize = records.iter().map(Record::fitted_samples).sum();
+    if samples < 2 * unknowns {
+        return Err(Error::TooFewSamples { expected: 2 * unknowns, got: samples });
+    }
+    Ok((samples, unknowns))
+}
+
+/// The same problem on ever more rows; `roughly` without the last of them.
+pub(crate) fn levels<'a>(
+    records: &'a [Record<'a>],
+    space: &'a Space,
+    basis: &'a WeightBasis,
+    smoothness: f64,
+    roughly: bool,
+) -> Result<Vec<Projection<'a>>, Error> {
+    let (samples, unknowns) = enough(records, space, basis)?;
+    let mut strides = vec![(samples / (SCAN_SAMPLES_PER_UNKNOWN * unknowns)).max(1)];
+    strides.extend(REFINE_SAMPLES.map(|rows| samples / rows).into_iter().filter(|stride| *stride > 1));
+    strides.truncate(if roughly { 2 } else { strides.len() });
+    if !roughly || strides.len() == 1 {
+        strides.push(1);
+    }
+    Ok(strides.iter().map(|stride| Projection::new(records, space, basis, smoothness, *stride)).collect())
+}
+
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::creep_model::CreepModel;
-    use crate::fit::bank::OperatorBank;
-    use crate::fit::curve::OutputMap;
     use crate::fit::point::Parameter;
-    use crate::fit::regressor::{OperatorsAt, Regressor};
-    use crate::fit::response::response;
-    use crate::loop_shift_model::LoopShiftModel;
-    use crate::options::{DynamicsModel, Options, Order, Thresholds};
+    use crate::fit::response::{OperatorsAt, Regressor, response};
+    use crate::options::Options;
+    use crate::terms::creep::CreepModel;
+    use crate::terms::dynamics::{DynamicsModel, Order};
+    use crate::terms::loop_shift::LoopShiftModel;
+    use crate::terms::maps::OutputMap;
+    use crate::terms::operators::{OperatorBank, Thresholds};
+
+    use super::*;
 
     /// The sum of squares from the triangle is that of the residuals, sample by sample, and its linearisation tells
     /// what a small step does.
@@ -347,7 +379,7 @@ mod tests {
     }
 
     fn check_derivatives(records: &[Record<'_>], options: &Options, space: &Space) {
-        let basis = WeightBasis::new(options, space.shift_len());
+        let basis = options.weight_basis(space.shift_len());
         let projection = Projection::new(records, space, &basis, 0.0, 1);
         let dt = space.intervals().of_record(0);
         let point = space.starts()[1]

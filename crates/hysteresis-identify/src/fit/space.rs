@@ -1,30 +1,24 @@
-//! Where the search may go: the parameters that enter the model nonlinearly, their bounds and scales.
-
-mod changed;
+//! Where the search may go: the parameters that enter the model nonlinearly, and the model at each of their points.
+//!
+//! Spaces are made from records and options, or from others: with more in them, or with less.
 
 use std::sync::Arc;
 
 use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 use hysteresis_core::Ratios;
 
-use super::axes;
-use super::bank::OperatorBank;
-use super::curve::{Curve, OutputMap};
-use super::drive_path::DrivePath;
-use super::intervals::Intervals;
-use super::linear_part::{LinearPart, Mode};
-use super::own_columns::OwnColumns;
-use super::placement::Placement;
-use super::point::{Axis, Parameter, Point};
-use super::regressor::OperatorsAt;
-use super::shift::ShiftColumns;
-use super::tangent::{Slope, Tangent};
-use crate::amplifier_model::AmplifierModel;
-use crate::creep_model::CreepBasis;
 use crate::error::Error;
-use crate::loop_shift_model::LoopShiftModel;
-use crate::options::{ModelKind, Options, Order, Setting};
-use crate::record::Record;
+use crate::fit::own_columns::OwnColumns;
+use crate::fit::point::{Axis, Parameter, Point, bandwidth_axis, linear_axes, map_axes, mode_axes};
+use crate::fit::response::OperatorsAt;
+use crate::fit::rows::{Slope, Tangent};
+use crate::options::{Options, Setting};
+use crate::records::record::{Intervals, Record};
+use crate::terms::creep::CreepBasis;
+use crate::terms::dynamics::{AmplifierModel, LinearPart, Mode, Order};
+use crate::terms::loop_shift::{LoopShiftModel, ShiftColumns};
+use crate::terms::maps::{Curve, DrivePath, OutputMap};
+use crate::terms::operators::{ModelKind, OperatorBank, Placement, spread};
 
 /// The largest ra/r that is searched: the mirror image of an actuator with ra/r = 1/2.
 const MAX_RA: f64 = 2.0;
@@ -62,14 +56,14 @@ impl Space {
     /// # Errors
     /// As [`Intervals::of`], and [`Error::Core`] for creep that the records cannot tell.
     pub(crate) fn new(records: &[Record<'_>], options: &Options) -> Result<Self, Error> {
-        let intervals = Intervals::of(records, options)?;
+        let intervals = options.intervals(records)?;
         let creep = options.creep.basis(intervals.longest_record(), intervals.smallest())?;
         let underway = if intervals.are_seconds() {
             options.creep.underway(intervals.longest_record(), intervals.smallest())
         } else {
             CreepBasis::default()
         };
-        let placement = Placement::new(records, options);
+        let placement = Placement::new(records, options.model, &options.thresholds);
         let (low, high) = placement.bounds();
         let range = high - low;
         let shift = shift_columns(records, options.loop_shift, &intervals, (low, high))?;
@@ -105,7 +99,7 @@ impl Space {
             }
         }
         let searches_negative = axes.iter().any(|axis| axis.parameter == Parameter::DeadTime && axis.lower < 0.0);
-        axes.extend(axes::linear(&intervals, options.order(), &creep, options.creep.largest()));
+        axes.extend(linear_axes(&intervals, options.order(), &creep, options.creep.largest()));
         for axis in axes.iter().filter(|axis| axis.parameter == Parameter::LogFrequency) {
             origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
         }
@@ -222,7 +216,7 @@ impl Space {
     }
 
     /// Between what the inputs of the records lie.
-    pub(super) fn input_bounds(&self) -> (f64, f64) {
+    pub(crate) fn input_bounds(&self) -> (f64, f64) {
         self.placement.bounds()
     }
 
@@ -360,7 +354,7 @@ impl Space {
         self.axes.iter().find(|axis| axis.parameter == parameter)
     }
 
-    pub(super) fn searches(&self, parameter: Parameter) -> bool {
+    pub(crate) fn searches(&self, parameter: Parameter) -> bool {
         self.axis(parameter).is_some()
     }
 }
@@ -378,6 +372,176 @@ fn shift_columns(
     let columns = model.columns(bounds, intervals.longest_record(), intervals.smallest())?;
     let inputs = records.iter().enumerate().map(|(place, record)| (record.input(), intervals.of_record(place)));
     Ok(columns.map(|columns| columns.limited_by(inputs)))
+}
+
+impl Space {
+    /// The same with a parameter that is known.
+    pub(crate) fn with_known(&self, parameter: Parameter, value: f64) -> Self {
+        let axes = self.axes.iter().filter(|axis| axis.parameter != parameter).copied().collect();
+        Self { axes, origin: self.origin.with(parameter, value), ..self.clone() }
+    }
+
+    /// The same with the dynamics of a point, and the dead time and the amplifier beside them.
+    pub(crate) fn knowing_dynamics(&self, point: &Point) -> Self {
+        let dynamics = self.axes.iter().filter(|axis| axis.parameter.is_of_dynamics());
+        dynamics.fold(self.clone(), |space, axis| space.with_known(axis.parameter, point.get(axis.parameter)))
+    }
+
+    /// The same with nothing searched but the dynamics, and the dead time and the amplifier beside them. A dead time that is not
+    /// negative at `point` stays so.
+    pub(crate) fn searching_dynamics_alone(&self, point: &Point) -> Self {
+        let bounded = |axis: &Axis| {
+            let stays = axis.parameter == Parameter::DeadTime && point.get(Parameter::DeadTime) >= 0.0;
+            Axis { lower: if stays { axis.lower.max(0.0) } else { axis.lower }, ..*axis }
+        };
+        let axes = self.axes.iter().filter(|axis| axis.parameter.is_of_dynamics()).map(bounded).collect();
+        Self { axes, ..self.clone() }
+    }
+
+    /// The same with the dynamics of another space, known where they are known there.
+    pub(crate) fn with_dynamics_of(&self, other: &Self) -> Self {
+        let rest = self.axes.iter().filter(|axis| !axis.parameter.is_of_dynamics());
+        let of_dynamics = other.axes.iter().filter(|axis| axis.parameter.is_of_dynamics());
+        Self {
+            axes: rest.chain(of_dynamics).copied().collect(),
+            origin: self.origin.with_dynamics_of(&other.origin),
+            dynamics: other.dynamics,
+            further_modes: other.further_modes,
+            has_amplifier: other.has_amplifier,
+            unread: other.unread,
+            ..self.clone()
+        }
+    }
+
+    /// The same with the loop shift of other options; a space with powers has none.
+    pub(crate) fn with_loop_shift(&self, records: &[Record<'_>], loop_shift: LoopShiftModel) -> Result<Self, Error> {
+        if self.shift.as_ref().is_some_and(|columns| columns.powers > 0) {
+            return Ok(self.clone());
+        }
+        let shift = shift_columns(records, loop_shift, &self.intervals, self.placement.bounds())?;
+        Ok(Self { shift, ..self.clone() })
+    }
+
+    /// The same with other thresholds, about weights at those of this space.
+    pub(crate) fn with_thresholds(
+        &self,
+        records: &[Record<'_>],
+        options: &Options,
+        point: &Point,
+        weights: &[f64],
+    ) -> Self {
+        let there = Self { placement: Placement::new(records, options.model, &options.thresholds), ..self.clone() };
+        let output_map = self.output_map.as_ref().map(|map| {
+            let [from, to] = [self, &there].map(|space| space.thresholds(point));
+            OutputMap { bounds: map.bounds, reference: spread(&weights[..from.len()], &from, &to).into() }
+        });
+        Self { output_map, ..there }
+    }
+
+    /// The same with a mode more, which is searched.
+    pub(crate) fn with_mode(&self) -> Self {
+        let number = self.further_modes;
+        Self { further_modes: number + 1, ..self.with_axes(mode_axes(&self.intervals, number)) }
+    }
+
+    /// The same with the first mode alone.
+    pub(crate) fn with_one_mode(&self) -> Self {
+        let axes = self.axes.iter().filter(|axis| !axis.parameter.is_of_further_mode()).copied().collect();
+        Self { axes, further_modes: 0, ..self.clone() }
+    }
+
+    /// The same without an amplifier.
+    pub(crate) fn without_amplifier(&self) -> Self {
+        let axes = self.axes.iter().filter(|axis| axis.parameter != Parameter::LogBandwidth).copied().collect();
+        Self { axes, has_amplifier: false, ..self.clone() }
+    }
+
+    /// The same with an amplifier whose bandwidth is searched.
+    pub(crate) fn with_amplifier(&self) -> Self {
+        Self { has_amplifier: true, ..self.with_axes([bandwidth_axis(&self.intervals)]) }
+    }
+
+    /// The same with an input map that is searched.
+    pub(crate) fn with_input_map(&self) -> Self {
+        Self { has_input_map: true, ..self.with_axes(map_axes(Parameter::InputMap)) }
+    }
+
+    /// The same with an output map that is searched.
+    pub(crate) fn with_output_map(&self, map: OutputMap) -> Self {
+        Self { output_map: Some(map), ..self.with_axes(map_axes(Parameter::OutputMap)) }
+    }
+
+    /// The same with its output map linear about weights at a point, if it has one.
+    pub(crate) fn about(&self, point: &Point, weights: &[f64]) -> Self {
+        let weights = &weights[..self.thresholds(point).len()];
+        let linear = |map: &OutputMap| OutputMap { bounds: map.bounds, reference: weights.into() };
+        Self { output_map: self.output_map.as_ref().map(linear), ..self.clone() }
+    }
+
+    pub(crate) fn has_output_map(&self) -> bool {
+        self.output_map.is_some()
+    }
+
+    fn with_axes(&self, more: impl IntoIterator<Item = Axis>) -> Self {
+        let mut space = self.clone();
+        space.axes.extend(more);
+        space
+    }
+
+    /// The same with the square and the cube of the drive, centred and scaled, beside the operators in place of a loop shift.
+    pub(crate) fn with_powers(&self) -> Self {
+        let (low, high) = self.placement.bounds();
+        let (center, half_range) = (0.5 * (low + high), 0.5 * (high - low));
+        let shift = (low < high).then_some(ShiftColumns { center, half_range, powers: 2, filters: Vec::new() });
+        Self { shift, ..self.clone() }
+    }
+
+    /// The same with the first amplitudes of creep alone.
+    pub(crate) fn with_creep_amplitudes(&self, amplitudes: usize) -> Self {
+        let is_kept = |axis: &&Axis| !matches!(axis.parameter, Parameter::Creep(number) if number >= amplitudes);
+        let axes = self.axes.iter().filter(is_kept).copied().collect();
+        Self { axes, creep: self.creep.first(amplitudes), ..self.clone() }
+    }
+}
+
+/// Where ratios are searched first.
+const USUAL_RATIOS: [Ratios; 5] = [
+    Ratios::PAPER,
+    Ratios { ra: 0.95, rb: 0.65, rc: 0.65 },
+    Ratios { ra: 0.6, rb: 0.3, rc: 0.35 },
+    Ratios { ra: 1.6, rb: 0.6, rc: 0.35 },
+    Ratios::PLAY,
+];
+
+impl Space {
+    /// Where to look first: all combinations of a few ratios and input offsets, as far as they are searched.
+    pub(crate) fn starts(&self) -> Vec<Point> {
+        let mut starts = vec![*self.origin()];
+        if self.searches(Parameter::Ra) {
+            starts = USUAL_RATIOS.iter().map(|ratios| self.origin().with_ratios(*ratios)).collect();
+        }
+        if self.searches(Parameter::InputOffset) {
+            let (low, high) = self.input_bounds();
+            let places = [0.5, 0.25, 0.75, 0.0, 1.0].map(|share| low + share * (high - low));
+            let at = |start: &Point| places.map(|place| start.with(Parameter::InputOffset, place));
+            starts = starts.iter().flat_map(at).collect();
+        }
+        starts
+    }
+
+    /// A point, and the same with each of the usual ratios, if they are searched.
+    pub(crate) fn with_other_ratios(&self, point: &Point) -> Vec<Point> {
+        let others =
+            USUAL_RATIOS.iter().filter(|_| self.searches(Parameter::Ra)).map(|ratios| point.with_ratios(*ratios));
+        std::iter::once(*point).chain(others).collect()
+    }
+
+    /// Dead times worth a look: doubling from one sample, if it is searched.
+    pub(crate) fn dead_times(&self) -> Vec<f64> {
+        let upper = self.axis(Parameter::DeadTime).map_or(0.0, |axis| axis.upper);
+        let first = Some(self.intervals().smallest());
+        std::iter::successors(first, |dead_time| Some(2.0 * dead_time)).take_while(|d| *d <= upper).collect()
+    }
 }
 
 #[cfg(test)]

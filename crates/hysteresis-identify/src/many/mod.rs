@@ -3,35 +3,27 @@
 //! Actuators with one drive share what depends on the drive alone. `scan.rs` has the columns of the operators and their
 //! derivatives at many points, factorised; so where an actuator should start, and its first step, take no pass over the
 //! operators. `descent.rs` goes on from there with passes of its own, on normal equations (`normal.rs`). Actuators with a drive
-//! each (`own.rs`) are searched like single ones. `share.rs` shares the work out among threads; every actuator is fitted by
+//! each are searched like single ones. `search.rs` does both and shares the work out among threads; every actuator is fitted by
 //! itself, so their number changes no bit, and neither do the other actuators.
 
-mod boxed;
-mod choose;
-mod columns;
-mod descent;
-mod normal;
-mod own;
-mod records;
-mod result;
-mod scan;
-mod settle;
-mod share;
-mod shared;
-mod visits;
+pub(crate) mod descent;
+pub(crate) mod normal;
+pub(crate) mod records;
+pub(crate) mod scan;
+pub(crate) mod search;
 
 use std::ops::ControlFlow;
+use std::slice;
 
-pub use records::ManyRecords;
-pub use result::{ActuatorFit, BriefFinding, ManyIdentifications};
-use share::Shared;
-
+use crate::choose::search::search_all;
 use crate::error::Error;
-use crate::fit::levels::levels;
+use crate::fit::progress::{SearchMonitor, Stop};
+use crate::fit::projection::levels;
 use crate::fit::space::Space;
-use crate::fit::weight_basis::WeightBasis;
-use crate::loss::Loss;
-use crate::options::Options;
+use crate::many::records::{ManyIdentifications, ManyRecords};
+use crate::many::search::{MOST_WEIGHTS, Shared, fit_each, fit_sharing};
+use crate::options::{Loss, Options, Setting};
+use crate::terms::weights::WeightLaw;
 
 /// Fits a model of hysteresis and a dead time to each of many actuators, on up to `threads` threads.
 ///
@@ -84,11 +76,11 @@ pub fn identify_many(
     let mut shared = Shared::new(threads, progress);
     let options = settled(records, options, &mut shared)?;
     check_length(records, &options)?;
-    let is_shared = records.is_shared() && WeightBasis::new(&options, 0).columns() <= shared::MOST_WEIGHTS;
+    let is_shared = records.is_shared() && options.weight_basis(0).columns() <= MOST_WEIGHTS;
     let actuators = if is_shared {
-        shared::fit_all(records, &options, &mut shared)?
+        fit_sharing(records, &options, &mut shared)?
     } else {
-        own::fit_all(records, &options, &mut shared)?
+        fit_each(records, &options, &mut shared)?
     };
     Ok(ManyIdentifications { actuators, options })
 }
@@ -96,7 +88,7 @@ pub fn identify_many(
 /// What is wrong with the length of all records is said once.
 fn check_length(records: &ManyRecords<'_>, options: &Options) -> Result<(), Error> {
     let Some(record) = (0..records.actuators()).find_map(|m| records.record(m).ok()) else { return Ok(()) };
-    let (record, basis) = (std::slice::from_ref(&record), WeightBasis::new(options, 0));
+    let (record, basis) = (std::slice::from_ref(&record), options.weight_basis(0));
     levels(record, &Space::new(record, options)?, &basis, 0.0, false).map(drop)
 }
 
@@ -128,5 +120,58 @@ fn settled(records: &ManyRecords<'_>, options: &Options, shared: &mut Shared<'_>
         return Err(Error::LinearPart);
     }
     let options = Options { thresholds: options.thresholds.unrefined(), ..options.hysteresis_and_dead_time() };
-    choose::settled(records, &options, shared)
+    chosen_once(records, &options, shared)
+}
+
+/// How many actuators are asked.
+const ASKED: usize = 3;
+
+/// Whether nothing is left to choose.
+fn is_settled(options: &Options) -> bool {
+    let counted = !options.thresholds.are_counted_by_validation();
+    counted && options.weights != WeightLaw::Auto && options.smoothness != Setting::Fit
+}
+
+/// The options with everything chosen: the weight law of the most unknowns and the most operators that cross-validation asks for
+/// on any of a few actuators, and the middle smoothness.
+fn chosen_once(records: &ManyRecords<'_>, options: &Options, shared: &mut Shared<'_>) -> Result<Options, Error> {
+    let fitted: Vec<_> = (0..records.actuators()).filter_map(|m| records.record(m).ok()).collect();
+    if is_settled(options) || fitted.is_empty() {
+        return Ok(options.clone());
+    }
+    let count = ASKED.min(fitted.len());
+    let place = |number: usize| number * (fitted.len() - 1) / (count - 1).max(1);
+    let choices = shared.all(count, false, |number, underway| {
+        let mut report =
+            |_: &_| if underway.is_stopped() { ControlFlow::Break(Stop::Discard) } else { ControlFlow::Continue(()) };
+        let record = slice::from_ref(&fitted[place(number)]);
+        let found = search_all(record, options, &mut SearchMonitor::new(&mut report))?;
+        Ok::<_, Error>(Chosen { options: found.options, smoothness: found.smoothness })
+    });
+    let choices: Vec<Chosen> = choices.ok_or(Error::Interrupted)?.into_iter().collect::<Result<_, _>>()?;
+    Ok(together(options, &choices))
+}
+
+/// What one actuator asks for.
+struct Chosen {
+    options: Options,
+    smoothness: f64,
+}
+
+fn together(options: &Options, choices: &[Chosen]) -> Options {
+    let freedom = |law: WeightLaw| match law {
+        WeightLaw::Auto | WeightLaw::Quadratic => 0,
+        WeightLaw::Free => 1,
+        WeightLaw::Split => 2,
+    };
+    let laws = choices.iter().map(|choice| choice.options.weights);
+    let most = choices.iter().max_by_key(|choice| choice.options.operators());
+    let mut smoothness: Vec<f64> = choices.iter().map(|choice| choice.smoothness).collect();
+    smoothness.sort_by(f64::total_cmp);
+    Options {
+        weights: laws.max_by_key(|law| freedom(*law)).unwrap_or(options.weights),
+        thresholds: most.map_or_else(|| options.thresholds.clone(), |most| most.options.thresholds.clone()),
+        smoothness: Setting::Fixed(smoothness.get(smoothness.len() / 2).copied().unwrap_or(0.0)),
+        ..options.clone()
+    }
 }

@@ -3,15 +3,15 @@
 use faer::{Mat, MatRef};
 use fearless_simd::Simd;
 
-use super::descent::{FIRST_RADIUS, Problem, Start, State};
-use super::normal::Normal;
-use crate::fit::bounded;
-use crate::fit::course::Course;
-use crate::fit::eight::{SimdLoop, dispatch};
+use crate::algebra::bounded;
+use crate::algebra::eight::{SimdLoop, dispatch};
 use crate::fit::point::{Axis, Parameter, Point};
 use crate::fit::space::Space;
-use crate::fit::weight_basis::WeightBasis;
-use crate::numeric::as_f64;
+use crate::many::descent::{FIRST_RADIUS, Problem, Start, State};
+use crate::many::normal::Normal;
+use crate::records::course::Course;
+use crate::records::signal::as_f64;
+use crate::terms::weights::WeightBasis;
 
 /// How many points are tried besides the starts of a single fit.
 const POINTS: usize = 250;
@@ -32,7 +32,7 @@ const DEAD_TIME_MUST_GAIN: f64 = 0.01;
 /// columns of one point.
 ///
 /// Additive recurrence with the powers of the root of x^(d+1) = x + 1, which fills d dimensions more evenly than chance.
-pub(super) fn points(space: &Space, size: usize) -> Vec<Point> {
+pub(crate) fn points(space: &Space, size: usize) -> Vec<Point> {
     let mut points = space.starts();
     let axes: Vec<_> = space.axes().iter().filter(|axis| axis.parameter != Parameter::DeadTime).collect();
     if axes.is_empty() {
@@ -53,7 +53,7 @@ pub(super) fn points(space: &Space, size: usize) -> Vec<Point> {
 }
 
 /// Dead times worth a look: none, and each about half as long again as the one before.
-pub(super) fn dead_times(space: &Space) -> Vec<f64> {
+pub(crate) fn dead_times(space: &Space) -> Vec<f64> {
     if space.axis(Parameter::DeadTime).is_none() {
         return vec![space.origin().get(Parameter::DeadTime)];
     }
@@ -64,8 +64,8 @@ pub(super) fn dead_times(space: &Space) -> Vec<f64> {
 }
 
 /// The columns of one point, orthogonalised: what every actuator that has this drive needs of it.
-pub(super) struct Factored {
-    pub(super) point: Point,
+pub(crate) struct Factored {
+    pub(crate) point: Point,
     /// One orthonormal column after the other.
     q: Vec<f64>,
     /// R, one row for each of them.
@@ -75,7 +75,7 @@ pub(super) struct Factored {
 }
 
 impl Factored {
-    pub(super) fn new(point: Point, drive: &Drive<'_>) -> Self {
+    pub(crate) fn new(point: Point, drive: &Drive<'_>) -> Self {
         let (centred, means) = drive.columns(&point);
         let rows = drive.course.len();
         let q = orthonormal(&centred, &means);
@@ -102,7 +102,7 @@ impl Factored {
 }
 
 /// A point of the scan with the derivatives of its columns.
-pub(super) struct Candidate {
+pub(crate) struct Candidate {
     factored: Factored,
     /// One column after the other, about their means: those of the unknowns, and for each axis the derivatives of those of the
     /// weights.
@@ -113,7 +113,7 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    pub(super) fn new(point: Point, drive: &Drive<'_>) -> Self {
+    pub(crate) fn new(point: Point, drive: &Drive<'_>) -> Self {
         let rows = drive.course.len();
         let (of_unknowns, mut means) = drive.columns(&point);
         let mut columns: Vec<f64> = of_unknowns.concat();
@@ -171,11 +171,11 @@ impl Candidate {
 }
 
 /// A drive, and the samples of it that are looked at.
-pub(super) struct Drive<'a> {
-    pub(super) input: &'a [f64],
-    pub(super) course: &'a Course,
-    pub(super) space: &'a Space,
-    pub(super) basis: &'a WeightBasis,
+pub(crate) struct Drive<'a> {
+    pub(crate) input: &'a [f64],
+    pub(crate) course: &'a Course,
+    pub(crate) space: &'a Space,
+    pub(crate) basis: &'a WeightBasis,
 }
 
 impl Drive<'_> {
@@ -263,14 +263,14 @@ fn strands(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// The positions of the rows of a course, about their mean.
-pub(super) struct Positions {
+pub(crate) struct Positions {
     y: Vec<f64>,
     mean: f64,
     squares: f64,
 }
 
 impl Positions {
-    pub(super) fn new(output: &[f64], course: &Course) -> Self {
+    pub(crate) fn new(output: &[f64], course: &Course) -> Self {
         let y: Vec<f64> = (0..course.len()).map(|row| output[course.sample(row)]).collect();
         let mean = y.iter().sum::<f64>() / as_f64(y.len());
         let y: Vec<f64> = y.iter().map(|y| y - mean).collect();
@@ -279,7 +279,7 @@ impl Positions {
     }
 
     /// The number of the dead time that suits best; `tables` has a few points for each.
-    pub(super) fn dead_time(&self, tables: &[Vec<Factored>]) -> usize {
+    pub(crate) fn dead_time(&self, tables: &[Vec<Factored>]) -> usize {
         let least = |table: &Vec<Factored>| {
             let left = |factored: &Factored| factored.project(self).1;
             table.iter().map(left).fold(f64::INFINITY, f64::min)
@@ -294,7 +294,7 @@ impl Positions {
     }
 
     /// Where one step from the most promising points leads, the best promise first.
-    pub(super) fn starts(&self, table: &[Candidate], problem: &Problem<'_>, count: usize) -> Vec<Start> {
+    pub(crate) fn starts(&self, table: &[Candidate], problem: &Problem<'_>, count: usize) -> Vec<Start> {
         let mut projected: Vec<_> =
             table.iter().map(|candidate| (candidate, candidate.factored.project(self))).collect();
         projected.sort_by(|(_, (_, p)), (_, (_, q))| p.total_cmp(q));

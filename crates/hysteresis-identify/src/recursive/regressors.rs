@@ -30,7 +30,7 @@ struct Column {
 /// The weights enter linearly, so linear dynamics behind the hysteresis may act on every operator's output instead of
 /// on their weighted sum.
 #[derive(Clone, Debug)]
-pub(super) struct Regressors {
+pub(crate) struct Regressors {
     operators: Box<[CoupledPlay]>,
     outputs: Box<[f64]>,
     columns: Box<[Column]>,
@@ -42,7 +42,7 @@ pub(super) struct Regressors {
 
 impl Regressors {
     /// At rest; and the weights of the model, one for each column.
-    pub(super) fn of_model(model: &Model, dynamics: Option<&(LinearDynamics, f64)>) -> Result<(Self, Vec<f64>), Error> {
+    pub(crate) fn of_model(model: &Model, dynamics: Option<&(LinearDynamics, f64)>) -> Result<(Self, Vec<f64>), Error> {
         let (operators, above, below): (Box<[CoupledPlay]>, _, _) = match model {
             Model::Conventional(model) => {
                 (model.operators().iter().map(|play| CoupledPlay::from(*play)).collect(), model.weights(), None)
@@ -72,17 +72,17 @@ impl Regressors {
     }
 
     /// How many weights there are.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.columns.len()
     }
 
     /// What a weight is multiplied with as an unknown.
-    pub(super) fn scale(&self) -> f64 {
+    pub(crate) fn scale(&self) -> f64 {
         self.scale
     }
 
     /// Moves the operators to the input `x` and writes every column, in units of the scale.
-    pub(super) fn advance(&mut self, x: f64, mut write: impl FnMut(usize, f64)) {
+    pub(crate) fn advance(&mut self, x: f64, mut write: impl FnMut(usize, f64)) {
         for (operator, z) in self.operators.iter().zip(&mut self.outputs) {
             *z = operator.next(*z, x);
         }
@@ -102,7 +102,7 @@ impl Regressors {
 
     /// The least that identities may weigh, and the most that all operators may: of a split operator the smaller and the
     /// greater weight.
-    pub(super) fn identity_and_sum(&self, weight: impl Fn(usize) -> f64) -> (f64, f64) {
+    pub(crate) fn identity_and_sum(&self, weight: impl Fn(usize) -> f64) -> (f64, f64) {
         let n = self.operators.len();
         let mut others = (n..).zip(self.columns.iter().skip(n)).peekable();
         let (mut identity, mut sum) = (0.0, 0.0);
@@ -116,7 +116,7 @@ impl Regressors {
     }
 
     /// Zero for weights; above zero for the first identity of either side.
-    pub(super) fn lower_bounds(&self, weights: &[f64]) -> Vec<f64> {
+    pub(crate) fn lower_bounds(&self, weights: &[f64]) -> Vec<f64> {
         let mut lower = vec![0.0; self.columns.len()];
         for other in [Side::Below, Side::Above] {
             let identities = || {
@@ -132,7 +132,7 @@ impl Regressors {
     }
 
     /// A model of these operators with other weights: its w_i, and its v_i if `given` is split.
-    pub(super) fn model(&self, given: &Model, weight: impl Fn(usize) -> f64, offsets: Offsets) -> Model {
+    pub(crate) fn model(&self, given: &Model, weight: impl Fn(usize) -> f64, offsets: Offsets) -> Model {
         let n = self.operators.len();
         let above: Vec<f64> = (0..n).map(&weight).collect();
         let model = match given {
@@ -158,7 +158,7 @@ impl Regressors {
         model.expect("admissible weights and the thresholds of a model")
     }
 
-    pub(super) fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.outputs.fill(0.0);
         for lag in &mut self.lags {
             lag.settle(0.0);
@@ -166,19 +166,19 @@ impl Regressors {
     }
 
     /// The operators' outputs, and the states of the lags.
-    pub(super) fn state(&self) -> (Vec<f64>, Vec<LinearState>) {
+    pub(crate) fn state(&self) -> (Vec<f64>, Vec<LinearState>) {
         (self.outputs.to_vec(), self.lags.iter().map(LinearBlock::state).collect())
     }
 
     /// Whether there are as many numbers as [`state`](Self::state) gives, and those of the lags are finite.
-    pub(super) fn fits(&self, outputs: &[f64], lags: &[LinearState]) -> bool {
+    pub(crate) fn fits(&self, outputs: &[f64], lags: &[LinearState]) -> bool {
         let restores = |(lag, state): (&LinearBlock, _)| lag.clone().restore(state).is_ok();
         let as_many = outputs.len() == self.outputs.len() && lags.len() == self.lags.len();
         as_many && self.lags.iter().zip(lags).all(restores)
     }
 
     /// What fits.
-    pub(super) fn restore(&mut self, outputs: &[f64], lags: &[LinearState]) {
+    pub(crate) fn restore(&mut self, outputs: &[f64], lags: &[LinearState]) {
         self.outputs.copy_from_slice(outputs);
         for (lag, state) in self.lags.iter_mut().zip(lags) {
             lag.restore(state).expect("a state that fits");

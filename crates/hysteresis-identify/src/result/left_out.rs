@@ -4,20 +4,17 @@ use std::ops::Range;
 
 use faer::Mat;
 
+use crate::algebra::bounded;
+use crate::algebra::factor::{TriangularFactor, make_echelon, triangle_of};
 use crate::error::Error;
-use crate::fit::bounded;
-use crate::fit::factor::{TriangularFactor, make_echelon, triangle_of};
 use crate::fit::own_columns::{OwnColumns, below_own, own_values};
-use crate::fit::projection::penalised;
-use crate::fit::shift::ShiftColumns;
-use crate::fit::tangent::Tangent;
-use crate::fit::weight_basis::WeightBasis;
-use crate::numeric::as_f64;
-use crate::record::Record;
+use crate::fit::rows::Tangent;
+use crate::records::record::{Record, leaving_out};
+use crate::records::signal::{as_f64, bounds, turns};
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
-use crate::robust::leaving_out;
-use crate::signal::{bounds, turns};
+use crate::terms::loop_shift::ShiftColumns;
+use crate::terms::weights::{WeightBasis, penalised};
 
 /// The input turns round where it goes back by this share of its range.
 const SWING: f64 = 0.05;
@@ -87,7 +84,7 @@ impl Identification {
         if loops.len() < 2 {
             return Err(Error::TooFewLoops { got: loops.len() });
         }
-        let basis = WeightBasis::new(&self.options, self.chain.operators.shift.as_ref().map_or(0, ShiftColumns::len));
+        let basis = self.options.weight_basis(self.chain.operators.shift.as_ref().map_or(0, ShiftColumns::len));
         let tangent = Tangent {
             operators: self.chain.operators.clone(),
             linear: self.chain.linear.clone(),

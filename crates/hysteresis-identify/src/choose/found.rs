@@ -1,0 +1,111 @@
+//! What a search has found, with what was chosen and what the records said of it.
+
+use crate::choose::cross_validation::CrossValidation;
+use crate::error::Error;
+use crate::fit::joint::{JointFit, JointProblem};
+use crate::fit::point::Point;
+use crate::fit::progress::SearchMonitor;
+use crate::fit::space::Space;
+use crate::options::Options;
+use crate::records::record::Record;
+use crate::terms::loop_shift::LoopShiftModel;
+use crate::terms::weights::{WeightBasis, WeightLaw};
+use crate::uncertainty::colour::Colour;
+use crate::uncertainty::errors::StandardErrors;
+
+/// The fit, and how it was found.
+#[derive(Clone)]
+pub(crate) struct Found {
+    pub(crate) fit: JointFit,
+    /// With everything chosen that was left to cross-validation.
+    pub(crate) options: Options,
+    pub(crate) smoothness: f64,
+    pub(crate) basis: WeightBasis,
+    pub(crate) operators_tried: Vec<CrossValidation>,
+    pub(crate) structure: Structure,
+    /// Where a linear part was fitted.
+    pub(crate) linear: Option<LinearEvidence>,
+    /// Where one record told the dynamics by itself: a descent to all records would lose them.
+    pub(crate) told_alone: Option<ToldAlone>,
+    /// A map that may be there, though none is chosen.
+    pub(crate) untold_map: Option<UntoldMap>,
+    pub(crate) partial: bool,
+}
+
+impl Found {
+    /// The sampling interval of records that have none of their own; 1, in samples, if none is known.
+    pub(crate) fn interval(&self, records: &[Record<'_>]) -> f64 {
+        self.options.dt.or(records.iter().find_map(Record::dt)).unwrap_or(1.0)
+    }
+
+    /// What is searched in the records with everything chosen.
+    pub(crate) fn problem<'a>(&'a self, records: &'a [Record<'a>]) -> JointProblem<'a> {
+        JointProblem { records, options: &self.options, basis: &self.basis, smoothness: self.smoothness }
+    }
+}
+
+/// A structure, and what cross-validation said of it and of others.
+#[derive(Clone, Default)]
+pub(crate) struct Structure {
+    pub(crate) weights: WeightLaw,
+    pub(crate) smoothness: f64,
+    /// How many amplitudes of creep.
+    pub(crate) creep: usize,
+    pub(crate) loop_shift: LoopShiftModel,
+    pub(crate) terms_tried: Vec<CrossValidation>,
+    pub(crate) weights_tried: Vec<CrossValidation>,
+    pub(crate) smoothness_tried: Vec<CrossValidation>,
+}
+
+/// What the records tell of the linear part.
+#[derive(Clone, Default)]
+pub(crate) struct LinearEvidence {
+    /// The standard error of a dead time that was searched beside dynamics, in samples.
+    pub(crate) dead_time_error: Option<f64>,
+    /// By how many samples an amplifier that is not told from a dead time would change the latter.
+    pub(crate) amplifier_instead: f64,
+    /// The evidence for dynamics, if it is too little, and what noise alone may pretend.
+    pub(crate) too_little: Option<(f64, f64)>,
+    /// Where fewer modes were found than were asked for.
+    pub(crate) untold_modes: Option<UntoldModes>,
+    /// How the residuals follow from each other.
+    pub(crate) colour: Colour,
+}
+
+/// Modes that the records do not tell.
+#[derive(Clone, Copy)]
+pub(crate) struct UntoldModes {
+    pub(crate) asked: usize,
+    /// The evidence for another one than were found, and what noise alone may pretend; the former is 0 where there is no such mode.
+    pub(crate) evidence: f64,
+    pub(crate) needed: f64,
+}
+
+/// What stays of it once they are known.
+#[derive(Clone)]
+pub(crate) struct ToldAlone {
+    /// With the axes of the dynamics.
+    pub(crate) space: Space,
+    pub(crate) errors: StandardErrors,
+}
+
+/// Where a fit is, and what is fitted there.
+#[derive(Clone)]
+pub(crate) struct Place {
+    pub(crate) space: Space,
+    pub(crate) point: Point,
+}
+
+/// A map that decaying loops do not tell from a loop shift.
+#[derive(Clone, Copy)]
+pub(crate) struct UntoldMap {
+    /// Whether it is in front of the hysteresis.
+    pub(crate) is_input: bool,
+    /// By which factor it lowers the mean square error of prediction.
+    pub(crate) gain: f64,
+    /// How much of the position it explains, rms, over the range.
+    pub(crate) share: f64,
+}
+
+/// A search for everything that options ask for, with a number of operators that is known.
+pub(crate) type Search = fn(&[Record<'_>], &Options, &mut SearchMonitor<'_>) -> Result<Found, Error>;

@@ -1,0 +1,257 @@
+//! The whole search: the hysteresis alone, everything together, what of it stays, and the last descent with that.
+
+use crate::choose::found::{Found, LinearEvidence, Structure};
+use crate::choose::linear_part::{FoundJoint, search_joint};
+use crate::choose::maps::{Chosen, MapProblem, maps_and_lag};
+use crate::choose::quiet_record::{Told, told_by_quietest};
+use crate::choose::structure::{USUAL_SMOOTHNESS, restructured, with_operators_chosen};
+use crate::choose::told::is_open;
+use crate::error::Error;
+use crate::fit::descent::search;
+use crate::fit::joint::{JointFit, JointProblem};
+use crate::fit::progress::{SearchMonitor, Span};
+use crate::fit::projection::levels;
+use crate::fit::space::Space;
+use crate::options::{Options, Setting};
+use crate::records::record::Record;
+use crate::terms::dynamics::{DynamicsModel, Order};
+
+/// The best of everything that was asked for; `asked` leaves nothing open that the records cannot tell.
+pub(crate) fn search_all(
+    records: &[Record<'_>],
+    asked: &Options,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let found = with_operators_chosen(records, asked, search_fit, monitor)?;
+    let found = with_colour(records, with_own_gains(records, found, monitor)?);
+    let is_joint = asked.with_open_terms(&asked.intervals(records)?).is_joint();
+    if is_joint || (asked.thresholds.are_counted_by_validation() && !found.partial) {
+        monitor.finish();
+    }
+    Ok(found)
+}
+
+/// The same with a number of operators that is known, and with dynamics that may still stand in for what the hysteresis lacks.
+fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
+    let all = asked.with_open_terms(&asked.intervals(records)?);
+    let (is_joint, chooses) = (all.is_joint(), is_open(asked));
+    monitor.begin(Span {
+        from: 0.0,
+        to: if is_joint {
+            0.3
+        } else if chooses {
+            0.8
+        } else {
+            1.0
+        },
+    });
+    let mut found = search_hysteresis(records, &if is_joint { all.hysteresis_alone() } else { all.clone() }, monitor)?;
+    if is_joint && !(found.partial && all.order().is_none()) {
+        found = with_linear_part(records, all, found, asked.dynamics == DynamicsModel::Auto, monitor)?;
+        found = with_dynamics_told_alone(records, asked, found, monitor)?;
+    }
+    if chooses && !found.partial {
+        monitor.begin(Span { from: if is_joint { 0.84 } else { 0.8 }, to: if is_joint { 0.97 } else { 1.0 } });
+        found = with_structure(records, asked, found, monitor)?;
+    }
+    Ok(found)
+}
+
+/// The same with the least slope that a model may have, where its own is less.
+pub(crate) fn with_least_slope(records: &[Record<'_>], found: Found) -> Result<Found, Error> {
+    let Some(basis) = found.basis.with_least_slope(&found.fit.fit.weights) else { return Ok(found) };
+    let found = Found { basis, ..found };
+    let at = |space: &Space| found.problem(records).at(space, &found.fit.fit.point);
+    let mut fit = at(&found.fit.space)?;
+    if found.fit.space.has_output_map() {
+        // Without a search an output map stays linear about other weights than those that are found, and these may be far away.
+        let near = at(&found.fit.space.about(&found.fit.fit.point, &found.fit.fit.weights))?;
+        let problem = found.problem(records);
+        let squares = |fit: &JointFit| problem.residuals(fit).flatten().map(|left| left * left).sum::<f64>();
+        if squares(&near) < squares(&fit) {
+            fit = near;
+        }
+    }
+    Ok(Found { fit, ..found })
+}
+
+/// The same model fitted to records that differ by a few samples, from where it was.
+pub(crate) fn search_again(
+    records: &[Record<'_>],
+    mut found: Found,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let (space, point) = (found.fit.space.clone(), found.fit.fit.point);
+    let problem = found.problem(records);
+    let searched = match found.told_alone {
+        Some(_) => problem.keeping_dynamics(&found.fit, monitor),
+        None => problem.search_from(space.clone(), &point, monitor),
+    };
+    let (fit, partial) = match searched {
+        Err(Error::Interrupted) if monitor.keeps_best() => (problem.at(&space, &point)?, true),
+        searched => (searched?, false),
+    };
+    (found.fit, found.partial) = (fit, partial);
+    let found = with_own_gains(records, found, monitor)?;
+    Ok(with_colour(records, found))
+}
+
+/// The same with the dynamics that one record tells by itself, known from now on, if all records say that they are better.
+fn with_dynamics_told_alone(
+    records: &[Record<'_>],
+    asked: &Options,
+    found: Found,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    if found.partial {
+        return Ok(found);
+    }
+    monitor.begin(Span { from: 0.8, to: 0.82 });
+    let problem = found.problem(records);
+    let told = match told_by_quietest(&problem, &found.fit, asked, search_fit, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
+        told => told?,
+    };
+    let Some(Told { space, point, linear, alone }) = told else { return Ok(found) };
+    let options =
+        Options { dynamics: space.order().map_or(DynamicsModel::None, DynamicsModel::Order), ..found.options.clone() };
+    let space = space.knowing_dynamics(&point);
+    // The hysteresis may have stood in for the dynamics, too.
+    monitor.begin(Span { from: 0.82, to: 0.84 });
+    let (rest, partial) = match problem.search_around(space.clone(), &point, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => (problem.at(&space, &point)?, true),
+        rest => (rest?, false),
+    };
+    Ok(Found { fit: rest, options, linear: Some(linear), told_alone: Some(alone), partial, ..found })
+}
+
+/// The same with dynamics that do not stand in for what the hysteresis lacks.
+fn with_own_gains(records: &[Record<'_>], found: Found, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
+    if let Some(told) = &found.told_alone {
+        let fit = &found.fit;
+        let fit = found.problem(records).at(&fit.space.with_dynamics_of(&told.space), &fit.fit.point)?;
+        return Ok(Found { fit, ..found });
+    }
+    if found.partial || found.linear.is_none() {
+        return Ok(found);
+    }
+    monitor.begin(Span { from: 0.97, to: 1.0 });
+    match found.problem(records).with_own_gains(&found.fit, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => Ok(Found { partial: true, ..found }),
+        fit => Ok(Found { fit: fit?, ..found }),
+    }
+}
+
+/// The same with how the residuals of the linear part follow from each other.
+fn with_colour(records: &[Record<'_>], found: Found) -> Found {
+    let colour = found.linear.is_some().then(|| found.problem(records).colour(&found.fit));
+    let linear = found.linear.zip(colour).map(|(linear, colour)| LinearEvidence { colour, ..linear });
+    Found { linear, ..found }
+}
+
+/// Hysteresis, loop shift and a dead time.
+pub(crate) fn search_hysteresis(
+    records: &[Record<'_>],
+    options: &Options,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    search_beside(records, options, |space| space, monitor)
+}
+
+/// The square and the cube of the drive beside the operators, and a dead time.
+pub(crate) fn search_polynomial(
+    records: &[Record<'_>],
+    asked: &Options,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    with_operators_chosen(records, asked, search_powers, monitor)
+}
+
+/// The same with a number of operators that is known.
+fn search_powers(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
+    let chooses = is_open(asked);
+    monitor.begin(Span { from: 0.0, to: if chooses { 0.8 } else { 1.0 } });
+    let found = search_beside(records, asked, |space| space.with_powers(), monitor)?;
+    if !chooses || found.partial {
+        return Ok(found);
+    }
+    monitor.begin(Span { from: 0.8, to: 1.0 });
+    with_structure(records, asked, found, monitor)
+}
+
+/// Hysteresis, a dead time, and what `beside` puts beside the operators.
+fn search_beside(
+    records: &[Record<'_>],
+    options: &Options,
+    beside: fn(Space) -> Space,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let space = beside(Space::new(records, options)?);
+    let basis = options.weight_basis(space.shift_len());
+    let smoothness = options.given_smoothness();
+    let levels = levels(records, &space, &basis, smoothness, false)?;
+    let searched = match monitor.kept() {
+        Some(_) => Err(Error::Interrupted),
+        None => search(&levels, &basis, None, monitor),
+    };
+    let ((fit, linearised), partial) = match (searched, monitor.kept()) {
+        (Err(Error::Interrupted), Some(best)) => (levels[levels.len() - 1].at(&best), true),
+        (found, _) => (found?, false),
+    };
+    drop(levels);
+    let (structure, fit) = (Structure::default(), JointFit { space, fit, linearised });
+    Ok(Found {
+        fit,
+        options: options.clone(),
+        smoothness,
+        basis,
+        operators_tried: Vec::new(),
+        structure,
+        linear: None,
+        told_alone: None,
+        untold_map: None,
+        partial,
+    })
+}
+
+/// The same with dynamics, creep and the dead time that belongs to them behind the hysteresis; `is_open` is whether dynamics may
+/// be left out.
+fn with_linear_part(
+    records: &[Record<'_>],
+    mut options: Options,
+    found: Found,
+    is_open: bool,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let basis = options.weight_basis(Space::new(records, &options)?.shift_len());
+    let problem = JointProblem { records, options: &options, basis: &basis, smoothness: found.smoothness };
+    if found.partial {
+        let fit = problem.at_hysteresis(&found.fit.fit.point)?;
+        return Ok(Found { fit, options, basis, linear: Some(LinearEvidence::default()), ..found });
+    }
+    let FoundJoint { fit, linear, partial } = search_joint(problem, found.fit, is_open, monitor)?;
+    options.dynamics = fit.space.order().map_or(DynamicsModel::None, DynamicsModel::Order);
+    Ok(Found { fit, options, basis, linear: Some(linear), partial, ..found })
+}
+
+/// The same with what cross-validation chooses, fitted anew.
+fn with_structure(
+    records: &[Record<'_>],
+    asked: &Options,
+    found: Found,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    monitor.begin_structure();
+    let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
+    let fitted = found.problem(records);
+    let maps = MapProblem { fitted, asked, smoothness: usual };
+    let (Chosen { place, untold, .. }, lag) = match maps_and_lag(&maps, &found, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
+        chosen => chosen?,
+    };
+    let mut found = Found { untold_map: untold, ..found };
+    if lag.is_some() {
+        (found.linear, found.options.dynamics) = (lag, DynamicsModel::Order(Order::First));
+    }
+    restructured(records, asked, found, place, monitor)
+}

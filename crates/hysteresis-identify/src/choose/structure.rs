@@ -1,0 +1,373 @@
+//! What is left to cross-validation once everything was fitted: which terms stay, the weight law, how smooth the weights are, and how many
+//! operators there are.
+
+use crate::choose::cross_validation::{CrossValidation, Stretches, StretchesUnderLaw, Terms};
+use crate::choose::found::{Found, LinearEvidence, Place, Search, Structure};
+use crate::choose::told::Variety;
+use crate::error::Error;
+use crate::fit::joint::{JointFit, JointProblem};
+use crate::fit::point::{Parameter, Point};
+use crate::fit::progress::{SearchMonitor, Span};
+use crate::fit::projection::{enough, levels};
+use crate::fit::space::Space;
+use crate::options::{Options, Setting};
+use crate::records::record::Record;
+use crate::terms::creep::CreepModel;
+use crate::terms::dynamics::DynamicsModel;
+use crate::terms::loop_shift::LoopShiftModel;
+use crate::terms::operators::Count;
+use crate::terms::weights::WeightLaw;
+
+/// The laws that cross-validation chooses from, those with fewer unknowns first.
+const LAWS: [WeightLaw; 3] = [WeightLaw::Quadratic, WeightLaw::Free, WeightLaw::Split];
+
+/// How smooth the weights are while the terms are chosen, where their smoothness is left open: ragged weights follow what
+/// a term leaves.
+pub(crate) const USUAL_SMOOTHNESS: f64 = 1e-3;
+
+/// How smooth the weights are where all loops are alike.
+const SMOOTHNESS_OF_LIKE_LOOPS: f64 = 1e-2;
+
+/// What was asked for, and where its fit is.
+pub(crate) struct StructureProblem<'a> {
+    pub(crate) records: &'a [Record<'a>],
+    /// What was asked for, with the number of operators chosen.
+    pub(crate) asked: &'a Options,
+    /// Where everything was fitted but what is chosen here.
+    pub(crate) space: &'a Space,
+    pub(crate) point: &'a Point,
+}
+
+impl StructureProblem<'_> {
+    /// Chooses the terms with weights of the widest law, then law and smoothness with these terms: of the candidates that
+    /// predict stretches as well as the best, the simplest.
+    pub(crate) fn choose(&self) -> Result<Structure, Error> {
+        let Self { records, asked, space, .. } = *self;
+        let space = space.with_loop_shift(records, asked.loop_shift)?;
+        let shifts = space.shift_len();
+        let laws = self.laws(&space)?;
+        let laws: Vec<_> = laws.iter().map(|options| (options, options.weight_basis(shifts))).collect();
+        let Some((_, widest)) = laws.last() else { return Ok(Structure::default()) };
+        let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { asked.given_smoothness() };
+        let levels = levels(records, &space, widest, usual, true)?;
+        let projection = &levels[levels.len() - 1];
+        let fit = projection.fit(self.point, None);
+        let stretches = Stretches::new(projection, &fit);
+        let under: Vec<_> = laws.iter().map(|(options, law)| stretches.under(options, law)).collect();
+        let (terms, terms_tried) = self.terms(&under[under.len() - 1], &space, usual);
+        let (best, tried): (Vec<_>, Vec<_>) = under.iter().map(|law| self.smoothness(law, &terms)).unzip();
+        let good = CrossValidation::good(&best, self.margin()).next().unwrap_or(0);
+        let is_chosen = |more: &[CrossValidation]| more.len() > 1;
+        Ok(Structure {
+            weights: best[good].weights,
+            smoothness: best[good].smoothness,
+            creep: terms.creep,
+            loop_shift: terms.loop_shift,
+            terms_tried,
+            smoothness_tried: tried.into_iter().nth(good).filter(|tried| is_chosen(tried)).unwrap_or_default(),
+            weights_tried: if is_chosen(&best) { best } else { Vec::new() },
+        })
+    }
+
+    /// The options with every law to choose from, the widest one last: those for which there are too few samples left out.
+    fn laws(&self, space: &Space) -> Result<Vec<Options>, Error> {
+        let asked = self.asked;
+        if asked.weights != WeightLaw::Auto {
+            return Ok(vec![asked.clone()]);
+        }
+        let with = |weights| Options { weights, ..asked.clone() };
+        // Few samples are no reason to believe in the law of few unknowns.
+        enough(self.records, space, &with(WeightLaw::Free).weight_basis(space.shift_len()))?;
+        let is_borne =
+            |options: &Options| enough(self.records, space, &options.weight_basis(space.shift_len())).is_ok();
+        Ok(LAWS.into_iter().map(with).filter(Options::is_law_of_its_own).filter(is_borne).collect())
+    }
+
+    /// The terms that stay, and what cross-validation said of the best of every kind.
+    fn terms(
+        &self,
+        stretches: &StretchesUnderLaw<'_>,
+        space: &Space,
+        smoothness: f64,
+    ) -> (Terms, Vec<CrossValidation>) {
+        let all = space.creep_amplitudes();
+        let creeps: Vec<usize> = if self.asked.creep == CreepModel::Auto { (0..=all).collect() } else { vec![all] };
+        let kinds = shift_kinds(self.asked.loop_shift, space);
+        let (mut tried, mut candidates_of_kinds) = (Vec::new(), Vec::new());
+        for shifts in kinds {
+            for creep in &creeps {
+                let candidates = shifts.iter().map(|shift| Terms { creep: *creep, loop_shift: *shift, smoothness });
+                let validated = candidates.map(|terms| (stretches.cross_validate(&terms), terms));
+                let best = validated.min_by(|(p, _), (q, _)| p.rmse.total_cmp(&q.rmse));
+                candidates_of_kinds.extend(best.map(|(validation, terms)| {
+                    tried.push(validation);
+                    terms
+                }));
+            }
+        }
+        let good = CrossValidation::good(&tried, 1.0).next().unwrap_or(0);
+        (candidates_of_kinds[good], if tried.len() > 1 { tried } else { Vec::new() })
+    }
+
+    /// The smoothness that predicts best under a law, and all that were tried. Where loops are alike one predicts the other
+    /// with any weights: then it is a usual one, unless that is clearly worse.
+    fn smoothness(&self, law: &StretchesUnderLaw<'_>, terms: &Terms) -> (CrossValidation, Vec<CrossValidation>) {
+        let with = |smoothness: &f64| law.cross_validate(&Terms { smoothness: *smoothness, ..*terms });
+        let tried: Vec<_> = self.asked.smoothnesses().iter().map(with).collect();
+        let margin = self.margin();
+        let is_alike = |place: &usize| margin > 1.0 && tried[*place].smoothness == SMOOTHNESS_OF_LIKE_LOOPS;
+        let alike = CrossValidation::good(&tried, margin).find(is_alike).map(|place| &tried[place]);
+        let best = alike.or_else(|| CrossValidation::best(&tried)).cloned();
+        (best.unwrap_or_else(|| with(&0.0)), tried)
+    }
+
+    /// By which factor of the mean square error a law must be better than a simpler one.
+    fn margin(&self) -> f64 {
+        Variety::of(self.records).margin()
+    }
+}
+
+/// The loop shifts to choose from, those of as many amplitudes together: none, one, two.
+fn shift_kinds(asked: LoopShiftModel, space: &Space) -> Vec<Vec<LoopShiftModel>> {
+    let Some(shift) = space.shift() else { return vec![vec![LoopShiftModel::None]] };
+    if asked != LoopShiftModel::Auto {
+        return vec![vec![asked]];
+    }
+    let of = |kind: fn(f64) -> LoopShiftModel| shift.filters.iter().map(|filter| kind(filter.time_constant)).collect();
+    vec![vec![LoopShiftModel::None], of(LoopShiftModel::Square), of(LoopShiftModel::Both)]
+}
+
+/// A point with only the first amplitudes of creep.
+pub(crate) fn with_creep_amplitudes(point: &Point, space: &Space, amplitudes: usize) -> Point {
+    (amplitudes..space.creep_amplitudes()).fold(*point, |point, number| point.with(Parameter::Creep(number), 0.0))
+}
+
+/// The numbers that are tried where any may be chosen.
+const NUMBERS: [usize; 12] = [4, 6, 8, 12, 16, 20, 24, 32, 40, 48, 64, 80];
+
+/// The numbers that are tried, one after the other, where they are doubled; everything else is fitted with the first of them.
+const DOUBLED: [usize; 3] = [20, 40, 80];
+
+/// By which factor a doubled number must lower the mean square error on stretches: a fiftieth of the error. What is less is not worth
+/// another search.
+const MUST_GAIN: f64 = 1.04;
+
+/// By which factor the best of all numbers must be better than one of fewer: a hundredth of the error. Short stretches tell less still
+/// from chance, and it is worth nothing.
+const MUST_GAIN_IN_AUTO: f64 = 1.02;
+
+/// A held-out stretch is made of so many short ones, spread over the records. Longer ones have the only large stroke, or the only start
+/// from rest: more weights predict these worse without them, whatever they gain elsewhere.
+const TURNS: usize = 32;
+
+/// The part of the work after it that the choice takes.
+const CHOICE: Span = Span { from: 0.0, to: 0.3 };
+
+/// How far a search is done before the number of operators is chosen, and after it: the search with the number chosen is a short one.
+const BEFORE: f64 = 0.7;
+
+const AFTER: f64 = 0.97;
+
+/// What a search finds with as many operators as `asked` asks for; with as many as are chosen where it leaves that open.
+pub(crate) fn with_operators_chosen(
+    records: &[Record<'_>],
+    asked: &Options,
+    search: Search,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let Some(count) = asked.thresholds.count() else { return search(records, asked, monitor) };
+    monitor.begin(Span { from: 0.0, to: BEFORE });
+    let found = monitor.nested(|monitor| first_search(records, asked, search, count, monitor))?;
+    if found.partial {
+        return Ok(found);
+    }
+    monitor.begin(Span { from: BEFORE, to: AFTER });
+    let mut choice = Choice { records, asked, found: &found, tried: Vec::new() };
+    let chosen = match choice.choose(count, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => {
+            return Ok(Found { operators_tried: choice.tried, partial: true, ..found });
+        }
+        chosen => chosen?,
+    };
+    let operators_tried = choice.tried;
+    let found = if chosen == found.options.operators() {
+        found
+    } else {
+        // The part of the work before is done: progress does not go back.
+        monitor.hold();
+        with_operators(records, asked, found, chosen, monitor)?
+    };
+    Ok(Found { operators_tried, ..found })
+}
+
+/// With so many operators as are usual; with fewer where any may be chosen and the samples bear no more.
+fn first_search(
+    records: &[Record<'_>],
+    asked: &Options,
+    search: Search,
+    count: Count,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let with = |operators| Options { thresholds: asked.thresholds.of(operators), ..asked.clone() };
+    let [usual, ..] = DOUBLED;
+    let fewer = NUMBERS.into_iter().rev().filter(|fewer| count == Count::Auto && *fewer < usual);
+    let mut found = search(records, &with(usual), monitor);
+    for operators in fewer {
+        if !matches!(found, Err(Error::TooFewSamples { .. })) {
+            break;
+        }
+        found = search(records, &with(operators), monitor);
+    }
+    found
+}
+
+/// The same with another number of operators: dynamics, creep, loop shift, maps and the weight law stay, under which that number was
+/// judged; the smoothness is chosen anew, and everything that is searched goes on from where it was.
+fn with_operators(
+    records: &[Record<'_>],
+    asked: &Options,
+    found: Found,
+    operators: usize,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let options = Options { thresholds: found.options.thresholds.of(operators), ..found.options.clone() };
+    let anew = Options { smoothness: asked.smoothness, ..options.clone() };
+    let place = Place {
+        space: found.fit.space.with_thresholds(records, &options, &found.fit.fit.point, &found.fit.fit.weights),
+        point: found.fit.fit.point,
+    };
+    let Structure { terms_tried, weights_tried, .. } = found.structure.clone();
+    let found = restructured(records, &anew, Found { options, ..found }, place.clone(), monitor)?;
+    let found = Found { structure: Structure { terms_tried, weights_tried, ..found.structure }, ..found };
+    // The last descent begins on a selection of the samples: what suits that may suit all of them less.
+    let start = found.problem(records).at(&place.space, &place.point)?;
+    Ok(if start.fit.objective < found.fit.fit.objective { Found { fit: start, ..found } } else { found })
+}
+
+/// A choice among numbers of operators, at a fit with one of them.
+struct Choice<'a> {
+    records: &'a [Record<'a>],
+    asked: &'a Options,
+    found: &'a Found,
+    /// What cross-validation said of those that were tried.
+    tried: Vec<CrossValidation>,
+}
+
+impl Choice<'_> {
+    fn choose(&mut self, count: Count, monitor: &mut SearchMonitor<'_>) -> Result<usize, Error> {
+        // Loops that are all alike say little for more than the usual number, and nothing for fewer.
+        let (numbers, margin): (&[usize], f64) = match count {
+            Count::Auto => (&NUMBERS, MUST_GAIN_IN_AUTO),
+            Count::Refined => (&DOUBLED, Variety::of(self.records).margin().max(MUST_GAIN)),
+        };
+        let mut chosen = 0;
+        for (done, operators) in numbers.iter().enumerate() {
+            if !self.try_number(*operators, CHOICE.at(done, numbers.len()), monitor)? {
+                break;
+            }
+            if count == Count::Refined && done > 0 {
+                let pair = [self.tried[chosen].clone(), self.tried[done].clone()];
+                // Twice as many are tried where as many are needed.
+                if CrossValidation::good(&pair, margin).next() == Some(0) {
+                    break;
+                }
+                chosen = done;
+            }
+        }
+        if count == Count::Auto {
+            chosen = CrossValidation::good(&self.tried, margin).next().unwrap_or(0);
+        }
+        Ok(self.tried.get(chosen).map_or(self.found.options.operators(), |one| one.operators))
+    }
+
+    /// Judges a number at the smoothness that suits it, where everything was fitted; says whether the samples bear it.
+    fn try_number(&mut self, operators: usize, fraction: f64, monitor: &mut SearchMonitor<'_>) -> Result<bool, Error> {
+        let Found { fit: found, options, smoothness, .. } = self.found;
+        let options = &Options { thresholds: options.thresholds.of(operators), ..options.clone() };
+        let space = found.space.with_thresholds(self.records, options, &found.fit.point, &found.fit.weights);
+        // Few samples are no reason to believe in a law of few unknowns.
+        let open = Options { weights: self.asked.weights, ..options.clone() };
+        if let Err(Error::TooFewSamples { .. }) = enough(self.records, &space, &open.weight_basis(space.shift_len())) {
+            return Ok(false);
+        }
+        let basis = options.weight_basis(space.shift_len());
+        let levels = match levels(self.records, &space, &basis, *smoothness, true) {
+            Err(Error::TooFewSamples { .. }) => return Ok(false),
+            levels => levels?,
+        };
+        let projection = &levels[levels.len() - 1];
+        let fit = projection.fit(&found.fit.point, None);
+        monitor.looked(fraction)?;
+        let stretches = Stretches::spread(projection, &fit, TURNS);
+        let under = stretches.under(options, &basis);
+        let terms = |smoothness| Terms { creep: space.creep_amplitudes(), loop_shift: options.loop_shift, smoothness };
+        let tried: Vec<_> = options.smoothnesses().iter().map(|value| under.cross_validate(&terms(*value))).collect();
+        let best = CrossValidation::best(&tried).cloned();
+        self.tried.push(best.unwrap_or_else(|| under.cross_validate(&terms(*smoothness))));
+        Ok(true)
+    }
+}
+
+/// How many last descents there are at most, each with the smoothness that is chosen where the one before led.
+const DESCENTS: usize = 3;
+
+/// The same with terms, weight law and smoothness as cross-validation chooses them at a place, fitted anew from there.
+pub(crate) fn restructured(
+    records: &[Record<'_>],
+    asked: &Options,
+    found: Found,
+    Place { space, point }: Place,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let mut structure = StructureProblem { records, asked, space: &space, point: &point }.choose()?;
+    let mut options = Options { weights: structure.weights, loop_shift: structure.loop_shift, ..found.options.clone() };
+    let mut space = space.with_loop_shift(records, options.loop_shift)?;
+    let mut point = point;
+    if asked.creep == CreepModel::Auto {
+        point = with_creep_amplitudes(&point, &space, structure.creep);
+        space = space.with_creep_amplitudes(structure.creep);
+        options.creep = [CreepModel::UnderWay, CreepModel::Slow, CreepModel::SlowAndFast][structure.creep].clone();
+    }
+    let basis = options.weight_basis(space.shift_len());
+    let problem = JointProblem { records, options: &options, basis: &basis, smoothness: structure.smoothness };
+    let (fit, partial) = last_descents(problem, &mut structure, Place { space, point }, monitor)?;
+    let is_told = |_: &LinearEvidence| {
+        let asked = matches!(asked.dynamics, DynamicsModel::Order(_));
+        asked || fit.space.order().is_some() || fit.space.creep_amplitudes() > 0
+    };
+    let linear = found.linear.filter(is_told);
+    Ok(Found { fit, smoothness: structure.smoothness, options, basis, structure, linear, partial, ..found })
+}
+
+/// The last descent, with the smoothness that is chosen where it led until that stays the same; and whether it was stopped.
+fn last_descents(
+    mut problem: JointProblem<'_>,
+    structure: &mut Structure,
+    Place { mut space, mut point }: Place,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<(JointFit, bool), Error> {
+    let (records, options) = (problem.records, problem.options);
+    let mut descents = 0;
+    loop {
+        monitor.within(1, 2);
+        let fit = match problem.search_around(space.clone(), &point, monitor) {
+            Err(Error::Interrupted) if monitor.keeps_best() => {
+                return Ok((problem.at(&space, &monitor.kept().unwrap_or(point))?, true));
+            }
+            searched => searched?,
+        };
+        descents += 1;
+        if options.smoothness != Setting::Fit || descents == DESCENTS {
+            return Ok((fit, false));
+        }
+        // It was chosen at ratios that suit another one. The part of the work before is done: progress does not go back.
+        monitor.hold();
+        (space, point) = (fit.space.clone(), fit.fit.point);
+        let again = StructureProblem { records, asked: options, space: &space, point: &point }.choose()?;
+        if again.smoothness == problem.smoothness {
+            return Ok((fit, false));
+        }
+        problem.smoothness = again.smoothness;
+        (structure.smoothness, structure.smoothness_tried) = (again.smoothness, again.smoothness_tried);
+    }
+}

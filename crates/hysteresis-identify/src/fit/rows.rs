@@ -1,0 +1,613 @@
+//! The rows of the fit: the columns of the weights, and the derivatives of the output by what is searched.
+//!
+//! Operators are made block by block, for the point and for a neighbour along every axis. Behind a dead time alone only the turns of the
+//! input need to be seen between rows. Behind creep and dynamics every sample counts.
+
+use fearless_simd::{Simd, SimdBase};
+
+use crate::algebra::eight::{LANES, Lanes, SimdLoop, copy_signals, dispatch, load, splat};
+use crate::fit::filter_lanes::{FilterLanes, Lane, Reading};
+use crate::fit::response::{OperatorsAt, interpolated};
+use crate::records::course::{Course, SeenSamples};
+use crate::terms::dynamics::{LinearPart, SampledPart};
+use crate::terms::loop_shift::{ShiftColumns, ShiftLane};
+use crate::terms::maps::{Curve, PathLane};
+use crate::terms::operators::{BLOCK, BankLanes, Runs, WeightLanes};
+
+/// How the derivative by a searched parameter is made.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) enum Slope {
+    /// By a parameter of the operators or of the maps and the amplifier beside them: those of a neighbour, and how far away it
+    /// is.
+    Operators(OperatorsAt, f64),
+    /// By the bandwidth of the amplifier: the operators of a neighbour, the dynamics that it has, and how far away it is.
+    Amplifier(OperatorsAt, LinearPart, f64),
+    /// By the dead time.
+    DeadTime,
+    /// By a parameter of the dynamics: those of a neighbour, and how far away it is.
+    Dynamics(LinearPart, f64),
+    /// By an amplitude of creep: what its unit makes of every c_j.
+    Creep(Vec<f64>),
+}
+
+/// The model at a point with its tangent: the columns of the weights, and the derivatives by the searched parameters.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Tangent {
+    pub(crate) operators: OperatorsAt,
+    pub(crate) linear: LinearPart,
+    /// How many columns there are.
+    pub(crate) columns: usize,
+    /// One for each column: those at which derivatives and the slope of an output map are taken; none where there are neither.
+    pub(crate) weights: Vec<f64>,
+    pub(crate) slopes: Vec<Slope>,
+}
+
+impl Tangent {
+    /// The rows of a record, before the first; `dt` in the unit of the dead time. With a course they are those of its samples, one after the
+    /// other; without, those of any.
+    pub(crate) fn rows<'a>(&'a self, input: &'a [f64], dt: f64, course: Option<&'a Course>) -> TangentRows<'a> {
+        let dead_time_alone = self.linear.is_dead_time_alone();
+        let is_plain = dead_time_alone && self.linear.dead_time >= 0.0;
+        if is_plain {
+            TangentRows::Plain(Box::new(PlainRows::new(self, input, dt, course)))
+        } else {
+            TangentRows::Filtered(Box::new(FilteredRows::new(self, input, dt)))
+        }
+    }
+}
+
+/// The rows of one record: \[columns | derivatives\], with the widest instructions of the processor.
+pub(crate) enum TangentRows<'a> {
+    /// Hysteresis and a dead time: between rows only the turns of the input need to be seen.
+    Plain(Box<PlainRows<'a>>),
+    /// With dynamics or creep every sample counts.
+    Filtered(Box<FilteredRows<'a>>),
+}
+
+impl TangentRows<'_> {
+    /// Goes to a sample, not before the last one, and writes its row. Returns what is known beside the columns: zero
+    /// without an output map.
+    pub(crate) fn write(&mut self, sample: usize, row: &mut [f64]) -> f64 {
+        match self {
+            Self::Plain(rows) => rows.write(sample, row),
+            Self::Filtered(rows) => rows.write(sample, row),
+        }
+    }
+}
+
+/// The rows of one record; see [`TangentRows`].
+pub(crate) struct PlainRows<'a> {
+    tangent: &'a Tangent,
+    dt: f64,
+    /// The dead time in whole samples, and what is left of it.
+    whole: usize,
+    fraction: f64,
+    to_see: SeenSamples<'a>,
+    operators: OperatorBlocks<'a>,
+    signals: Vec<Lanes>,
+    /// The last sample of the block before.
+    tail: Vec<Lanes>,
+    samples: [usize; BLOCK],
+    count: usize,
+    /// Which of the block is the newest that a row needs.
+    at: usize,
+    row: Vec<Lanes>,
+}
+
+impl<'a> PlainRows<'a> {
+    pub(crate) fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64, course: Option<&'a Course>) -> Self {
+        let delay = tangent.linear.dead_time / dt;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a delay is not negative")]
+        let whole = delay.floor() as usize;
+        let operators = OperatorBlocks::new(tangent, input, dt);
+        let eights = operators.layout.end.div_ceil(LANES);
+        let course = course.filter(|_| tangent.operators.need_turns_alone());
+        Self {
+            tangent,
+            dt,
+            whole,
+            fraction: delay - delay.floor(),
+            to_see: SeenSamples::new(input.len(), course, whole),
+            operators,
+            signals: vec![[0.0; LANES]; eights * BLOCK],
+            tail: vec![[0.0; LANES]; eights],
+            samples: [0; BLOCK],
+            count: 0,
+            at: 0,
+            row: vec![[0.0; LANES]; eights],
+        }
+    }
+
+    pub(crate) fn write(&mut self, sample: usize, row: &mut [f64]) -> f64 {
+        let newest = sample.saturating_sub(self.whole);
+        while self.count == 0 || self.samples[self.at] < newest {
+            if self.at + 1 < self.count {
+                self.at += 1;
+            } else if !self.put_out() {
+                break;
+            }
+        }
+        let layout = self.operators.layout;
+        for ((lanes, block), tail) in self.row.iter_mut().zip(self.signals.chunks_exact(BLOCK)).zip(&self.tail) {
+            let (now, before) = (block[self.at], if self.at == 0 { *tail } else { block[self.at - 1] });
+            *lanes = std::array::from_fn(|i| interpolated(now[i], before[i], self.fraction));
+        }
+        let lanes = &self.row;
+        let signal = |lane: usize| lanes[lane / LANES][lane % LANES];
+        let (columns, slopes) = row.split_at_mut(self.tangent.columns);
+        layout.copy_columns(|eight| &lanes[eight], columns);
+        let mut derivatives = layout.derivatives..;
+        for (value, slope) in slopes.iter_mut().zip(&self.tangent.slopes) {
+            *value = match slope {
+                Slope::Operators(..) => derivatives.next().map_or(0.0, signal),
+                // Only the dead time has no neighbour here: an amplifier comes with dynamics.
+                _ => self.slope_over_dead_time(),
+            };
+        }
+        if layout.end > layout.known { signal(layout.known) } else { 0.0 }
+    }
+
+    fn slope_over_dead_time(&self) -> f64 {
+        let (eight, lane) = (self.operators.layout.output / LANES, self.operators.layout.output % LANES);
+        let block = &self.signals[eight * BLOCK..];
+        let before = if self.at == 0 { &self.tail[eight] } else { &block[self.at - 1] };
+        (before[lane] - block[self.at][lane]) / self.dt
+    }
+
+    /// Goes on by a block; says whether there was any.
+    fn put_out(&mut self) -> bool {
+        let mut samples = [0; BLOCK];
+        let mut count = 0;
+        for (place, sample) in samples.iter_mut().zip(&mut self.to_see) {
+            *place = sample;
+            count += 1;
+        }
+        if count == 0 {
+            return false;
+        }
+        let is_first = self.count == 0;
+        for (tail, block) in self.tail.iter_mut().zip(self.signals.chunks_exact(BLOCK)) {
+            *tail = block[self.at];
+        }
+        self.operators.put_out(&samples[..count], &mut self.signals);
+        if is_first {
+            // Samples before the record's start hold the first one.
+            for (tail, block) in self.tail.iter_mut().zip(self.signals.chunks_exact(BLOCK)) {
+                *tail = block[0];
+            }
+        }
+        (self.samples, self.count, self.at) = (samples, count, 0);
+        true
+    }
+}
+
+/// The rows of one record; see [`TangentRows`].
+pub(crate) struct FilteredRows<'a> {
+    tangent: &'a Tangent,
+    samples: usize,
+    part: SampledPart,
+    operators: OperatorBlocks<'a>,
+    filters: FilterLanes,
+    /// The signals of the operators, and copies of their output: one for each amplitude of creep, for the dead time, and for neighbouring
+    /// dynamics, in this order.
+    signals: Vec<Lanes>,
+    copies: usize,
+    readings: Vec<Lanes>,
+    /// What is read before the record, once that has begun.
+    rest: Vec<f64>,
+    /// The samples of the last block.
+    first: usize,
+    taken: usize,
+}
+
+impl<'a> FilteredRows<'a> {
+    pub(crate) fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64) -> Self {
+        let operators = OperatorBlocks::new(tangent, input, dt);
+        let part = SampledPart::new(&tangent.linear, dt);
+        let neighbours: Vec<_> = tangent
+            .slopes
+            .iter()
+            .filter_map(|slope| match slope {
+                Slope::Dynamics(linear, _) | Slope::Amplifier(_, linear, _) => Some(SampledPart::new(linear, dt)),
+                _ => None,
+            })
+            .collect();
+        let through = |part, reading| Lane { direct: 1.0, amplitudes: &tangent.linear.amplitudes, part, reading };
+        let mut lanes: Vec<_> = (0..operators.layout.end).map(|_| through(&part, Reading::Position)).collect();
+        for slope in &tangent.slopes {
+            if let Slope::Creep(amplitudes) = slope {
+                lanes.push(Lane { direct: 0.0, amplitudes, part: &part, reading: Reading::Position });
+            }
+        }
+        if tangent.slopes.contains(&Slope::DeadTime) {
+            lanes.push(through(&part, Reading::OverDeadTime(dt)));
+        }
+        lanes.extend(neighbours.iter().map(|part| through(part, Reading::Position)));
+        let filters = FilterLanes::new(&part.decays, &lanes);
+        let signals = vec![[0.0; LANES]; lanes.len().div_ceil(LANES) * BLOCK];
+        let copies = lanes.len() - operators.layout.end;
+        let readings = signals.clone();
+        let (rest, samples) = (Vec::new(), input.len());
+        Self { tangent, samples, part, operators, filters, signals, copies, readings, rest, first: 0, taken: 0 }
+    }
+
+    pub(crate) fn write(&mut self, sample: usize, row: &mut [f64]) -> f64 {
+        // Before the record, and behind its end, the first and the last sample are held.
+        let source = self.part.source(sample);
+        while self.taken <= source.unwrap_or(0) {
+            self.put_out(source.unwrap_or(0));
+        }
+        let (columns, slopes) = row.split_at_mut(self.tangent.columns);
+        let layout = self.operators.layout;
+        let Some(source) = source else {
+            self.write_at_rest(columns, slopes);
+            return if layout.end > layout.known { self.rest[layout.known] } else { 0.0 };
+        };
+        let (readings, k) = (&self.readings[..], source - self.first);
+        layout.copy_columns(|eight| &readings[eight * BLOCK + k], columns);
+        self.write_slopes(slopes, |lane| signal(readings, lane, k));
+        if layout.end > layout.known { signal(readings, layout.known, k) } else { 0.0 }
+    }
+
+    fn write_at_rest(&self, columns: &mut [f64], slopes: &mut [f64]) {
+        for (number, value) in columns.iter_mut().enumerate() {
+            *value = self.rest[self.operators.layout.lane(number)];
+        }
+        self.write_slopes(slopes, |lane| self.rest[lane]);
+    }
+
+    fn write_slopes(&self, slopes: &mut [f64], reading: impl Fn(usize) -> f64) {
+        let layout = &self.operators.layout;
+        let amplitudes = self.tangent.slopes.iter().filter(|slope| matches!(slope, Slope::Creep(_))).count();
+        let (mut operators, mut amplitude, over_dead_time) = (layout.derivatives, layout.end, layout.end + amplitudes);
+        let mut neighbour = over_dead_time + usize::from(self.tangent.slopes.contains(&Slope::DeadTime));
+        for (value, slope) in slopes.iter_mut().zip(&self.tangent.slopes) {
+            let next = |place: &mut usize| {
+                *place += 1;
+                reading(*place - 1)
+            };
+            *value = match slope {
+                Slope::Operators(..) => next(&mut operators),
+                Slope::Creep(_) => next(&mut amplitude),
+                Slope::DeadTime => reading(over_dead_time),
+                Slope::Dynamics(_, distance) => (next(&mut neighbour) - reading(layout.output)) / distance,
+                Slope::Amplifier(_, _, distance) => {
+                    next(&mut operators) + (next(&mut neighbour) - reading(layout.output)) / distance
+                }
+            };
+        }
+    }
+
+    /// Puts out the next block: no further than the record goes, or the sample that is needed.
+    fn put_out(&mut self, needed: usize) {
+        let (first, last) = (self.taken, self.samples - 1);
+        let end = (first + BLOCK).min((needed + 1).max(self.samples));
+        let (begin, count) = (self.operators.layout.end, end - first);
+        let samples: [usize; BLOCK] = std::array::from_fn(|k| (first + k).min(last));
+        self.operators.put_out(&samples[..count], &mut self.signals);
+        for copy in begin..begin + self.copies {
+            set(&mut self.signals, copy, &self.operators.output[..count]);
+        }
+        self.filters.put_out(count, &self.signals, &mut self.readings);
+        if first == 0 {
+            self.rest = (0..begin + self.copies).map(|lane| self.filters.at_rest(lane)).collect();
+        }
+        (self.first, self.taken) = (first, end);
+    }
+}
+
+/// Where the signals of a block are: the first eight at all samples, then the next.
+///
+/// The columns of the operators begin at an eight, and those below zero at another; behind the last of them are those of the loop shift,
+/// and then, where there are derivatives, the output and its derivatives, and where there is an output map what is known.
+#[derive(Clone, Copy, Debug)]
+struct Layout {
+    /// How many columns there are, how many of them above zero, and the eights that those take.
+    columns: usize,
+    operators: usize,
+    eights: usize,
+    is_split: bool,
+    pub(crate) output: usize,
+    pub(crate) derivatives: usize,
+    pub(crate) known: usize,
+    pub(crate) end: usize,
+}
+
+impl Layout {
+    fn new(tangent: &Tangent, derivatives: usize) -> Self {
+        let shifts = tangent.operators.shift.as_ref().map_or(0, ShiftColumns::len);
+        let (columns, operators) = (tangent.columns, tangent.operators.bank.len());
+        let eights = operators.div_ceil(LANES);
+        let is_split = columns - shifts > operators;
+        let output = columns + if is_split { eights * LANES - operators } else { 0 };
+        let known = output + if tangent.slopes.is_empty() { 0 } else { 1 + derivatives };
+        let end = known + usize::from(tangent.operators.output_map.is_some());
+        Self { columns, operators, eights, is_split, output, derivatives: output + 1, known, end }
+    }
+
+    /// The lane of a column.
+    pub(crate) fn lane(&self, column: usize) -> usize {
+        if self.is_split && column >= self.operators { column - self.operators + self.eights * LANES } else { column }
+    }
+
+    /// Copies the columns of a sample, of which `eight` has the signals.
+    fn copy_columns<'s>(&self, eight: impl Fn(usize) -> &'s Lanes, columns: &mut [f64]) {
+        let (first, rest) = columns.split_at_mut(if self.is_split { self.operators } else { 0 });
+        let begin = if self.is_split { self.eights } else { 0 };
+        copy_signals(&eight, first);
+        copy_signals(|number| eight(begin + number), rest);
+    }
+}
+
+/// The signal of a lane at a sample.
+pub(crate) fn signal(signals: &[Lanes], lane: usize, sample: usize) -> f64 {
+    signals[lane / LANES * BLOCK + sample][lane % LANES]
+}
+
+/// Writes the signal of a lane.
+pub(crate) fn set(signals: &mut [Lanes], lane: usize, values: &[f64]) {
+    let block = &mut signals[lane / LANES * BLOCK..][..values.len()];
+    block.iter_mut().zip(values).for_each(|(lanes, value)| lanes[lane % LANES] = *value);
+}
+
+/// The operators of a tangent and of its neighbours on their way through a record.
+struct OperatorBlocks<'a> {
+    input: &'a [f64],
+    layout: Layout,
+    /// What the operators are shown; the first one by the tangent itself.
+    drives: Vec<Drive<'a>>,
+    here: Bank<'a>,
+    /// The neighbours, and how far away they are.
+    there: Vec<(Bank<'a>, f64)>,
+    z: Vec<Lanes>,
+    /// The output of the tangent in the last block.
+    pub(crate) output: [f64; BLOCK],
+}
+
+/// What the drive becomes before it reaches operators, and the loop shift, in a block.
+struct Drive<'a> {
+    path: PathLane<'a>,
+    input_offset: f64,
+    xs: [f64; BLOCK],
+    runs: Runs,
+    shift: Option<(ShiftLane<'a>, Vec<[f64; BLOCK]>)>,
+}
+
+struct Bank<'a> {
+    lanes: BankLanes,
+    weights: WeightLanes,
+    amplitudes: &'a [f64],
+    output_map: Option<&'a Curve>,
+    /// Which of the drives it is shown, and which has its loop shift.
+    drive: usize,
+    shift: usize,
+}
+
+impl<'a> OperatorBlocks<'a> {
+    pub(crate) fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64) -> Self {
+        let here = &tangent.operators;
+        let mut drives = vec![Drive::new(here, dt, true)];
+        let mut bank = |at: &'a OperatorsAt| {
+            let (is_same_drive, is_same_shift) =
+                (at.path == here.path && at.input_offset == here.input_offset, at.has_shift_of(here));
+            let own = drives.len();
+            if !(is_same_drive && is_same_shift) {
+                drives.push(Drive::new(at, dt, !is_same_shift));
+            }
+            let place = |is_same: bool| if is_same { 0 } else { own };
+            Bank::new(at, &tangent.weights, place(is_same_drive), place(is_same_shift))
+        };
+        let here = bank(here);
+        let mut there = Vec::new();
+        for slope in &tangent.slopes {
+            if let Slope::Operators(at, distance) | Slope::Amplifier(at, _, distance) = slope {
+                there.push((bank(at), *distance));
+            }
+        }
+        let layout = Layout::new(tangent, there.len());
+        let z = vec![[0.0; LANES]; here.lanes.eights() * BLOCK];
+        Self { input, layout, drives, here, there, z, output: [0.0; BLOCK] }
+    }
+
+    /// Goes on to these samples, a block at most, and writes the signals there.
+    pub(crate) fn put_out(&mut self, samples: &[usize], signals: &mut [Lanes]) {
+        let (layout, count) = (self.layout, samples.len());
+        for drive in &mut self.drives {
+            drive.take(self.input, samples);
+        }
+        let drives = &self.drives[..];
+        let here = &mut self.here;
+        let (columns, z) = (&mut signals[..], &mut self.z[..]);
+        if layout.is_split {
+            here.put_out(drives, count, z);
+            dispatch(Split { z, signals: columns });
+        } else {
+            here.put_out(drives, count, columns);
+        }
+        if layout.end > layout.columns || !self.there.is_empty() {
+            let z = if layout.is_split { &*z } else { &*columns };
+            here.sums(z, &mut self.output[..count]);
+        }
+        if let Some(map) = here.output_map {
+            let mut slopes = [0.0; BLOCK];
+            let mut known = [0.0; BLOCK];
+            for (k, slope) in slopes[..count].iter_mut().enumerate() {
+                let output = self.output[k];
+                let value;
+                (value, *slope) = map.at(output);
+                known[k] = value - *slope * output;
+            }
+            let eights = layout.eights * if layout.is_split { 2 } else { 1 };
+            for block in signals.chunks_exact_mut(BLOCK).take(eights) {
+                for (lanes, slope) in block.iter_mut().zip(&slopes[..count]) {
+                    for value in lanes {
+                        *value *= slope;
+                    }
+                }
+            }
+            set(signals, layout.known, &known[..count]);
+        }
+        here.add_behind(drives, &mut self.output[..count]);
+        let shifts = layout.columns - layout.operators * if layout.is_split { 2 } else { 1 };
+        if let Some((_, values)) = &drives[0].shift {
+            for (number, values) in values.iter().enumerate() {
+                set(signals, layout.output - shifts + number, &values[..count]);
+            }
+        }
+        if layout.known > layout.output {
+            set(signals, layout.output, &self.output[..count]);
+        }
+        let mut values = [0.0; BLOCK];
+        for (number, (there, distance)) in self.there.iter_mut().enumerate() {
+            there.put_out(drives, count, &mut self.z);
+            there.sums(&self.z, &mut values[..count]);
+            there.add_behind(drives, &mut values[..count]);
+            for (value, output) in values.iter_mut().zip(&self.output) {
+                *value = (*value - output) / *distance;
+            }
+            set(signals, layout.derivatives + number, &values[..count]);
+        }
+    }
+}
+
+impl<'a> Drive<'a> {
+    fn new(at: &'a OperatorsAt, dt: f64, has_shift: bool) -> Self {
+        let columns = at.shift.as_ref().filter(|_| has_shift);
+        let shift = columns.map(|columns| (ShiftLane::new(columns, dt), vec![[0.0; BLOCK]; columns.len()]));
+        Self { path: at.path.lane(dt), input_offset: at.input_offset, xs: [0.0; BLOCK], runs: Runs::new(), shift }
+    }
+
+    fn take(&mut self, input: &[f64], samples: &[usize]) {
+        let count = samples.len();
+        for ((k, x), sample) in self.xs.iter_mut().enumerate().zip(samples) {
+            let u = input[*sample];
+            *x = self.path.next(u) - self.input_offset;
+            if let Some((lane, columns)) = &mut self.shift {
+                lane.next(self.path.voltage(u));
+                lane.write(columns.iter_mut().map(|column| &mut column[k]));
+            }
+        }
+        self.runs.take(&self.xs[..count]);
+    }
+}
+
+impl<'a> Bank<'a> {
+    fn new(at: &'a OperatorsAt, weights: &'a [f64], drive: usize, shift: usize) -> Self {
+        let shifts = at.shift.as_ref().map_or(0, ShiftColumns::len);
+        let (weights, amplitudes) = weights.split_at(weights.len().saturating_sub(shifts));
+        let weights = WeightLanes::new(weights, at.bank.len());
+        Self { lanes: BankLanes::new(&at.bank), weights, amplitudes, output_map: at.output_map.as_ref(), drive, shift }
+    }
+
+    fn put_out(&mut self, drives: &[Drive<'_>], count: usize, z: &mut [Lanes]) {
+        let drive = &drives[self.drive];
+        self.lanes.put_out(&drive.xs[..count], &drive.runs, z);
+    }
+
+    /// The weighted sums of the operators.
+    fn sums(&self, z: &[Lanes], sums: &mut [f64]) {
+        self.weights.sums(z, sums);
+    }
+
+    /// Makes outputs of the weighted sums of the operators: the output map, and the loop shift beside it.
+    fn add_behind(&self, drives: &[Drive<'_>], sums: &mut [f64]) {
+        if let Some(map) = self.output_map {
+            for sum in &mut *sums {
+                *sum = map.at(*sum).0;
+            }
+        }
+        if let Some((_, values)) = &drives[self.shift].shift {
+            for (amplitude, values) in self.amplitudes.iter().zip(values) {
+                sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += amplitude * value);
+            }
+        }
+    }
+}
+
+/// Outputs above and below zero.
+struct Split<'a> {
+    z: &'a [Lanes],
+    signals: &'a mut [Lanes],
+}
+
+impl SimdLoop for Split<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let (above, below) = self.signals.split_at_mut(self.z.len());
+        let zero = splat(simd, 0.0);
+        for (z, (above, below)) in self.z.iter().zip(above.iter_mut().zip(below)) {
+            let z = load(simd, z);
+            *above = z.max(zero).into();
+            *below = z.min(zero).into();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteresis_core::Ratios;
+    use proptest::prelude::*;
+
+    use crate::fit::response::Regressor;
+    use crate::records::record::Record;
+    use crate::terms::operators::OperatorBank;
+
+    use super::*;
+
+    proptest! {
+        /// The rows of the regressor, sample by sample, thinned or not: columns bit for bit, derivatives but for rounding.
+        #[test]
+        fn equals_the_regressor(
+            input in prop::collection::vec(prop_oneof![-10.0..10.0_f64, Just(1.0)], 5..150),
+            r in prop::collection::vec(0.0..8.0_f64, 1..12),
+            delay in prop_oneof![0.0..5.0_f64, Just(0.0), Just(2.0)],
+            stride in 1_usize..5,
+            families in 1_usize..3,
+            has_map in any::<bool>(),
+        ) {
+            // An input that never moves is no record.
+            prop_assume!(input[3..].iter().any(|u| *u != input[3]));
+            let record = Record::new(&input, &input, 3).unwrap();
+            let course = Course::new(&record, stride, 0).with_all_turns(&input);
+            let map = has_map.then(|| Curve::new((-10.0, 10.0), [0.3, 0.1, 0.0]));
+            let at = |ra| OperatorsAt {
+                output_map: map.clone(),
+                ..OperatorsAt::alone(OperatorBank::from_ratios(&r, Ratios { ra, ..Ratios::PAPER }), 0.5)
+            };
+            let weights: Vec<f64> = (1_u32..).take(families * r.len()).map(|i| 0.2 / f64::from(i)).collect();
+            let dt = 0.5;
+            let tangent = Tangent {
+                operators: at(0.9),
+                linear: LinearPart::delay(delay * dt),
+                columns: weights.len(),
+                weights: weights.clone(),
+                slopes: vec![Slope::Operators(at(0.8), -0.1), Slope::DeadTime],
+            };
+            let neighbour = at(0.8);
+            let mut rows = PlainRows::new(&tangent, &input, dt, Some(&course));
+            let start = |at| Regressor::new(at, &input, delay, dt);
+            let (mut here, mut there) = (start(&tangent.operators), start(&neighbour));
+            let (mut got, mut want) = (vec![0.0; weights.len() + 2], vec![0.0; weights.len()]);
+            for number in 0..course.len() {
+                let k = course.sample(number);
+                let known = rows.write(k, &mut got);
+                here.go_to(k);
+                there.go_to(k);
+                let known_there = here.row(&weights, &mut want);
+                let (columns, slopes) = got.split_at(weights.len());
+                let is_close = |got: f64, want: f64| (got - want).abs() < 1e-10;
+                for (got, want) in columns.iter().zip(&want) {
+                    prop_assert!(if has_map { is_close(*got, *want) } else { got == want }, "sample {}", k);
+                }
+                prop_assert!(is_close(known, known_there), "sample {}: {} {}", k, known, known_there);
+                let slope = (there.output(&weights) - here.output(&weights)) / -0.1;
+                prop_assert!(is_close(slopes[0], slope), "sample {}: {} {}", k, slopes[0], slope);
+                prop_assert!(is_close(slopes[1], here.slope_over_delay(&weights) / dt), "sample {}", k);
+            }
+        }
+    }
+}

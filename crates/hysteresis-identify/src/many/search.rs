@@ -1,0 +1,407 @@
+//! The fits of all actuators, shared out among threads, and what is reported of each.
+//!
+//! Of actuators with one drive, what depends on the drive alone is computed once for all of them. What comes out does not depend on how
+//! many threads there are.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::{slice, thread};
+
+use crate::choose::found::Found;
+use crate::choose::linear_part::untold_dead_time;
+use crate::choose::search::{search_hysteresis, with_least_slope};
+use crate::error::Error;
+use crate::fit::point::{Parameter, Point};
+use crate::fit::progress::{SearchMonitor, Stop};
+use crate::fit::projection::{ProjectedFit, Projection};
+use crate::fit::response::Chain;
+use crate::fit::space::Space;
+use crate::identify::model;
+use crate::judge::finding::{Finding, FindingCode};
+use crate::judge::findings;
+use crate::judge::loops::{judged, turned_positions};
+use crate::many::descent::{Patience, Problem, Start, State};
+use crate::many::normal::Normal;
+use crate::many::records::{ActuatorFit, BriefFinding, ManyRecords};
+use crate::many::scan::{Candidate, Drive, Factored, Positions, dead_times, points};
+use crate::options::{Options, Setting};
+use crate::records::course::Course;
+use crate::records::record::Record;
+use crate::records::signal::as_f64;
+use crate::result::quality::Quality;
+use crate::terms::creep::CreepBasis;
+use crate::terms::operators::Thresholds;
+use crate::terms::weights::WeightBasis;
+use crate::uncertainty::errors::StandardErrors;
+
+/// The scan looks at about so many samples.
+const SCAN_ROWS: usize = 300;
+
+/// The steps of several starts use about this many samples per unknown, however long the record.
+const ROWS_PER_UNKNOWN: usize = 40;
+
+/// Between these and all samples, others on about so many: most steps of a long record cost little.
+const MORE_ROWS: [usize; 2] = [20_000, 160_000];
+
+/// How many starts are followed at first, and how many passes over the selected samples their steps may take.
+const ROUNDS: [(usize, usize); 3] = [(8, 4), (3, 4), (1, 8)];
+
+/// How many passes the steps may take on the first larger selection, and on any later one.
+const LONG: usize = 60;
+
+const SHORT: usize = 15;
+
+/// On n samples an estimate is known to a share of 1/n of the sum of squares: so much of that is worth a pass, which is cheap here.
+const WORTH: f64 = 5e-4;
+
+/// With how many points the dead time is looked for.
+const DEAD_TIME_POINTS: usize = 5;
+
+/// With more weights than that the tables would be too large to gain anything.
+pub(crate) const MOST_WEIGHTS: usize = 64;
+
+/// What actuators of one drive share.
+struct SharedDrive<'a> {
+    input: &'a [f64],
+    options: &'a Options,
+    smoothness: f64,
+    space: Space,
+    basis: WeightBasis,
+    scan: Course,
+    /// Ever more samples, at last all of them.
+    courses: Vec<Course>,
+}
+
+impl<'a> SharedDrive<'a> {
+    /// What the drive of a record tells.
+    pub(crate) fn new(record: &Record<'a>, options: &'a Options, smoothness: f64) -> Result<Self, Error> {
+        let records = slice::from_ref(record);
+        let (space, basis) = (Space::new(records, options)?, options.weight_basis(0));
+        let samples = record.fitted_samples();
+        let unknowns = basis.freedom() + 1 + space.axes().len();
+        let course = |rows: usize| Course::new(record, (samples / rows).max(1), 0);
+        let mut courses = vec![course(ROWS_PER_UNKNOWN * unknowns)];
+        courses.extend(MORE_ROWS.into_iter().filter(|rows| samples / rows > 1).map(course));
+        courses.push(course(samples));
+        Ok(Self { input: record.input(), options, smoothness, scan: course(SCAN_ROWS), courses, space, basis })
+    }
+
+    fn drive(&self) -> Drive<'_> {
+        Drive { input: self.input, course: &self.scan, space: &self.space, basis: &self.basis }
+    }
+
+    /// For every dead time worth a look a few points.
+    fn dead_time_tables(&self, shared: &mut Shared<'_>) -> Option<Vec<Vec<Factored>>> {
+        let (dead_times, starts) = (dead_times(&self.space), self.space.starts());
+        let every = starts.len().div_ceil(DEAD_TIME_POINTS);
+        shared.all(dead_times.len(), false, |number, _| {
+            let at = |start: &Point| Factored::new(start.with(Parameter::DeadTime, dead_times[number]), &self.drive());
+            starts.iter().step_by(every).map(at).collect()
+        })
+    }
+
+    /// All points of the scan at one dead time.
+    fn table(&self, dead_time: f64, shared: &mut Shared<'_>) -> Option<Vec<Candidate>> {
+        let points = points(&self.space, self.scan.len() * self.basis.columns());
+        let at = |number: usize| Candidate::new(points[number].with(Parameter::DeadTime, dead_time), &self.drive());
+        shared.all(points.len(), false, |number, _| at(number))
+    }
+
+    /// The best fit on all samples, from the points of a table.
+    fn search(&self, problem: &Problem<'_>, table: &[Candidate]) -> Result<State, Error> {
+        let thinned = problem.on(&self.courses[0]);
+        let positions = Positions::new(problem.record.output(), &self.scan);
+        let starts = positions.starts(table, &thinned, ROUNDS[0].0);
+        let (mut states, mut refused) = (Vec::new(), None);
+        for start in starts {
+            match thinned.pass(start) {
+                Ok(state) => states.push(state),
+                Err(error) => refused = Some(error),
+            }
+        }
+        if let Some(error) = refused.filter(|_| states.is_empty()) {
+            return Err(error);
+        }
+        for (entering, passes) in ROUNDS {
+            states.sort_by(|p, q| p.objective.total_cmp(&q.objective));
+            states.truncate(entering);
+            let patience = Patience { gain: 1e-5, passes };
+            states = states.into_iter().map(|state| thinned.improve(state, patience)).collect();
+        }
+        let mut best = states.swap_remove(0);
+        for (place, course) in self.courses.iter().enumerate().skip(1) {
+            let more = problem.on(course);
+            let gain = (WORTH / as_f64(course.len())).max(1e-9);
+            let patience = Patience { gain, passes: if place == 1 { LONG } else { SHORT } };
+            best = more.improve(more.pass(best.best)?, patience);
+        }
+        Ok(best)
+    }
+
+    /// Fits one actuator.
+    fn fit(&self, record: &Record<'_>, table: &[Candidate]) -> Result<ActuatorFit, Error> {
+        let projection = Projection::new(slice::from_ref(record), &self.space, &self.basis, self.smoothness, 1);
+        let problem = self.problem(record, &projection);
+        let state = self.search(&problem, table)?;
+        let steeper = self.basis.with_least_slope(&self.basis.weights(&state.best.unknowns));
+        let (fit, state) = match &steeper {
+            Some(basis) => self.again(record, basis, state)?,
+            None => (problem.projected(&state), state),
+        };
+        let settled = Settled {
+            record,
+            options: self.options,
+            space: &self.space,
+            basis: steeper.as_ref().unwrap_or(&self.basis),
+            fit: &fit,
+            normal: &state.normal,
+        };
+        settled.report(|| {
+            let positions = turned_positions(slice::from_ref(record));
+            let turned =
+                Record::new(record.input(), &positions[0], record.skip()).map_err(|error| error.in_record(0))?;
+            Ok(self.search(&self.problem(&turned, &projection), table)?.objective)
+        })
+    }
+
+    /// The best fit under another law at the point of one, on all samples.
+    fn again(&self, record: &Record<'_>, basis: &WeightBasis, state: State) -> Result<(ProjectedFit, State), Error> {
+        let projection = Projection::new(slice::from_ref(record), &self.space, basis, self.smoothness, 1);
+        let course = &self.courses[self.courses.len() - 1];
+        let problem = Problem { basis, course, ..self.problem(record, &projection) };
+        let state = problem.pass(state.best)?;
+        Ok((problem.projected(&state), state))
+    }
+
+    fn problem<'b>(&'b self, record: &'b Record<'b>, projection: &'b Projection<'b>) -> Problem<'b> {
+        let course = &self.courses[0];
+        let (space, basis, smoothness) = (&self.space, &self.basis, self.smoothness);
+        Problem { record, space, basis, course, smoothness, projection }
+    }
+}
+
+/// Fits all actuators of one drive; nothing if it was stopped.
+pub(crate) fn fit_sharing(
+    records: &ManyRecords<'_>,
+    options: &Options,
+    shared: &mut Shared<'_>,
+) -> Result<Vec<Result<ActuatorFit, Error>>, Error> {
+    let checked: Vec<Result<Record<'_>, Error>> = (0..records.actuators()).map(|m| records.record(m)).collect();
+    let Some(first) = checked.iter().find_map(|record| record.as_ref().ok()) else {
+        return Ok(checked.into_iter().map(|record| record.and(Err(Error::NoRecords))).collect());
+    };
+    let smoothness = match options.smoothness {
+        Setting::Fixed(smoothness) => smoothness,
+        Setting::Fit => 0.0,
+    };
+    let drive = SharedDrive::new(first, options, smoothness)?;
+    let tables = drive.dead_time_tables(shared).ok_or(Error::Interrupted)?;
+    let dead_time = |record: &Record<'_>| Positions::new(record.output(), &drive.scan).dead_time(&tables);
+    let chosen = shared.all(checked.len(), false, |m, _| checked[m].as_ref().ok().map(dead_time));
+    let chosen = chosen.ok_or(Error::Interrupted)?;
+    drop(tables);
+    let mut fits: Vec<Result<ActuatorFit, Error>> = checked
+        .iter()
+        .map(|record| record.as_ref().map_or_else(|error| Err(*error), |_| Err(Error::Interrupted)))
+        .collect();
+    // One table at a time: they are large.
+    for (number, dead_time) in dead_times(&drive.space).into_iter().enumerate() {
+        let members: Vec<usize> = (0..chosen.len()).filter(|m| chosen[*m] == Some(number)).collect();
+        if members.is_empty() {
+            continue;
+        }
+        let table = drive.table(dead_time, shared).ok_or(Error::Interrupted)?;
+        let fit = |member: usize| checked[members[member]].as_ref().map_or_else(|e| Err(*e), |r| drive.fit(r, &table));
+        let found = shared.all(members.len(), true, |member, _| fit(member)).ok_or(Error::Interrupted)?;
+        for (m, fit) in members.into_iter().zip(found) {
+            fits[m] = fit;
+        }
+    }
+    Ok(fits)
+}
+
+/// Fits all actuators, each like a single one.
+pub(crate) fn fit_each(
+    records: &ManyRecords<'_>,
+    options: &Options,
+    shared: &mut Shared<'_>,
+) -> Result<Vec<Result<ActuatorFit, Error>>, Error> {
+    let fit = |m: usize, underway: &Underway<'_>| fit_one(&records.record(m)?, options, underway);
+    shared.all(records.actuators(), true, fit).ok_or(Error::Interrupted)
+}
+
+fn search_one(record: &Record<'_>, options: &Options, underway: &Underway<'_>) -> Result<Found, Error> {
+    let mut report =
+        |_: &_| if underway.is_stopped() { ControlFlow::Break(Stop::Discard) } else { ControlFlow::Continue(()) };
+    search_hysteresis(slice::from_ref(record), options, &mut SearchMonitor::new(&mut report))
+}
+
+fn fit_one(record: &Record<'_>, options: &Options, underway: &Underway<'_>) -> Result<ActuatorFit, Error> {
+    let found = with_least_slope(slice::from_ref(record), search_one(record, options, underway)?)?;
+    let Found { fit: found, options, smoothness, basis, .. } = found;
+    let (space, fit) = (&found.space, &found.fit);
+    let projection = Projection::new(slice::from_ref(record), space, &basis, smoothness, 1);
+    let course = &Course::new(record, 1, 0);
+    let problem = Problem { record, space, basis: &basis, course, smoothness, projection: &projection };
+    let normal = problem.pass(start(fit))?.normal;
+    let settled = Settled { record, options: &options, space, basis: &basis, fit, normal: &normal };
+    settled.report(|| {
+        let positions = turned_positions(slice::from_ref(record));
+        let turned = Record::new(record.input(), &positions[0], record.skip()).map_err(|error| error.in_record(0))?;
+        Ok(search_one(&turned, &options, underway)?.fit.fit.squares)
+    })
+}
+
+fn start(fit: &ProjectedFit) -> Start {
+    Start { point: fit.point, unknowns: fit.unknowns.clone(), output_offset: fit.output_offsets[0] }
+}
+
+/// A fit, and what it is a fit of.
+struct Settled<'a> {
+    pub(crate) record: &'a Record<'a>,
+    pub(crate) options: &'a Options,
+    pub(crate) space: &'a Space,
+    pub(crate) basis: &'a WeightBasis,
+    pub(crate) fit: &'a ProjectedFit,
+    /// The problem about the fit.
+    pub(crate) normal: &'a Normal,
+}
+
+impl Settled<'_> {
+    /// What is reported; `turned` fits the position with its sign turned and says what sum of squares that leaves.
+    pub(crate) fn report(&self, turned: impl FnOnce() -> Result<f64, Error>) -> Result<ActuatorFit, Error> {
+        let Self { options, space, basis, fit, .. } = *self;
+        let chain = Chain {
+            operators: space.operators(&fit.point),
+            weights: fit.weights.clone(),
+            linear: space.linear_part(&fit.point),
+            underway: Vec::new(),
+            creep_underway: CreepBasis::default(),
+            dt: space.intervals().of_record(0),
+        };
+        let (estimated, deviation) = self.deviation();
+        let quality = self.quality(&chain);
+        let mut found = self.findings(&chain, &estimated, deviation);
+        if found.iter().any(|finding| finding.code == FindingCode::WrongSign) {
+            let left = (turned()? / as_f64(quality.samples)).sqrt() / quality.range;
+            found = judged(found, quality.nrmse, left);
+        }
+        Ok(ActuatorFit {
+            model: model(options, space, basis, fit, &chain)?,
+            ratios: space.ratios(&fit.point),
+            dead_time: fit.point.get(Parameter::DeadTime),
+            rmse: quality.rmse,
+            max_error: quality.max_error,
+            range: quality.range,
+            noise: deviation,
+            findings: found.iter().map(BriefFinding::from).collect(),
+        })
+    }
+
+    /// The columns that are estimated, the dead time left out, and the standard deviation of a sample.
+    fn deviation(&self) -> (Vec<usize>, f64) {
+        let unknowns = self.fit.unknowns.len();
+        let mut free: Vec<usize> = (0..unknowns).filter(|j| self.fit.unknowns[*j] > 0.0).collect();
+        let mut count = free.len() + 1;
+        for (k, axis) in self.space.axes().iter().enumerate() {
+            let value = self.fit.point.get(axis.parameter);
+            if axis.lower < value && value < axis.upper {
+                count += 1;
+                if axis.parameter != Parameter::DeadTime {
+                    free.push(unknowns + k);
+                }
+            }
+        }
+        let rows = self.normal.rows;
+        (free, (self.fit.squares / as_f64(rows.saturating_sub(count).max(1))).sqrt())
+    }
+
+    fn quality(&self, chain: &Chain) -> Quality {
+        let (record, offset) = (self.record, self.fit.output_offsets[0]);
+        let predicted: Vec<f64> = chain.response(record.input(), chain.dt).iter().map(|y| offset + y).collect();
+        let fitted = record.skip()..;
+        Quality::of(&record.output()[fitted.clone()], &predicted[fitted], record.output_range())
+    }
+
+    fn findings(&self, chain: &Chain, estimated: &[usize], deviation: f64) -> Vec<Finding> {
+        let mut found = findings(std::slice::from_ref(self.record), chain);
+        // Thresholds that the fit places follow the input: where ratios carry one beyond, no number is missing.
+        let are_given = matches!(self.options.thresholds, Thresholds::Given(_));
+        found.retain(|finding| are_given || finding.code != FindingCode::UnreachedThreshold);
+        let place = self.space.axes().iter().position(|axis| axis.parameter == Parameter::DeadTime);
+        if let Some(place) = place {
+            let dead_time = deviation * self.normal.error_of(self.fit.unknowns.len() + place, estimated);
+            let errors = StandardErrors { dead_time, ..StandardErrors::default() };
+            found.extend(untold_dead_time(self.space, self.fit, &errors));
+        }
+        found
+    }
+}
+
+/// More threads than that are never started, whatever is asked for.
+const MOST: usize = 256;
+
+/// Whether the work is to go on, and how much of it is done.
+pub(crate) struct Shared<'a> {
+    threads: usize,
+    /// Told after every piece of work that the calling thread has done.
+    tell: &'a mut dyn FnMut(usize) -> ControlFlow<()>,
+    done: usize,
+}
+
+/// What a piece of work may ask.
+pub(crate) struct Underway<'a>(&'a AtomicBool);
+
+impl Underway<'_> {
+    /// Whether nobody wants the result any more.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+impl<'a> Shared<'a> {
+    pub(crate) fn new(threads: usize, tell: &'a mut dyn FnMut(usize) -> ControlFlow<()>) -> Self {
+        Self { threads: threads.clamp(1, MOST), tell, done: 0 }
+    }
+
+    /// Does work number 0 to `count` - 1 and returns what came of it, in this order; nothing if it was stopped. Only work that
+    /// is `counted` is told.
+    pub(crate) fn all<T: Send>(
+        &mut self,
+        count: usize,
+        counted: bool,
+        work: impl Fn(usize, &Underway<'_>) -> T + Sync,
+    ) -> Option<Vec<T>> {
+        let (next, done, stopped) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
+        let results = Mutex::new((0..count).map(|_| None).collect::<Vec<_>>());
+        let one = || {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            if number >= count || stopped.load(Ordering::Relaxed) {
+                return false;
+            }
+            let result = work(number, &Underway(&stopped));
+            results.lock().unwrap_or_else(PoisonError::into_inner)[number] = Some(result);
+            done.fetch_add(1, Ordering::Relaxed);
+            true
+        };
+        let before = self.done;
+        thread::scope(|scope| {
+            for _ in 1..self.threads.min(count) {
+                // A thread that the system refuses leaves its work to the others.
+                let _ = thread::Builder::new().spawn_scoped(scope, || while one() {});
+            }
+            while one() {
+                let now = if counted { before + done.load(Ordering::Relaxed) } else { before };
+                if (self.tell)(now).is_break() {
+                    stopped.store(true, Ordering::Relaxed);
+                }
+            }
+        });
+        if counted {
+            self.done += count;
+        }
+        let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+        if stopped.into_inner() { None } else { results.into_iter().collect() }
+    }
+}

@@ -1,0 +1,20 @@
+//! What a model may have: one file for a term, with its option, what it adds to the model and how that is computed.
+//!
+//! | term | option | searched | enters as | chosen in |
+//! |---|---|---|---|---|
+//! | operators | `Thresholds`, `ModelKind` | ratios, input offset | columns z_i | `choose::structure` |
+//! | weights | `WeightLaw`, smoothness | none: they are linear | unknowns c, w = B c | `choose::structure` |
+//! | loop shift | `LoopShiftModel` | none: its amplitudes are linear | columns m and n | `choose::structure` |
+//! | creep | `CreepModel` | amplitudes | a filter behind the operators | `choose::structure` |
+//! | maps | `MapModel` | three coefficients each | a curve in front, or behind | `choose::maps` |
+//! | dynamics, modes | `DynamicsModel`, `ModesModel` | frequency, damping, gain | a filter behind the creep | `choose::linear_part`, `choose::modes` |
+//! | amplifier | `AmplifierModel` | bandwidth | a lag in front | `choose::linear_part` |
+//!
+//! Which of them the records can tell at all says `choose::told`. Bounds of what is searched are in `fit::point`.
+
+pub(crate) mod creep;
+pub(crate) mod dynamics;
+pub(crate) mod loop_shift;
+pub(crate) mod maps;
+pub(crate) mod operators;
+pub(crate) mod weights;
