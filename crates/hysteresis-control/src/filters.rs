@@ -11,7 +11,8 @@ use hysteresis_core::{Biquad, Bound, Sections};
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 
-use crate::linear::{Error, check_positive};
+use crate::checks::{check_number, check_positive};
+use crate::linear::Error;
 
 /// The largest damping ratio of a filter: a wider one is two lags far apart.
 const MAX_DAMPING: f64 = 100.0;
@@ -104,9 +105,7 @@ impl Notch {
     /// most 100.
     pub fn new(frequency: f64, depth: f64, width: f64) -> Result<Self, Error> {
         let frequency = check_positive("frequency", None, frequency)?;
-        if !(0.0..=MAX_DAMPING).contains(&depth) {
-            return Err(Error::domain("depth", None, "0 to 100, the damping ratio of its zeros", depth));
-        }
+        check_number("depth", (0.0..=MAX_DAMPING).contains(&depth), "0 to 100, the damping ratio of its zeros", depth)?;
         Ok(Self { frequency, depth, width: check_damping("width", width)? })
     }
 

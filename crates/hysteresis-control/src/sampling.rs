@@ -93,12 +93,28 @@ impl fmt::Display for Error {
 
 impl core::error::Error for Error {}
 
+/// Checks what a number must be, or names it.
+///
+/// # Errors
+/// [`Error::Domain`] unless it holds.
+pub fn check_number(parameter: &'static str, holds: bool, expected: &'static str, got: f64) -> Result<(), Error> {
+    if holds { Ok(()) } else { Err(Error::domain(parameter, expected, got)) }
+}
+
+/// Checks what a whole number must be, or names it.
+///
+/// # Errors
+/// [`Error::Whole`] unless it holds.
+pub fn check_whole(parameter: &'static str, holds: bool, expected: &'static str, got: u32) -> Result<(), Error> {
+    if holds { Ok(()) } else { Err(Error::whole(parameter, expected, got)) }
+}
+
 /// Checks a number that must be finite, or names it.
 ///
 /// # Errors
 /// [`Error::Domain`] unless it is.
 pub fn check_finite(parameter: &'static str, got: f64) -> Result<(), Error> {
-    if got.is_finite() { Ok(()) } else { Err(Error::domain(parameter, "a finite number", got)) }
+    check_number(parameter, got.is_finite(), "a finite number", got)
 }
 
 /// Checks a number that must be finite and above 0, or names it.
@@ -106,7 +122,7 @@ pub fn check_finite(parameter: &'static str, got: f64) -> Result<(), Error> {
 /// # Errors
 /// [`Error::Domain`] unless it is.
 pub fn check_positive(parameter: &'static str, got: f64) -> Result<(), Error> {
-    if got > 0.0 && got.is_finite() { Ok(()) } else { Err(Error::domain(parameter, "a finite number above 0", got)) }
+    check_number(parameter, got > 0.0 && got.is_finite(), "a finite number above 0", got)
 }
 
 /// The number of samples that `parameter` asks for, a whole number that is not negative.

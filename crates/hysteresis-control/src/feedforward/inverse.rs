@@ -3,8 +3,9 @@
 use hysteresis_core::check_all_finite;
 use nalgebra::{DMatrix, DVector};
 
-use super::riccati::riccati;
-use crate::linear::{Error, LinearDynamics, check_positive};
+use crate::checks::{check_number, check_positive};
+use crate::linear::{Error, LinearDynamics};
+use crate::riccati::regulator_value;
 
 /// For how many samples a reference goes on beyond its end: of what lies farther ahead 1e-6 is left.
 const LOOK_AHEAD: usize = 16;
@@ -86,9 +87,7 @@ impl DynamicsInverse {
     /// # Errors
     /// [`Error`] unless the smoothing is from 1e-12 to 1e6, or as for [`LinearDynamics::block`].
     pub fn with_smoothing(dynamics: &LinearDynamics, dt: f64, smoothing: f64) -> Result<Self, Error> {
-        if !(1e-12..=1e6).contains(&smoothing) {
-            return Err(Error::domain("smoothing", None, "1e-12 to 1e6", smoothing));
-        }
+        check_number("smoothing", (1e-12..=1e6).contains(&smoothing), "1e-12 to 1e6", smoothing)?;
         let model = Model::new(dynamics, check_positive("dt", None, dt)?)?;
         let split = dynamics.sampled(dt)?.dead_time;
         let exact = dynamics.order() == 0 && split.share == 0.0;
@@ -97,7 +96,7 @@ impl DynamicsInverse {
         // The products of state and input in the cost go away with a' = a + d c s / rho.
         let direct = d / rho;
         let cost = c * c.transpose() * (1.0 - d * direct);
-        let value = riccati(&(a - b * c.transpose() * direct), b, cost, rho);
+        let value = regulator_value(&(a - b * c.transpose() * direct), b, cost, rho);
         let Some(value) = value.filter(|value| value.iter().all(|entry| entry.is_finite())) else {
             let expected = "a sampling interval at which the dynamics can be inverted";
             return Err(Error::domain("dt", None, expected, dt));

@@ -15,13 +15,9 @@
 
 mod inverse;
 mod preview;
-mod riccati;
-mod series;
-mod smoothing;
 
 pub use inverse::DynamicsInverse;
-pub use preview::{PreviewCoefficients, PreviewOptions};
-pub use smoothing::smoothing_kernel;
+pub use preview::{PreviewCoefficients, PreviewOptions, smoothing_kernel};
 
 use crate::linear::{Block, Error, LinearDynamics};
 

@@ -1,11 +1,11 @@
-//! Feed-forward from a window of references, sample by sample.
+//! Feed-forward from a window of references, sample by sample, and the smoothing of references that are known beforehand.
 
 use core::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::series::inverse_series;
-use crate::linear::{Discrete, Error, LinearDynamics, PulseTransfer, check_positive};
+use crate::checks::{check_number, check_positive, check_whole};
+use crate::linear::{Discrete, Error, LinearDynamics, PulseTransfer};
 
 /// The longest window, in samples.
 const MAX_WINDOW: usize = 1000;
@@ -108,17 +108,11 @@ impl PreviewCoefficients {
         check_positive("dt", None, dt)?;
         let sampled = dynamics.sampled(dt)?;
         let PreviewOptions { ahead, window, degree, band } = *options;
-        if ahead > MAX_WINDOW {
-            return Err(Error::whole("ahead", None, "at most 1000 samples", ahead));
-        }
+        check_whole("ahead", ahead <= MAX_WINDOW, "at most 1000 samples", ahead)?;
         let passed = sampled.dead_time.whole + usize::from(sampled.dead_time.share >= 0.5);
         let window = window.unwrap_or_else(|| (2 * ahead.saturating_sub(passed)).max(ahead + 1).max(4));
-        if !(1..=MAX_WINDOW).contains(&window) {
-            return Err(Error::whole("window", None, "1 to 1000 samples", window));
-        }
-        if window <= ahead {
-            return Err(Error::whole("window", None, "more references than lie ahead", window));
-        }
+        check_whole("window", (1..=MAX_WINDOW).contains(&window), "1 to 1000 samples", window)?;
+        check_whole("window", window > ahead, "more references than lie ahead", window)?;
         let degree = degree.unwrap_or(DEGREE.min(window - 1));
         if degree >= window || degree > MAX_DEGREE {
             return Err(Error::whole(
@@ -281,4 +275,104 @@ impl Fit {
         }
         Some(coefficients)
     }
+}
+
+/// The first coefficients, q(0) to q(degree), of exp(s lead) / P(exp(s)) = sum_m q(m) s^m, with s in radians per sample
+/// and P of the rows of a record without the whole samples of dead time.
+///
+/// P(z) = G/z + c (z - Phi)^-1 g (1/z - 1) + d (1-f) (1 - 1/z), see [`Discrete`]. A record of samples of a polynomial is
+/// answered by one: these numbers say by which.
+fn inverse_series(sampled: &Discrete, degree: usize, lead: f64) -> Vec<f64> {
+    let later = exponential(-1.0, degree);
+    let through = sampled.d * (1.0 - sampled.dead_time.share);
+    let states = state_series(sampled, &later, degree);
+    let transfer: Vec<f64> = (0..=degree)
+        .map(|m| {
+            let change = later[m] - if m == 0 { 1.0 } else { 0.0 };
+            sampled.gain * later[m] + sampled.c.dot(&states[m]) - through * change
+        })
+        .collect();
+    // The quotient of two series.
+    let mut quotient = exponential(lead, degree);
+    for m in 0..=degree {
+        let known: f64 = (1..=m).map(|i| transfer[i] * quotient[m - i]).sum();
+        quotient[m] = (quotient[m] - known) / transfer[0];
+    }
+    quotient
+}
+
+/// x of (exp(s) - Phi) x = g (exp(-s) - 1).
+fn state_series(sampled: &Discrete, later: &[f64], degree: usize) -> Vec<DVector<f64>> {
+    let n = sampled.g.len();
+    if n == 0 {
+        return vec![DVector::zeros(0); degree + 1];
+    }
+    let rest = (DMatrix::identity(n, n) - &sampled.phi).lu();
+    let sooner = exponential(1.0, degree);
+    let mut states: Vec<DVector<f64>> = vec![DVector::zeros(n)];
+    for m in 1..=degree {
+        let before: DVector<f64> = (1..=m).map(|i| &states[m - i] * sooner[i]).sum();
+        let driven = &sampled.g * later[m] - before;
+        states.push(rest.solve(&driven).unwrap_or_else(|| DVector::from_element(n, f64::NAN)));
+    }
+    states
+}
+
+/// x^m / m!
+fn exponential(x: f64, degree: usize) -> Vec<f64> {
+    let mut series = vec![1.0];
+    for m in 1..=degree {
+        #[expect(clippy::cast_precision_loss, reason = "degrees are small")]
+        series.push(series[m - 1] * x / m as f64);
+    }
+    series
+}
+
+/// The longest kernel, in samples.
+const MOST_SAMPLES: f64 = 1000.0;
+
+/// Weights that smooth a reference over so many seconds: three means of a third of it, one behind the other.
+///
+/// A mean over one period of a resonance passes nothing of its frequency, and three of them little of what is near: for one 5 % off,
+/// 1.3e-4 of it. So a step of a reference becomes a motion within `seconds` that leaves three periods long resonances at rest. The
+/// number of weights is odd, they sum to 1, and they have no phase.
+///
+/// ```
+/// use hysteresis_control::feedforward::smoothing_kernel;
+/// let kernel = smoothing_kernel(3.7e-3, 1e-4)?; // three periods of a resonance of 800 Hz
+/// assert_eq!(kernel.len(), 35);
+/// let at = |frequency: f64| -> f64 {
+///     let wave = |(i, s): (usize, &f64)| s * (core::f64::consts::TAU * frequency * 1e-4 * (i as f64 - 17.0)).cos();
+///     kernel.iter().enumerate().map(wave).sum()
+/// };
+/// assert!((at(0.0) - 1.0).abs() < 1e-12 && at(800.0).abs() < 1e-4 && at(840.0).abs() < 1e-3);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error`] for numbers that are not above 0, or more than 1000 samples.
+pub fn smoothing_kernel(seconds: f64, dt: f64) -> Result<Vec<f64>, Error> {
+    check_positive("dt", None, dt)?;
+    let third = check_positive("smoothing", None, seconds)? / (3.0 * dt);
+    check_number("smoothing", 3.0 * third <= MOST_SAMPLES, "at most 1000 samples", seconds)?;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 334, and not negative")]
+    let (nearest, half) = (third.round().max(1.0) as usize, (0.5 * third) as usize);
+    let kernel = mean(&mean(&[1.0], nearest), nearest);
+    // With an odd third mean the whole is odd.
+    Ok(mean(&kernel, 2 * half + 1))
+}
+
+/// The running mean over so many samples.
+fn mean(kernel: &[f64], samples: usize) -> Vec<f64> {
+    let mut next = vec![0.0; kernel.len() + samples - 1];
+    for (i, weight) in kernel.iter().enumerate() {
+        for sum in &mut next[i..i + samples] {
+            *sum += weight;
+        }
+    }
+    let all: f64 = next.iter().sum();
+    for weight in &mut next {
+        *weight /= all;
+    }
+    next
 }

@@ -23,26 +23,19 @@
 //! Q = 1 / (1 + (f / `bandwidth`)^4) is a Butterworth low-pass run forwards and backwards: it has no phase. The error of a harmonic
 //! shrinks from period to period by |Q (1 - gamma L M')|, M' the true loop. Where that is above 1 it grows: a supervisor sees it, and stops
 //! learning.
+//!
+//! Each file knows only those above it: `feedback_loop`, the loop that is believed in, and what it may be; `harmonics`, then
+//! `iterative`; `repetitive_filters` and `supervisor`, then `repetitive`.
 
-mod belief;
 mod feedback_loop;
 mod harmonics;
 mod iterative;
-mod options;
-mod past;
 mod repetitive;
-mod repetitive_design;
-mod spectra;
-mod state;
+mod repetitive_filters;
 mod supervisor;
-mod taps;
-mod uncertainty;
 
-pub use belief::Belief;
-pub use feedback_loop::FeedbackLoop;
-pub use iterative::IterativeLearning;
-pub use options::{LearningOptions, RepetitiveOptions, Trial};
-pub use repetitive::{LearningPhase, RepetitiveControl};
-pub use state::{IterativeState, RepetitiveState, Supervision};
+pub use feedback_loop::{FeedbackLoop, LoopUncertainty};
+pub use harmonics::{Belief, LearningOptions};
+pub use iterative::{IterativeLearning, IterativeState, Trial};
+pub use repetitive::{LearningPhase, RepetitiveControl, RepetitiveOptions, RepetitiveState, Supervision};
 pub use supervisor::SupervisorState;
-pub use uncertainty::LoopUncertainty;

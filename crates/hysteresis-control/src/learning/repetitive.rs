@@ -3,16 +3,13 @@
 use hysteresis_core::{Fingerprint, is_admissible};
 use serde::{Deserialize, Serialize};
 
-use super::feedback_loop::FeedbackLoop;
-use super::options::RepetitiveOptions;
-use super::past::Past;
-use super::repetitive_design::{FREQUENCIES_PER_HARMONIC, Filters, RepetitiveDesign};
-use super::spectra::{as_f64, response};
-use super::state::{RepetitiveState, Supervision};
-use super::supervisor::Supervisor;
-use super::taps::dot;
-use crate::linear::Error;
-use crate::saved::{check_model, check_numbers, check_same, check_same_count, check_terms};
+use super::feedback_loop::{FeedbackLoop, LoopUncertainty, as_f64, response};
+use super::repetitive_filters::{FREQUENCIES_PER_HARMONIC, Filters, Past, RepetitiveDesign};
+use super::supervisor::{Supervisor, SupervisorState};
+use crate::checks::{
+    check_model, check_number, check_numbers, check_positive, check_same, check_same_count, check_terms, check_whole,
+};
+use crate::linear::{Error, dot};
 
 /// The longest period, in samples.
 const MAX_PERIOD: usize = 1 << 22;
@@ -114,10 +111,8 @@ impl RepetitiveControl {
     /// [`Error`] for a loop that is not stable, an option outside its domain, or a period that is not 8 to 2^22 samples.
     pub fn new(feedback: &FeedbackLoop, period: usize, options: &RepetitiveOptions) -> Result<Self, Error> {
         options.check()?;
-        if !(8..=MAX_PERIOD).contains(&period) {
-            return Err(Error::whole("period", None, "8 to 2^22 samples", period));
-        }
-        let design = RepetitiveDesign::new(feedback, period, options)?;
+        check_whole("period", (8..=MAX_PERIOD).contains(&period), "8 to 2^22 samples", period)?;
+        let design = RepetitiveDesign::new(feedback, period, options.uncertainty, options.gain)?;
         let (bandwidth, filters) = match options.bandwidth {
             Some(bandwidth) => (bandwidth, design.filters(bandwidth, 1.0)),
             None => design.widest()?,
@@ -324,10 +319,8 @@ impl RepetitiveControl {
     }
 
     fn supervise_as(&mut self, saved: &Supervision, corrections: &[f64]) -> Result<(), Error> {
-        if saved.fading > self.longest_fade() {
-            let expected = "at most as many samples as the correction fades out here";
-            return Err(Error::whole("state.supervision.fading", None, expected, saved.fading));
-        }
+        let expected = "at most as many samples as the correction fades out here";
+        check_whole("state.supervision.fading", saved.fading <= self.longest_fade(), expected, saved.fading)?;
         let faded = if saved.stopped || saved.fading > 0 { corrections.len().saturating_sub(saved.fading) } else { 0 };
         if let Some(index) = corrections.iter().rev().take(faded).position(|correction| *correction != 0.0) {
             let index = corrections.len() - 1 - index;
@@ -375,4 +368,92 @@ impl RepetitiveControl {
         let response = response(truth, FREQUENCIES_PER_HARMONIC * self.period)?;
         Ok(self.filters.rate(self.options.gain, &[response]))
     }
+}
+
+/// How to learn in the loop.
+///
+/// ```
+/// use hysteresis_control::learning::RepetitiveOptions;
+/// let options = RepetitiveOptions { settle: 3, ..RepetitiveOptions::default() };
+/// assert_eq!((options.gain, options.bandwidth), (0.3, None));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RepetitiveOptions {
+    /// Up to which frequency to learn, in Hz: half of a correction is kept there. Without one, as far as learning converges on every
+    /// loop that the true one may be.
+    pub bandwidth: Option<f64>,
+    /// The gain gamma: less averages noise over more periods.
+    pub gain: f64,
+    /// So many periods pass before the first one that is learned from.
+    pub settle: u32,
+    /// The correction never exceeds this magnitude, in the unit of the displacement.
+    pub limit: Option<f64>,
+    /// How far the true loop may be from the believed one.
+    pub uncertainty: LoopUncertainty,
+}
+
+impl RepetitiveOptions {
+    /// The usual options for a bandwidth in Hz.
+    #[must_use]
+    pub fn new(bandwidth: f64) -> Self {
+        Self { bandwidth: Some(bandwidth), ..Self::default() }
+    }
+
+    pub(super) fn check(&self) -> Result<(), Error> {
+        self.bandwidth.map_or(Ok(0.0), |bandwidth| check_positive("bandwidth", None, bandwidth))?;
+        check_number("gain", self.gain > 0.0 && self.gain <= 1.0, "a number above 0, at most 1", self.gain)?;
+        let limit = self.limit.unwrap_or_default();
+        check_number("limit", limit >= 0.0, "a number >= 0", limit)
+    }
+}
+
+impl Default for RepetitiveOptions {
+    /// A bandwidth that suits the loop, a gain of 0.3, one period to settle, no limit, the usual uncertainty.
+    fn default() -> Self {
+        Self { bandwidth: None, gain: 0.3, settle: 1, limit: None, uncertainty: LoopUncertainty::default() }
+    }
+}
+
+/// Everything that a [`RepetitiveControl`](super::RepetitiveControl) remembers: restored, it continues bit for bit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RepetitiveState {
+    /// The fingerprint of the loop.
+    pub model: u64,
+    /// The sampling interval in seconds.
+    pub dt: f64,
+    /// The number of samples of a period.
+    pub period: usize,
+    /// How it learns.
+    pub options: RepetitiveOptions,
+    /// The last corrections, the oldest first.
+    pub corrections: Vec<f64>,
+    /// The last errors, the oldest first.
+    pub errors: Vec<f64>,
+    /// The sum of the corrections of the last period.
+    pub sum: f64,
+    /// How many samples came.
+    pub waited: u64,
+    /// How many errors were not finite.
+    pub rejected: u64,
+    /// Whether learning goes on, and what there is to tell. States of before there was a supervisor have none.
+    #[serde(default)]
+    pub supervision: Supervision,
+}
+
+/// Whether learning goes on, and what there is to tell.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Supervision {
+    /// The references of the last period, the oldest first.
+    pub references: Vec<f64>,
+    /// What tells divergence.
+    pub supervisor: SupervisorState,
+    /// For how many samples the correction fades out, and then stays at zero until nothing is remembered.
+    pub fading: usize,
+    /// Whether that is, or was, the end of learning.
+    pub stopped: bool,
+    /// How often learning has diverged.
+    pub divergences: u64,
 }

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::spectra::as_f64;
+use super::feedback_loop::as_f64;
+use crate::checks::check_terms;
 use crate::linear::Error;
-use crate::saved::check_terms;
 
 /// A window is whole periods of at least this many samples: noise makes the error of fewer a matter of luck.
 const WINDOW: usize = 64;

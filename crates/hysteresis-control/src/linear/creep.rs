@@ -2,8 +2,8 @@
 
 use hysteresis_core::check_all_finite;
 
-use super::error::check_positive;
 use super::{Block, Error};
+use crate::checks::{check_number, check_positive, check_whole};
 
 /// Euler's constant (0.5772...), to the precision of a double.
 const EULER: f64 = 0.577_215_664_901_532_9;
@@ -38,10 +38,9 @@ impl Creep {
     /// [`Error`] unless there is a time constant for every amplitude and at least one of each, amplitudes are finite,
     /// and time constants are finite, above 0 and strictly increase.
     pub fn new(amplitudes: &[f64], time_constants: &[f64]) -> Result<Self, Error> {
-        if time_constants.len() != amplitudes.len() || amplitudes.is_empty() {
-            let expected = "as many as there are amplitudes, and at least one";
-            return Err(Error::whole("time_constants", None, expected, time_constants.len()));
-        }
+        let expected = "as many as there are amplitudes, and at least one";
+        let holds = time_constants.len() == amplitudes.len() && !amplitudes.is_empty();
+        check_whole("time_constants", holds, expected, time_constants.len())?;
         check_all_finite("amplitudes", amplitudes)?;
         check_time_constants(time_constants)?;
         Ok(Self { amplitudes: amplitudes.into(), time_constants: time_constants.into() })
@@ -72,16 +71,9 @@ impl Creep {
     /// [`Error`] unless `gamma` is finite, 0 < `start` < `end`, and there is at least one term.
     pub fn logarithmic(gamma: f64, start: f64, end: f64, terms: u16) -> Result<Self, Error> {
         check_positive("start", None, start)?;
-        if check_positive("end", None, end)? <= start {
-            return Err(Error::domain("end", None, "a time after start", end));
-        }
-        if terms == 0 {
-            return Err(Error::whole("terms", None, "at least one", 0));
-        }
-        if gamma.abs().partial_cmp(&1e90).is_none_or(core::cmp::Ordering::is_gt) {
-            let expected = "a finite number (at most 1e90 in magnitude)";
-            return Err(Error::domain("gamma", None, expected, gamma));
-        }
+        check_number("end", check_positive("end", None, end)? > start, "a time after start", end)?;
+        check_whole("terms", terms != 0, "at least one", 0)?;
+        check_number("gamma", gamma.abs() <= 1e90, "a finite number (at most 1e90 in magnitude)", gamma)?;
         let decades = (end / start).log10() / f64::from(terms);
         let time_constant = |k: u16| start * EULER.exp() * 10.0_f64.powf(decades * (f64::from(k) + 0.5));
         let time_constants: Vec<f64> = (0..terms).map(time_constant).collect();
@@ -113,7 +105,7 @@ impl Creep {
 }
 
 /// Checks the time constants of creep, or names the first that cannot be one.
-pub(super) fn check_time_constants(time_constants: &[f64]) -> Result<(), Error> {
+fn check_time_constants(time_constants: &[f64]) -> Result<(), Error> {
     let mut last = 0.0;
     for (index, tau) in time_constants.iter().enumerate() {
         if check_positive("time_constants", Some(index), *tau)? <= last {
@@ -167,9 +159,7 @@ impl CreepBlock {
     /// # Errors
     /// [`Error`] if there are not as many as terms, or one is not finite; then nothing changes.
     pub fn restore(&mut self, lags: &[f64]) -> Result<(), Error> {
-        if lags.len() != self.terms.len() {
-            return Err(Error::whole("lags", None, "as many as creep has terms", lags.len()));
-        }
+        check_whole("lags", lags.len() == self.terms.len(), "as many as creep has terms", lags.len())?;
         check_all_finite("lags", lags)?;
         for (term, lag) in self.terms.iter_mut().zip(lags) {
             term.lag = *lag;

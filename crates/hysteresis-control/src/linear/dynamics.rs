@@ -4,10 +4,10 @@ use core::f64::consts::TAU;
 
 use nalgebra::Complex;
 
-use super::discrete::Discrete;
-use super::error::{check_dead_time, check_positive};
+use super::sampled::Discrete;
 use super::state_space::MAX_STATES;
 use super::{Antiresonance, Delay, Error, FirstOrder, LinearBlock, Modes, PulseTransfer, SecondOrder, StateSpace};
+use crate::checks::{check_dead_time, check_number, check_positive, check_whole};
 
 /// One of the parts that [`LinearDynamics`] are made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,10 +133,8 @@ impl LinearDynamics {
     /// # Errors
     /// [`Error`] unless both have the same dead time and their static gains do not cancel.
     pub fn parallel(&self, other: &Self) -> Result<Self, Error> {
-        if self.dead_time != other.dead_time {
-            let expected = "the same dead time on both sides";
-            return Err(Error::domain("dead_time", None, expected, other.dead_time));
-        }
+        let expected = "the same dead time on both sides";
+        check_number("dead_time", self.dead_time == other.dead_time, expected, other.dead_time)?;
         let sum = self.state_space().parallel(&other.state_space())?;
         Ok(Self { sections: vec![Section::StateSpace(sum)], dead_time: self.dead_time })
     }
@@ -249,9 +247,7 @@ impl LinearDynamics {
 
     pub(crate) fn sampled(&self, dt: f64) -> Result<Discrete, Error> {
         check_positive("dt", None, dt)?;
-        if self.order() > MAX_STATES {
-            return Err(Error::whole("dynamics", None, "at most 64 poles", self.order()));
-        }
+        check_whole("dynamics", self.order() <= MAX_STATES, "at most 64 poles", self.order())?;
         Discrete::new(&self.state_space().balanced(), self.dead_time, dt)
     }
 }
@@ -315,5 +311,58 @@ impl SecondOrder {
     /// As for [`LinearDynamics::block`].
     pub fn block(&self, dt: f64) -> Result<LinearBlock, Error> {
         LinearDynamics::from(*self).block(dt)
+    }
+}
+
+/// Second-order dynamics or a first-order lag: what follows the hysteresis in the cascade of Remark 1 of the paper.
+///
+/// ```
+/// use hysteresis_control::linear::{Block, Dynamics, FirstOrder};
+/// let mut lag = Dynamics::from(FirstOrder::new(100.0)?).block(1e-3)?;
+/// assert!((lag.advance(1.0) - (1.0 - (-0.2 * core::f64::consts::PI).exp())).abs() < 1e-15);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Dynamics {
+    /// A lag.
+    FirstOrder(FirstOrder),
+    /// A resonance, or two lags.
+    SecondOrder(SecondOrder),
+}
+
+impl Dynamics {
+    /// The block for a sampling interval in seconds, at rest at zero.
+    ///
+    /// # Errors
+    /// As for [`LinearDynamics::block`].
+    pub fn block(&self, dt: f64) -> Result<LinearBlock, Error> {
+        LinearDynamics::from(*self).block(dt)
+    }
+}
+
+impl From<FirstOrder> for Dynamics {
+    fn from(lag: FirstOrder) -> Self {
+        Self::FirstOrder(lag)
+    }
+}
+
+impl From<SecondOrder> for Dynamics {
+    fn from(resonance: SecondOrder) -> Self {
+        Self::SecondOrder(resonance)
+    }
+}
+
+impl From<Dynamics> for Section {
+    fn from(dynamics: Dynamics) -> Self {
+        match dynamics {
+            Dynamics::FirstOrder(lag) => lag.into(),
+            Dynamics::SecondOrder(resonance) => resonance.into(),
+        }
+    }
+}
+
+impl From<Dynamics> for StateSpace {
+    fn from(dynamics: Dynamics) -> Self {
+        Section::from(dynamics).state_space()
     }
 }

@@ -13,39 +13,25 @@
 //!
 //! The hold is discretised exactly (zero-order hold), the dead time included. All blocks are linear and time-invariant.
 //! For how to choose creep see [`Creep::logarithmic`].
+//!
+//! Each file knows only those above it: `state_space`, the general form; `sections`; `sampled`, behind a hold; `dynamics`, which
+//! joins them. `creep` stands alone.
 
-mod antiresonance;
-mod block;
 mod creep;
-mod delay;
-mod discrete;
 mod dynamics;
-mod error;
-mod first_order;
-mod history;
-mod modes;
-mod pole_pair;
-mod pulse_transfer;
-mod second_order;
+mod sampled;
+mod sections;
 mod state_space;
-mod stream;
-mod transfer_function;
 
-pub use antiresonance::Antiresonance;
-pub use block::{LinearBlock, LinearState};
 pub use creep::{Creep, CreepBlock};
-pub use delay::{Delay, DelayBlock};
-pub(crate) use discrete::Discrete;
-pub use dynamics::{LinearDynamics, Section};
-pub(crate) use error::check_positive;
-pub use first_order::FirstOrder;
+pub use dynamics::{Dynamics, LinearDynamics, Section};
 pub use hysteresis_core::Error;
-pub use modes::Modes;
-pub use pole_pair::Dynamics;
-pub use pulse_transfer::PulseTransfer;
-pub use second_order::SecondOrder;
+pub use sampled::{Delay, DelayBlock, LinearBlock, LinearState, PulseTransfer};
+pub(crate) use sampled::{Discrete, dot};
+pub use sections::{Antiresonance, FirstOrder, Modes, SecondOrder};
 pub use state_space::StateSpace;
-pub use stream::Stream;
+
+use hysteresis_core::{Process, is_admissible};
 
 /// A discrete-time linear system with its state, for admissible samples.
 ///
@@ -87,5 +73,68 @@ pub trait Block {
         let output = self.look_ahead(input);
         self.hold(input);
         output
+    }
+}
+
+/// A block that starts at rest and holds back samples that are not finite. Its outputs are the rows of a record, see
+/// [`Block::step`].
+///
+/// ```
+/// use hysteresis_core::Process;
+/// use hysteresis_control::linear::{FirstOrder, Stream};
+/// let mut lag = Stream::new(FirstOrder::from_time_constant(1.0)?.block(2.0_f64.ln())?, 0.0);
+/// assert_eq!(lag.step(1.0), 0.0);
+/// assert!((lag.step(1.0) - 0.5).abs() < 1e-15);
+/// assert!((lag.step(f64::NAN) - 0.5).abs() < 1e-15 && lag.rejected() == 1);
+/// assert!((lag.peek(1.0) - 0.75).abs() < 1e-15);
+/// lag.reset();
+/// assert_eq!(lag.peek(1.0), 0.0);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stream<B> {
+    block: B,
+    rest: f64,
+    output: f64,
+    rejected: u64,
+}
+
+impl<B: Block> Stream<B> {
+    /// The block at rest: its input has been `rest` since forever, and is again after every reset.
+    pub fn new(mut block: B, rest: f64) -> Self {
+        let output = block.settle(rest);
+        Self { block, rest, output, rejected: 0 }
+    }
+
+    /// How many samples were not finite (or beyond 1e100) and left output and state as they were.
+    pub fn rejected(&self) -> u64 {
+        self.rejected
+    }
+
+    /// The last output; at rest, the output at rest.
+    pub fn output(&self) -> f64 {
+        self.output
+    }
+}
+
+impl<B: Block> Process for Stream<B> {
+    #[inline]
+    fn step(&mut self, input: f64) -> f64 {
+        if is_admissible(input) {
+            self.output = self.block.step(input);
+        } else {
+            self.rejected = self.rejected.saturating_add(1);
+        }
+        self.output
+    }
+
+    #[inline]
+    fn peek(&self, input: f64) -> f64 {
+        if is_admissible(input) { self.block.output(input) } else { self.output }
+    }
+
+    fn reset(&mut self) {
+        self.output = self.block.settle(self.rest);
+        self.rejected = 0;
     }
 }

@@ -1,14 +1,14 @@
-//! The general form of linear dynamics.
+//! The general form of linear dynamics: from matrices or from the polynomials of a transfer function.
 
 use core::f64::consts::TAU;
 
-use hysteresis_core::check_all_finite;
+use hysteresis_core::{MAX_MAGNITUDE, check_all_finite};
 use nalgebra::linalg::Schur;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::error::check_positive;
-use super::{Error, FirstOrder};
+use super::Error;
+use crate::checks::{check_number, check_positive};
 
 /// The most states: what is larger is a model of a structure, to be reduced first.
 pub(super) const MAX_STATES: usize = 64;
@@ -69,10 +69,7 @@ impl StateSpace {
         let poles = stable_eigenvalues("a", &a)?;
         let rest = rest(&a, &b);
         let (gain, size) = (d + c.dot(&rest), d.abs() + c.abs().dot(&rest.abs()));
-        if gain.is_nan() || gain.abs() <= NO_GAIN * size {
-            let expected = "a static gain d - c a^-1 b that is not 0";
-            return Err(Error::domain("c", None, expected, gain));
-        }
+        check_number("c", gain.abs() > NO_GAIN * size, "a static gain d - c a^-1 b that is not 0", gain)?;
         Ok(Self { a, b, c, d, gain, poles })
     }
 
@@ -206,20 +203,6 @@ impl StateSpace {
     }
 }
 
-impl From<FirstOrder> for StateSpace {
-    fn from(lag: FirstOrder) -> Self {
-        let rate = TAU * lag.frequency();
-        Self {
-            a: DMatrix::from_element(1, 1, -rate),
-            b: DVector::from_element(1, rate),
-            c: DVector::from_element(1, 1.0),
-            d: 0.0,
-            gain: 1.0,
-            poles: vec![Complex::from(-rate)],
-        }
-    }
-}
-
 /// c (s - A)^-1 b; not a number at an eigenvalue.
 pub(super) fn resolvent(
     a: &DMatrix<Complex<f64>>,
@@ -243,7 +226,7 @@ pub(super) fn rest(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
 }
 
 /// The eigenvalues, if they can be found.
-pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
+fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     const ITERATIONS: usize = 10_000;
     if matrix.is_empty() {
         return Some(Vec::new());
@@ -255,7 +238,7 @@ pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
 }
 
 /// The eigenvalues of a finite matrix, if all are stable.
-pub(super) fn stable_eigenvalues(parameter: &'static str, a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Error> {
+fn stable_eigenvalues(parameter: &'static str, a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Error> {
     let wrong = |expected, got| Error::domain(parameter, None, expected, got);
     let poles = eigenvalues(a).ok_or_else(|| wrong("numbers whose poles can be found", f64::NAN))?;
     let fastest = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
@@ -263,4 +246,117 @@ pub(super) fn stable_eigenvalues(parameter: &'static str, a: &DMatrix<f64>) -> R
         Some(slowest) if slowest >= -STABLE * fastest => Err(wrong("poles with negative real parts", slowest)),
         _ => Ok(poles),
     }
+}
+
+/// A Markov parameter below this share of what it is made of is rounding.
+const NOTHING: f64 = 1e-12;
+
+impl StateSpace {
+    /// From a proper transfer function G(s) = N(s) / D(s), with the coefficients of both from the highest power of s on.
+    ///
+    /// The states are those of the controllable canonical form in a unit of time in which the poles are of the order
+    /// of 1.
+    ///
+    /// ```
+    /// use hysteresis_control::linear::{SecondOrder, StateSpace};
+    /// let w = core::f64::consts::TAU * 400.0;
+    /// let stage = StateSpace::from_transfer_function(&[w * w], &[1.0, 2.0 * 0.95 * w, w * w])?;
+    /// let same = StateSpace::from(SecondOrder::new(400.0, 0.95)?);
+    /// assert!((stage.frequency_response(300.0) - same.frequency_response(300.0)).norm() < 1e-14);
+    /// let error = StateSpace::from_transfer_function(&[1.0], &[1.0, 0.0]).unwrap_err();
+    /// assert_eq!(error.to_string(), "denominator: expected poles with negative real parts, got -0.0");
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error`] that names the polynomial: unless all coefficients are finite, the denominator is not 0, its degree is
+    /// at most 64 and not below the numerator's, all its roots have negative real parts and G(0) is not 0.
+    pub fn from_transfer_function(numerator: &[f64], denominator: &[f64]) -> Result<Self, Error> {
+        check_all_finite("numerator", numerator)?;
+        check_all_finite("denominator", denominator)?;
+        let wrong = |parameter, expected, got| Error::domain(parameter, None, expected, got);
+        let (numerator, denominator) = (trimmed(numerator), trimmed(denominator));
+        let Some((leading, tail)) = denominator.split_first() else {
+            return Err(wrong("denominator", "a polynomial that is not 0", 0.0));
+        };
+        let n = tail.len();
+        #[expect(clippy::cast_precision_loss, reason = "only shown")]
+        if n > MAX_STATES {
+            return Err(wrong("denominator", "a degree of at most 64", n as f64));
+        }
+        #[expect(clippy::cast_precision_loss, reason = "only shown")]
+        if numerator.len() > n + 1 {
+            let expected = "a degree that is not above that of the denominator";
+            return Err(wrong("numerator", expected, (numerator.len() - 1) as f64));
+        }
+        let last = numerator.last().copied().unwrap_or(0.0);
+        if last == 0.0 {
+            return Err(wrong("numerator", "a last coefficient, and so a static gain, that is not 0", last));
+        }
+        let Some(constant) = tail.last() else { return Self::from_gain(last / leading) };
+        // In the unit of time 1 / rate the constant coefficient is as large as the leading one.
+        #[expect(clippy::cast_precision_loss, reason = "at most 64")]
+        let rate = if *constant == 0.0 { 1.0 } else { (constant / leading).abs().powf(1.0 / n as f64) };
+        let power = |i: usize| (0..i).fold(1.0, |power, _| power * rate);
+        // tail[i] belongs to s^(n-1-i).
+        let alpha: Vec<f64> = (0..n).map(|i| tail[n - 1 - i] / leading / power(n - i)).collect();
+        let padded = |i: usize| numerator.len().checked_sub(i + 1).map_or(0.0, |place| numerator[place]);
+        let d = padded(n) / leading;
+        let c = DVector::from_fn(n, |i, _| padded(i) / leading / power(n - i) - d * alpha[i]);
+        let a = DMatrix::from_fn(n, n, |i, j| {
+            let shift = if j == i + 1 { rate } else { 0.0 };
+            if i + 1 == n { -rate * alpha[j] } else { shift }
+        });
+        let b = DVector::from_fn(n, |i, _| if i + 1 == n { rate } else { 0.0 });
+        if !a.iter().chain(&c).all(|entry| entry.abs() <= MAX_MAGNITUDE) {
+            return Err(wrong("denominator", "coefficients of which the ratios are finite", *leading));
+        }
+        let poles = stable_eigenvalues("denominator", &a)?;
+        Ok(Self { a, b, c, d, gain: last / constant, poles })
+    }
+
+    /// The finite zeros in radians per second.
+    ///
+    /// With p = 1/s the transfer function has the same static gain as direct feed-through, so its zeros are the
+    /// eigenvalues of A^-1 + A^-1 b c A^-1 / G(0): those that are not 0, which are the zeros at infinity.
+    #[must_use]
+    pub fn zeros(&self) -> Vec<Complex<f64>> {
+        let Self { a, b, c, .. } = self.balanced();
+        let finite = self.order() - relative_degree(&a, &b, &c, self.d);
+        if finite == 0 {
+            return Vec::new();
+        }
+        let Some(inverse) = a.clone().try_inverse() else { return Vec::new() };
+        let reaches = -rest(&a, &b);
+        let seen = c.transpose() * &inverse;
+        let mut reciprocals = eigenvalues(&(inverse + reaches * seen / self.gain)).unwrap_or_default();
+        reciprocals.sort_by(|one, other| other.norm().total_cmp(&one.norm()));
+        reciprocals.truncate(finite);
+        reciprocals.into_iter().map(|p| p.inv()).collect()
+    }
+}
+
+/// By how many the poles outnumber the finite zeros: the first of d, c b, c A b, .. that is not 0.
+fn relative_degree(a: &DMatrix<f64>, b: &DVector<f64>, c: &DVector<f64>, d: f64) -> usize {
+    let n = b.len();
+    let rest = rest(a, b);
+    if d.abs() > NOTHING * c.abs().dot(&rest.abs()) {
+        return 0;
+    }
+    let mut reached = b.clone();
+    let mut bound = b.abs();
+    for degree in 1..n {
+        if c.dot(&reached).abs() > NOTHING * c.abs().dot(&bound) {
+            return degree;
+        }
+        reached = a * reached;
+        bound = a.abs() * bound;
+    }
+    n
+}
+
+/// Without leading zeros.
+fn trimmed(coefficients: &[f64]) -> &[f64] {
+    let first = coefficients.iter().position(|coefficient| *coefficient != 0.0);
+    first.map_or(&[], |first| &coefficients[first..])
 }

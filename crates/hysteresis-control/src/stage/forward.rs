@@ -9,8 +9,8 @@ use hysteresis_core::{
 use serde::{Deserialize, Serialize};
 
 use super::{Error, Stage, StageParts};
+use crate::checks::{check_model, check_same};
 use crate::linear::{Block, LinearBlock, LinearDynamics, LinearState};
-use crate::saved::{check_model, check_same};
 
 /// The position of a stage, sample by sample: dead time, amplifier, maps, hysteresis, loop shift, creep and modes.
 ///
@@ -90,10 +90,6 @@ fn fingerprint(parts: &StageParts) -> u64 {
 }
 
 impl StageForward {
-    pub(super) fn new(stage: &Stage, dt: f64) -> Result<Self, Error> {
-        Self::with_sub_steps(stage, dt, sub_steps(stage.parts(), dt))
-    }
-
     fn with_sub_steps(stage: &Stage, dt: f64, sub_steps: u32) -> Result<Self, Error> {
         let parts = stage.parts();
         let interval = dt / f64::from(sub_steps);
@@ -317,6 +313,16 @@ impl Process for StageForward {
     fn reset(&mut self) {
         (self.rejected, self.clamped) = (0, 0);
         self.settle(0.0);
+    }
+}
+
+impl Stage {
+    /// The whole chain without the converters, sample by sample, at rest at [`rest_drive`](Self::rest_drive).
+    ///
+    /// # Errors
+    /// [`Error`] unless `dt` is finite and above 0, and no part of the dynamics is too fast or too slow for it.
+    pub fn forward(&self, dt: f64) -> Result<StageForward, Error> {
+        StageForward::with_sub_steps(self, dt, sub_steps(self.parts(), dt))
     }
 }
 

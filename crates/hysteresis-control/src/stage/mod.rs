@@ -24,102 +24,33 @@
 //! ```
 //!
 //! With no dead time and no modes y(k) = H\[u(k)\]. Modes answer to u(k) from y(k+1) on.
+//!
+//! # Files
+//! `parts` says what a stage is made of. Here it becomes a [`Stage`], with its limits and ranges. The rest is made from it: `file`,
+//! `forward`, `precompensate` (the drive for a known reference), `knowledge` (what identification still knows of it), `design`
+//! (feedback, controllers).
 
-mod changed;
 mod design;
-mod error;
 pub(crate) mod file;
 mod forward;
-mod identified;
-mod loop_shift;
+mod knowledge;
+mod parts;
 mod precompensate;
-mod ranges;
-mod uncertainty;
 
 pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
-pub use error::Error;
 pub use file::{SCHEMA, read_file};
 pub use forward::{StageForward, StageState};
-pub use identified::{Identified, RecordSource, StageWarning, Units};
-pub use loop_shift::LoopShift;
+pub use parts::{Identified, LoopShift, RecordSource, StageParts, StageWarning, Units};
 pub use precompensate::{PrecompensateOptions, Precompensated};
 
+use core::fmt;
+
 use hysteresis_core::{
-    Bound, Bracket, CompiledModel, CreepTerms, Error as CoreError, MAX_MAGNITUDE, ModifiedPrandtlIshlinskii,
-    PiecewiseLinearMap, QuasiStatic, QuasiStaticInverse, is_admissible,
+    Bound, Bracket, CompiledModel, CreepTerms, Error as CoreError, MAX_MAGNITUDE, Process, QuasiStatic,
+    QuasiStaticInverse, is_admissible,
 };
 
-use crate::linear::{Creep, FirstOrder, LinearDynamics};
-
-/// The parts of a stage, each of which may be missing but for the hysteresis.
-///
-/// ```
-/// use hysteresis_control::linear::SecondOrder;
-/// use hysteresis_control::stage::{Stage, StageParts};
-/// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
-/// let hysteresis =
-///     ModifiedPrandtlIshlinskii::from_ratios(&[0.5, 0.1], &[0.0, 20.0], Ratios::PAPER, Offsets::default())?;
-/// let stage = Stage::new(StageParts {
-///     dynamics: SecondOrder::new(800.0, 0.02)?.into(),
-///     dead_time: 1e-4,
-///     limits: Some((0.0, 150.0)),
-///     ..StageParts::new(hysteresis)
-/// })?;
-/// assert_eq!(stage.rest_drive(), 0.0);
-/// # Ok::<(), Box<dyn core::error::Error>>(())
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct StageParts {
-    /// The hysteresis H.
-    pub hysteresis: ModifiedPrandtlIshlinskii,
-    /// The map gamma in front of the hysteresis.
-    pub input_map: Option<PiecewiseLinearMap>,
-    /// The map phi behind the hysteresis.
-    pub output_map: Option<PiecewiseLinearMap>,
-    /// The lag of the amplifier, in front of the hysteresis.
-    pub amplifier: Option<FirstOrder>,
-    /// What motion of the drive adds behind the output map.
-    pub loop_shift: Option<LoopShift>,
-    /// Creep behind output map and loop shift.
-    pub creep: Option<Creep>,
-    /// Modes and lags behind the hysteresis; their dead time must be 0.
-    pub dynamics: LinearDynamics,
-    /// What the sensor shows later than hysteresis and modes explain, in seconds. An identified stage may have a negative
-    /// one, if its records pair a drive with a position that was read later.
-    pub dead_time: f64,
-    /// The drive never leaves (low, high).
-    pub limits: Option<(f64, f64)>,
-    /// How fast the drive may change, per second.
-    pub slew: Option<f64>,
-    /// Rms noise of the sensor, in the unit of the position.
-    pub noise: Option<f64>,
-    /// What identification knows of the stage.
-    pub identified: Option<Identified>,
-    /// The units of drive and position.
-    pub units: Units,
-}
-
-impl StageParts {
-    /// Hysteresis alone.
-    #[must_use]
-    pub fn new(hysteresis: ModifiedPrandtlIshlinskii) -> Self {
-        Self {
-            hysteresis,
-            input_map: None,
-            output_map: None,
-            amplifier: None,
-            loop_shift: None,
-            creep: None,
-            dynamics: LinearDynamics::none(),
-            dead_time: 0.0,
-            limits: None,
-            slew: None,
-            noise: None,
-            identified: None,
-            units: Units::default(),
-        }
-    }
-}
+use crate::linear::{Creep, LinearDynamics};
 
 /// A stage: validated, immutable parts, and everything that runs made from them.
 ///
@@ -287,7 +218,7 @@ impl Stage {
     /// # Errors
     /// [`Error`] unless `dt` is finite and above 0.
     pub fn quasi_static(&self, dt: f64) -> Result<QuasiStatic, Error> {
-        crate::linear::check_positive("dt", None, dt)?;
+        crate::checks::check_positive("dt", None, dt)?;
         let mut sampled = self.rigid.clone();
         if let Some(shift) = &self.parts.loop_shift {
             sampled = sampled.with_loop_shift(shift.terms(dt)?);
@@ -297,14 +228,6 @@ impl Stage {
             sampled = sampled.with_creep(CreepTerms::new(creep.amplitudes(), &decays)?);
         }
         Ok(sampled)
-    }
-
-    /// The whole chain without the converters, sample by sample, at rest at [`rest_drive`](Self::rest_drive).
-    ///
-    /// # Errors
-    /// [`Error`] unless `dt` is finite and above 0, and no part of the dynamics is too fast or too slow for it.
-    pub fn forward(&self, dt: f64) -> Result<StageForward, Error> {
-        StageForward::new(self, dt)
     }
 
     /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest at
@@ -349,5 +272,180 @@ fn check_limits(parameter: &'static str, limits: Option<(f64, f64)>) -> Result<O
     } else {
         let expected = Bound::Above { what: "the low limit", limit: low };
         Err(CoreError::Domain { parameter, index: Some(1), expected, got: high }.into())
+    }
+}
+
+/// Creep takes no more than this share of the loop from either end: creep that may go on for more leaves no range.
+const MOST_CREPT: f64 = 0.25;
+
+impl Stage {
+    /// The lowest and the highest slope dy/du, creep at its end included. A loop shift does not change it: the newest
+    /// drive does not enter it, and at its end it is 0.
+    #[must_use]
+    pub fn slope_range(&self) -> (f64, f64) {
+        let (mut low, mut high) = self.model.slope_range();
+        for map in [&self.parts.input_map, &self.parts.output_map].into_iter().flatten() {
+            let (flat, steep) = map.slope_range();
+            (low, high) = (low * flat, high * steep);
+        }
+        let crept: f64 = self.parts.creep.iter().flat_map(Creep::amplitudes).sum();
+        let gain = self.parts.dynamics.static_gain().abs();
+        (low * gain * (1.0 + crept).min(1.0), high * gain * (1.0 + crept).max(1.0))
+    }
+
+    /// The positions that the stage reaches whatever happened before: every one between these two has a drive within
+    /// [`drive_range`](Self::drive_range), after any history within it. None for a stage without a range of drives.
+    ///
+    /// They are the ends of the slow loop over that range: maps, hysteresis and the static gain of the modes, at the low
+    /// end after a stroke to the high one and the other way round. So the remanence is outside, though a stage that was
+    /// never driven begins there. Creep counts where it is worst, at rest at the other end, but takes no more than a
+    /// quarter of the loop from either end. What modes overshoot and what a loop shift adds in motion do not count.
+    #[must_use]
+    pub fn position_range(&self) -> Option<(f64, f64)> {
+        let (first, (from, to)) = (self.first_strokes()?, self.drive_range()?);
+        let mut forward = self.rigid.forward();
+        forward.step(to);
+        let (low, high) = ordered((forward.step(from), forward.step(to)));
+        let (middle, room) = self.crept(first);
+        let room = room.min(MOST_CREPT * (high - low));
+        Some(self.behind_modes((low + middle + room, high + middle - room)))
+    }
+
+    /// The positions that the stage may come to by itself: where first strokes end, and what creep adds to them.
+    fn widest_position_range(&self) -> Option<(f64, f64)> {
+        let (low, high) = self.first_strokes()?;
+        let (middle, room) = self.crept((low, high));
+        Some(self.behind_modes((low + middle - room, high + middle + room)))
+    }
+
+    /// In front of creep: no history leads farther.
+    fn first_strokes(&self) -> Option<(f64, f64)> {
+        let (from, to) = self.drive_range()?;
+        let mut forward = self.rigid.forward();
+        Some(ordered((forward.settle(from), forward.settle(to))))
+    }
+
+    /// What creep adds after rest in the middle of these positions, and by how much more or less it may be.
+    fn crept(&self, (low, high): (f64, f64)) -> (f64, f64) {
+        let amplitudes = || self.parts.creep.iter().flat_map(Creep::amplitudes);
+        let (sum, size) = (amplitudes().sum::<f64>(), amplitudes().map(|amplitude| amplitude.abs()).sum::<f64>());
+        (0.5 * (low + high) * sum, 0.5 * (high - low) * size)
+    }
+
+    fn behind_modes(&self, (low, high): (f64, f64)) -> (f64, f64) {
+        let gain = self.parts.dynamics.static_gain();
+        ordered((gain * low, gain * high))
+    }
+}
+
+fn ordered((one, other): (f64, f64)) -> (f64, f64) {
+    (one.min(other), one.max(other))
+}
+
+/// What is wrong: the parameter, what was expected, what came.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Error {
+    /// A number outside its domain.
+    Core(CoreError),
+    /// A reference that begins elsewhere than the stage is, without a lead-in.
+    Start {
+        /// Where the stage is at the drive from which it starts, in the unit of the position.
+        position: f64,
+        /// That drive.
+        drive: f64,
+        /// Where the reference begins.
+        got: f64,
+    },
+    /// A negative dead time, where something is to run sample by sample.
+    NegativeDeadTime {
+        /// The dead time in seconds.
+        got: f64,
+    },
+    /// Parts with another lag than the one that was identified.
+    Lag {
+        /// The part that changes it.
+        parameter: &'static str,
+        /// The identified lag of amplifier, dynamics and dead time, in seconds.
+        expected: f64,
+        /// Their lag with this part.
+        got: f64,
+    },
+    /// A stage whose position falls where the drive rises, under feedback.
+    Falling,
+    /// A stage without limits, where something would drive it.
+    NoLimits,
+    /// A stage without a noise of the sensor, where one is needed.
+    NoNoise,
+    /// A file that is no stage.
+    File {
+        /// What is wrong with it.
+        message: String,
+    },
+    /// Bytes that are not what they should be.
+    Bytes {
+        /// What was expected.
+        expected: &'static str,
+        /// What came.
+        got: String,
+    },
+}
+
+impl Error {
+    /// The name of the parameter that is wrong, if it is one.
+    #[must_use]
+    pub fn parameter(&self) -> Option<&'static str> {
+        match self {
+            Self::Core(error) => error.parameter(),
+            Self::Start { .. } => Some("reference"),
+            Self::Lag { parameter, .. } => Some(parameter),
+            Self::NegativeDeadTime { .. } => Some("dead_time"),
+            Self::Falling => Some("output_map"),
+            Self::NoLimits => Some("limits"),
+            Self::NoNoise => Some("noise"),
+            Self::Bytes { .. } => Some("bytes"),
+            Self::File { .. } => None,
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Core(error) => error.fmt(f),
+            Self::Start { position, drive, got } => write!(
+                f,
+                "reference[0]: expected the position of the stage at its start drive {drive:?}, which is {position:?}, got \
+                 {got:?}: give `lead_in`, the seconds of a smooth way there, or `start`, the drive at which the stage rests"
+            ),
+            Self::NegativeDeadTime { got } => write!(
+                f,
+                "dead_time: expected 0 s or more, got {got:?}: the records pair each drive with a position that was read \
+                 later; shift the positions down by one row and identify again"
+            ),
+            Self::Lag { parameter, expected, got } => write!(
+                f,
+                "{parameter}: expected amplifier, dynamics and dead time with the lag that was identified, {expected:.6} s in \
+                 all, got {got:.6} s: the dead time of an identified stage holds the lag of all that was not fitted; change \
+                 the dead time by as much the other way, or identify again with these dynamics"
+            ),
+            Self::Falling => write!(
+                f,
+                "output_map: expected a position that rises with the drive, got one that falls: the gains of a feedback are \
+                 positive; reverse the sign of the drive or of the position"
+            ),
+            Self::NoLimits => write!(f, "limits: expected (low, high), got None, and the stage has none"),
+            Self::NoNoise => write!(f, "noise: expected the rms noise of the sensor, got none: the stage states none"),
+            Self::Bytes { expected, got } => write!(f, "bytes: expected {expected} as bytes, got {got}"),
+            Self::File { message } => write!(f, "not a stage file: {message}"),
+        }
+    }
+}
+
+impl core::error::Error for Error {}
+
+impl From<CoreError> for Error {
+    fn from(error: CoreError) -> Self {
+        Self::Core(error)
     }
 }

@@ -3,8 +3,8 @@
 use hysteresis_core::{Bound, Error as CoreError, Process, QuasiStaticInverse, check_all_finite};
 
 use super::{Error, Stage, rest_drive};
+use crate::checks::check_positive;
 use crate::feedforward::DynamicsInverse;
-use crate::linear::check_positive;
 
 /// A reference begins where the stage is if it is no farther from there than this share of the range of positions: what a
 /// fitted output offset may be wrong by.

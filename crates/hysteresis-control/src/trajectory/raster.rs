@@ -1,7 +1,6 @@
-use super::motion::{Motion, ROUNDING, Trajectory, check_bounded};
-use super::scan::{Axis, Scan};
-use super::smooth::{GREATEST_SLOPE, Run, Smooth};
-use crate::sampling::{Error, MAX_SAMPLES, check_finite, check_positive, reserve};
+use super::scans::{Axis, Scan};
+use super::{GREATEST_SLOPE, Motion, ROUNDING, Run, Smooth, Trajectory, check_bounded, rise};
+use crate::sampling::{Error, MAX_SAMPLES, check_finite, check_number, check_positive, check_whole, reserve};
 
 /// The lead-in takes this share of a turn: then it begins where turns reach, at rest, and accelerates less than they do.
 const LEAD_IN: f64 = 11.0 / 16.0;
@@ -46,16 +45,11 @@ impl RasterOptions {
 
     fn check(&self) -> Result<(), Error> {
         check_positive("width", self.width)?;
-        if !(0.0..f64::INFINITY).contains(&self.height) {
-            return Err(Error::domain("height", "a finite number, 0 or more", self.height));
-        }
-        if !(1..=MAX_SAMPLES).contains(&self.lines) {
-            return Err(Error::whole("lines", "1 to 2^27", self.lines));
-        }
+        check_number("height", (0.0..f64::INFINITY).contains(&self.height), "a finite number, 0 or more", self.height)?;
+        check_whole("lines", (1..=MAX_SAMPLES).contains(&self.lines), "1 to 2^27", self.lines)?;
         check_positive("line_rate", self.line_rate)?;
-        if !(self.turnaround > 0.0 && self.turnaround < 1.0) {
-            return Err(Error::domain("turnaround", "a share above 0 and below 1", self.turnaround));
-        }
+        let holds = self.turnaround > 0.0 && self.turnaround < 1.0;
+        check_number("turnaround", holds, "a share above 0 and below 1", self.turnaround)?;
         check_finite("center", self.center.0)?;
         check_finite("center", self.center.1)
     }
@@ -225,13 +219,8 @@ impl Raster {
         if t <= 2.0 * ROUNDING * self.duration() {
             return Motion::rest(reach);
         }
-        let smooth = Smooth::at(t / lead_in);
-        Motion {
-            position: reach - speed * lead_in * smooth.integral,
-            velocity: -speed * smooth.value,
-            acceleration: -speed * smooth.first / lead_in,
-            jerk: -speed * smooth.second / lead_in / lead_in,
-        }
+        let Motion { position, velocity, acceleration, jerk } = rise(speed, lead_in, t);
+        Motion { position: reach - position, velocity: -velocity, acceleration: -acceleration, jerk: -jerk }
     }
 
     /// About the centre.

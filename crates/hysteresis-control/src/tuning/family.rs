@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::checks::check_number;
 use crate::linear::{Antiresonance, Error, LinearDynamics, Modes, SecondOrder, Section};
 
 /// A mode with this damping ratio or more has no resonance that a feedback could miss.
@@ -26,12 +27,10 @@ impl ModeUncertainty {
     pub const NONE: Self = Self { frequency: 0.0, damping: 1.0 };
 
     fn check(self) -> Result<Self, Error> {
-        if !(0.0..=0.5).contains(&self.frequency) {
-            return Err(Error::domain("frequency_uncertainty", None, "a share from 0 to 0.5", self.frequency));
-        }
-        if !(1.0..=100.0).contains(&self.damping) {
-            return Err(Error::domain("damping_uncertainty", None, "a factor from 1 to 100", self.damping));
-        }
+        let holds = (0.0..=0.5).contains(&self.frequency);
+        check_number("frequency_uncertainty", holds, "a share from 0 to 0.5", self.frequency)?;
+        let holds = (1.0..=100.0).contains(&self.damping);
+        check_number("damping_uncertainty", holds, "a factor from 1 to 100", self.damping)?;
         Ok(self)
     }
 }

@@ -1,13 +1,11 @@
-//! The filters of repetitive control, as far as the loop is known.
+//! The filters of repetitive control: designed as far as the loop is known, as taps around the present sample, and what
+//! they remember.
+
+use core::f64::consts::TAU;
 
 use realfft::num_complex::Complex64;
 
-use super::belief::learning_filter;
-use super::feedback_loop::FeedbackLoop;
-use super::options::RepetitiveOptions;
-use super::spectra::{Spectra, as_f64, low_pass};
-use super::taps::{half_width, taps};
-use super::uncertainty::priors;
+use super::feedback_loop::{FeedbackLoop, LoopUncertainty, Spectra, as_f64, learning_filter, low_pass, priors};
 use crate::linear::Error;
 
 /// Rates are looked for at that many frequencies between two harmonics: the filters turn slower than that.
@@ -67,15 +65,19 @@ pub(super) struct RepetitiveDesign {
 }
 
 impl RepetitiveDesign {
-    pub(super) fn new(believed: &FeedbackLoop, period: usize, options: &RepetitiveOptions) -> Result<Self, Error> {
-        let responses = options.uncertainty.responses(believed, FREQUENCIES_PER_HARMONIC * period)?;
+    pub(super) fn new(
+        believed: &FeedbackLoop,
+        period: usize,
+        uncertainty: LoopUncertainty,
+        gain: f64,
+    ) -> Result<Self, Error> {
+        let responses = uncertainty.responses(believed, FREQUENCIES_PER_HARMONIC * period)?;
         let at_harmonics: Vec<Vec<Complex64>> = responses
             .iter()
             .map(|member| member.iter().step_by(FREQUENCIES_PER_HARMONIC).take(period / 2 + 1).copied().collect())
             .collect();
         let learning = priors(&at_harmonics, believed, period)?.into_iter().map(learning_filter).collect();
-        let (dt, gain) = (believed.dt, options.gain);
-        Ok(Self { spectra: Spectra::new(period), learning, responses, period, dt, gain })
+        Ok(Self { spectra: Spectra::new(period), learning, responses, period, dt: believed.dt, gain })
     }
 
     /// The filters of a bandwidth, `reach` times as long as it alone asks for.
@@ -105,5 +107,86 @@ impl RepetitiveDesign {
         }
         let expected = "a gain at which some bandwidth converges on every loop that the true one may be";
         Err(Error::domain("gain", None, expected, self.gain))
+    }
+}
+
+/// The filters reach that many periods of the bandwidth to either side, if the period has room for them.
+const REACH: f64 = 1.5;
+
+/// From a periodic impulse response the part around zero, windowed: taps for a window of samples that begins
+/// `half_width` samples before its middle.
+fn taps(impulse_response: &[f64], half_width: usize) -> Box<[f64]> {
+    let period = impulse_response.len();
+    let width = as_f64(half_width + 1);
+    let tap = |i: usize| {
+        // The sample i of the window lags the middle by half_width - i.
+        let lag = as_f64(half_width) - as_f64(i);
+        let place = lag.abs() / width;
+        let window = if place < 0.5 { 1.0 } else { 0.5 * (1.0 - (TAU * place).cos()) };
+        window * impulse_response[(period + half_width - i) % period]
+    };
+    (0..=2 * half_width).map(tap).collect()
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the period")]
+fn half_width(period: usize, bandwidth_per_sample: f64) -> usize {
+    let wanted = (REACH / bandwidth_per_sample).ceil().max(1.0);
+    let most = (period - 1) / 2;
+    if wanted < as_f64(most) { wanted as usize } else { most }
+}
+
+/// The last so many samples, each stored twice so that any window of them is one slice.
+#[derive(Clone, Debug)]
+pub(super) struct Past {
+    samples: Box<[f64]>,
+    next: usize,
+}
+
+impl Past {
+    pub(super) fn new(length: usize) -> Self {
+        Self { samples: vec![0.0; 2 * length].into(), next: 0 }
+    }
+
+    pub(super) fn length(&self) -> usize {
+        self.samples.len() / 2
+    }
+
+    pub(super) fn push(&mut self, sample: f64) {
+        let length = self.length();
+        for index in [self.next, self.next + length] {
+            if let Some(entry) = self.samples.get_mut(index) {
+                *entry = sample;
+            }
+        }
+        self.next = if self.next + 1 == length { 0 } else { self.next + 1 };
+    }
+
+    /// `count` samples, oldest first, the first of them `first` samples before the one to come.
+    pub(super) fn window(&self, first: usize, count: usize) -> &[f64] {
+        let start = self.next + self.length() - first;
+        self.samples.get(start..start + count).unwrap_or_default()
+    }
+
+    /// The sample that came `steps` before the one to come.
+    pub(super) fn before(&self, steps: usize) -> f64 {
+        self.window(steps, 1).first().copied().unwrap_or_default()
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.samples.fill(0.0);
+        self.next = 0;
+    }
+
+    /// All samples, the oldest first.
+    pub(super) fn oldest_first(&self) -> &[f64] {
+        self.window(self.length(), self.length())
+    }
+
+    /// Goes on from as many samples, the oldest first.
+    pub(super) fn restore(&mut self, samples: &[f64]) {
+        let (first, second) = self.samples.split_at_mut(samples.len());
+        first.copy_from_slice(samples);
+        second.copy_from_slice(samples);
+        self.next = 0;
     }
 }

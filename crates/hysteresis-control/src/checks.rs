@@ -1,18 +1,50 @@
-//! What a saved state must have in common with what it is restored into.
+//! Numbers that no parameter can have, and what a saved state must have in common with what it is restored into.
 
-use hysteresis_core::{Bound, is_admissible};
+use hysteresis_core::{Bound, Error, MAX_MAGNITUDE, is_admissible};
 
-use crate::linear::Error;
+/// The number, if it is finite and above zero by more than the reciprocal of the largest admissible magnitude.
+pub(crate) fn check_positive(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {
+    if got.abs() <= MAX_MAGNITUDE && got >= 1.0 / MAX_MAGNITUDE {
+        Ok(got)
+    } else {
+        Err(Error::domain(parameter, index, "a finite number above 0 (1e-100 to 1e100)", got))
+    }
+}
+
+/// Checks what a number must be, or names it.
+pub(crate) fn check_number(
+    parameter: &'static str,
+    holds: bool,
+    expected: &'static str,
+    got: f64,
+) -> Result<(), Error> {
+    if holds { Ok(()) } else { Err(Error::domain(parameter, None, expected, got)) }
+}
+
+/// Checks what a whole number must be, or names it.
+pub(crate) fn check_whole(
+    parameter: &'static str,
+    holds: bool,
+    expected: &'static str,
+    got: usize,
+) -> Result<(), Error> {
+    if holds { Ok(()) } else { Err(Error::whole(parameter, None, expected, got)) }
+}
+
+/// The number of seconds, if it can be a dead time.
+pub(crate) fn check_dead_time(got: f64) -> Result<f64, Error> {
+    let holds = (0.0..=MAX_MAGNITUDE).contains(&got);
+    check_number("dead_time", holds, "a finite number of seconds, 0 or more", got).map(|()| got)
+}
 
 /// Checks a number of the configuration against a saved one, or names it.
 pub(crate) fn check_same(parameter: &'static str, own: f64, got: f64) -> Result<(), Error> {
-    let expected = "the same as here";
-    if own == got { Ok(()) } else { Err(Error::domain(parameter, None, expected, got)) }
+    check_number(parameter, own == got, "the same as here", got)
 }
 
 /// Checks a count of the configuration against a saved one, or names it.
 pub(crate) fn check_same_count(parameter: &'static str, own: usize, got: usize) -> Result<(), Error> {
-    if own == got { Ok(()) } else { Err(Error::whole(parameter, None, "the same as here", got)) }
+    check_whole(parameter, own == got, "the same as here", got)
 }
 
 /// Checks the fingerprint of parameters against a saved one.
@@ -41,9 +73,7 @@ fn check_all(
     may_be: impl Fn(f64) -> bool,
     expected: &'static str,
 ) -> Result<(), Error> {
-    if got.len() != count {
-        return Err(Error::whole(parameter, None, "as many numbers as here", got.len()));
-    }
+    check_whole(parameter, got.len() == count, "as many numbers as here", got.len())?;
     match got.iter().position(|x| !may_be(*x)) {
         None => Ok(()),
         Some(index) => Err(Error::domain(parameter, Some(index), expected, got[index])),

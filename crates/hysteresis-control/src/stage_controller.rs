@@ -1,8 +1,12 @@
-use hysteresis_core::{Bound, Command, Error as CoreError, FeedForward, HybridController, Mode, check_length};
+//! One object for the loop of a stage: controller, observer and learning.
 
-use super::state::StageControllerState;
-use crate::learning::RepetitiveControl;
-use crate::observer::Observer;
+use hysteresis_core::{
+    Bound, Command, ControllerState, Error as CoreError, FeedForward, HybridController, Mode, check_length,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::learning::{RepetitiveControl, RepetitiveState};
+use crate::observer::{Observer, ObserverState};
 use crate::stage::Error;
 
 /// A [`HybridController`] with an [`Observer`] before its feedback, [`RepetitiveControl`] before its feed-forward, or both:
@@ -348,4 +352,21 @@ impl StageController {
         *self = next;
         Ok(())
     }
+}
+
+/// Everything that a [`StageController`](StageController) remembers: restored, it continues bit for bit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StageControllerState {
+    /// Feed-forward and feedback.
+    pub controller: ControllerState,
+    /// The observer, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub observer: Option<ObserverState>,
+    /// Learning, if there is any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repetitive: Option<RepetitiveState>,
+    /// For how many samples nothing is learned.
+    #[serde(default)]
+    pub rest_samples: u32,
 }

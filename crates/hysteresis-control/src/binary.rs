@@ -1,0 +1,407 @@
+//! Stages and saved states as bytes: for memories without files, and for programs that read no JSON.
+//!
+//! ```text
+//! "mpi_hyst"  8 bytes
+//! kind        1 byte   what it is: a `Kind`
+//! version     1 byte   of the content, 1
+//! length      4 bytes  of the content, little-endian
+//! content     postcard, every number bit for bit
+//! checksum    4 bytes  CRC-32 of all bytes before, as in zip files, little-endian
+//! ```
+//!
+//! Whatever the bytes are, reading them ends with a value or an [`Error::Bytes`]. It never takes more memory than a multiple of
+//! their length.
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use hysteresis_core::{
+    Biquad, ControllerState, CoupledPlay, DriveLimits, FeedForwardState, LoopState, ModifiedPrandtlIshlinskii, Offsets,
+    PreviewState, QuasiStaticState,
+};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::learning::{RepetitiveOptions, RepetitiveState, Supervision};
+use crate::linear::FirstOrder;
+use crate::observer::ObserverState;
+use crate::stage::file::{CreepFile, LoopShiftFile, MapFile, ModeFile, SectionFile, dynamics, sections};
+use crate::stage::{Error, Identified, Stage, StageParts, StageState, Units};
+use crate::stage_controller::StageControllerState;
+
+const MAGIC: [u8; 8] = *b"mpi_hyst";
+const VERSION: u8 = 1;
+const HEADER: usize = 14;
+const CHECKSUM: usize = 4;
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// What bytes hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A stage.
+    Stage = 1,
+    /// The state of a forward model of a stage.
+    Forward = 2,
+    /// The state of an exact inverse of a stage.
+    Inverse = 3,
+    /// The state of a controller.
+    Controller = 4,
+    /// The state of an observer.
+    Observer = 5,
+    /// The state of a controller with observer and learning.
+    StageController = 6,
+    /// The state of a functional mock-up unit.
+    MockUp = 7,
+}
+
+impl Kind {
+    const ALL: [Self; 7] = [
+        Self::Stage,
+        Self::Forward,
+        Self::Inverse,
+        Self::Controller,
+        Self::Observer,
+        Self::StageController,
+        Self::MockUp,
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Stage => "a stage",
+            Self::Forward => "the state of a forward model",
+            Self::Inverse => "the state of an inverse",
+            Self::Controller => "the state of a controller",
+            Self::Observer => "the state of an observer",
+            Self::StageController => "the state of a controller with observer and learning",
+            Self::MockUp => "the state of an FMU",
+        }
+    }
+}
+
+/// What can be kept as bytes, and comes back bit for bit.
+///
+/// ```
+/// use hysteresis_control::binary::Binary;
+/// use hysteresis_control::stage::{Stage, StageParts};
+/// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
+/// let hysteresis =
+///     ModifiedPrandtlIshlinskii::from_ratios(&[0.5, 0.1], &[0.0, 20.0], Ratios::PAPER, Offsets::default())?;
+/// let stage = Stage::new(StageParts { limits: Some((0.0, 150.0)), ..StageParts::new(hysteresis) })?;
+/// let bytes = stage.to_bytes();
+/// assert_eq!(Stage::from_bytes(&bytes)?, stage);
+/// let error = Stage::from_bytes(&bytes[1..]).unwrap_err();
+/// assert_eq!(error.to_string(), "bytes: expected a stage as bytes, got bytes that do not begin with \"mpi_hyst\"");
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+pub trait Binary: Sized {
+    /// The bytes; the same value always gives the same.
+    fn to_bytes(&self) -> Vec<u8>;
+
+    /// What [`to_bytes`](Self::to_bytes) wrote.
+    ///
+    /// # Errors
+    /// [`Error::Bytes`] for bytes that are cut off, changed, longer, of another kind or of a later version.
+    fn from_bytes(bytes: &[u8]) -> Result<Self, Error>;
+}
+
+/// A state, and the sampling interval that it belongs to: the `state` of a stream in every language.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sampled<T> {
+    /// The sampling interval in seconds.
+    pub dt: f64,
+    /// What the stream remembers.
+    pub stream: T,
+}
+
+impl<T> Sampled<T> {
+    /// The state, if it belongs to this sampling interval.
+    ///
+    /// # Errors
+    /// The interval that it belongs to.
+    pub fn at(self, dt: f64) -> Result<T, f64> {
+        if self.dt.to_bits() == dt.to_bits() { Ok(self.stream) } else { Err(self.dt) }
+    }
+}
+
+/// A value as bytes of a kind.
+pub fn pack(kind: Kind, content: &impl Serialize) -> Vec<u8> {
+    // Serialising plain numbers and strings into memory has no way to fail.
+    let content = postcard::to_allocvec(content).unwrap_or_default();
+    let mut bytes = Vec::with_capacity(HEADER + content.len() + CHECKSUM);
+    bytes.extend_from_slice(&MAGIC);
+    bytes.extend_from_slice(&[kind as u8, VERSION]);
+    bytes.extend_from_slice(&u32::try_from(content.len()).unwrap_or(u32::MAX).to_le_bytes());
+    bytes.extend_from_slice(&content);
+    bytes.extend_from_slice(&CRC.checksum(&bytes).to_le_bytes());
+    bytes
+}
+
+/// The value that [`pack`] made bytes of.
+///
+/// # Errors
+/// [`Error::Bytes`] that says what the bytes are not.
+pub fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, Error> {
+    // Nothing may come behind it: `()` has no bytes.
+    unpack_grown::<T, ()>(kind, bytes).map(|(value, _)| value)
+}
+
+/// As [`unpack`], where something may come behind the content that older bytes do not have.
+fn unpack_grown<T: DeserializeOwned, A: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<(T, Option<A>), Error> {
+    let content = content_of(kind, bytes).map_err(|got| refused(kind, got))?;
+    let read = postcard::take_from_bytes(content).and_then(|(value, rest)| match rest {
+        [] => Ok((value, None, rest)),
+        _ => postcard::take_from_bytes(rest).map(|(appended, rest)| (value, Some(appended), rest)),
+    });
+    match read {
+        Ok((value, appended, [])) => Ok((value, appended)),
+        Ok((.., rest)) => Err(refused(kind, format!("{} bytes too many", rest.len()))),
+        Err(error) => Err(refused(kind, format!("a content that cannot be read: {error}"))),
+    }
+}
+
+fn refused(kind: Kind, got: String) -> Error {
+    Error::Bytes { expected: kind.name(), got }
+}
+
+/// The content between header and checksum, or what came instead.
+fn content_of(kind: Kind, bytes: &[u8]) -> Result<&[u8], String> {
+    let Some(rest) = bytes.strip_prefix(&MAGIC) else {
+        return Err("bytes that do not begin with \"mpi_hyst\"".into());
+    };
+    let cut_off = || format!("{} bytes, which end too early", bytes.len());
+    let (&[found, version, a, b, c, d], rest) = rest.split_first_chunk().ok_or_else(cut_off)?;
+    if found != kind as u8 {
+        let known = Kind::ALL.into_iter().find(|known| *known as u8 == found);
+        return Err(known.map_or_else(|| format!("bytes of the unknown kind {found}"), |known| known.name().into()));
+    }
+    if version != VERSION {
+        return Err(format!("version {version} instead of {VERSION}: another release wrote it"));
+    }
+    let length = usize::try_from(u32::from_le_bytes([a, b, c, d])).unwrap_or(usize::MAX);
+    let (content, checksum) = rest.split_at_checked(length).ok_or_else(cut_off)?;
+    let checksum: [u8; CHECKSUM] = checksum.try_into().map_err(|_| {
+        if checksum.len() < CHECKSUM { cut_off() } else { format!("{} bytes too many", checksum.len() - CHECKSUM) }
+    })?;
+    let guarded = bytes.get(..HEADER + length).unwrap_or_default();
+    if CRC.checksum(guarded) != u32::from_le_bytes(checksum) {
+        return Err("bytes that were changed: their checksum differs".into());
+    }
+    Ok(content)
+}
+
+/// A stage as bytes: the fields of its file, all of them, in this order.
+#[derive(Serialize, Deserialize)]
+struct Content {
+    units: Units,
+    limits: Option<(f64, f64)>,
+    slew: Option<f64>,
+    dead_time: f64,
+    amplifier_bandwidth: Option<f64>,
+    input_map: Option<MapFile>,
+    hysteresis: Hysteresis,
+    output_map: Option<MapFile>,
+    loop_shift: Option<LoopShiftFile>,
+    creep: Option<CreepFile>,
+    dynamics: Vec<Section>,
+    noise: Option<f64>,
+    identified: Option<Identified>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Hysteresis {
+    weights: Vec<f64>,
+    weights_negative: Option<Vec<f64>>,
+    /// r, ra, rb, rc of every operator.
+    operators: Vec<[f64; 4]>,
+    offsets: [f64; 2],
+}
+
+#[derive(Serialize, Deserialize)]
+struct Section(#[serde(with = "Numbered")] SectionFile);
+
+/// A file names the kind of a section by a tag beside its fields. Bytes have no names, so its number comes first.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "SectionFile")]
+enum Numbered {
+    FirstOrder { frequency: f64 },
+    SecondOrder { frequency: f64, damping: f64 },
+    Antiresonance { zero: ModeFile, pole: ModeFile },
+    Modes { gains: Vec<f64>, modes: Vec<ModeFile> },
+    StateSpace { a: Vec<Vec<f64>>, b: Vec<f64>, c: Vec<f64>, d: f64 },
+}
+
+impl From<&ModifiedPrandtlIshlinskii> for Hysteresis {
+    fn from(model: &ModifiedPrandtlIshlinskii) -> Self {
+        let numbers = |play: &CoupledPlay| [play.r(), play.ra(), play.rb(), play.rc()];
+        Self {
+            weights: model.weights().to_vec(),
+            weights_negative: model.is_split().then(|| model.weights_negative().to_vec()),
+            operators: model.operators().iter().map(numbers).collect(),
+            offsets: [model.offsets().input, model.offsets().output],
+        }
+    }
+}
+
+impl Hysteresis {
+    fn model(self) -> Result<ModifiedPrandtlIshlinskii, Error> {
+        let [r, ra, rb, rc] =
+            [0, 1, 2, 3].map(|which| self.operators.iter().map(|play| play[which]).collect::<Vec<_>>());
+        let [input, output] = self.offsets;
+        let model = ModifiedPrandtlIshlinskii::new(&self.weights, &r, &ra, &rb, &rc, Offsets { input, output })?;
+        match self.weights_negative {
+            Some(below) => Ok(model.with_negative_weights(&below)?),
+            None => Ok(model),
+        }
+    }
+}
+
+impl From<&StageParts> for Content {
+    fn from(parts: &StageParts) -> Self {
+        Self {
+            units: parts.units.clone(),
+            limits: parts.limits,
+            slew: parts.slew,
+            dead_time: parts.dead_time,
+            amplifier_bandwidth: parts.amplifier.map(|amplifier| amplifier.frequency()),
+            input_map: parts.input_map.as_ref().map(MapFile::from),
+            hysteresis: (&parts.hysteresis).into(),
+            output_map: parts.output_map.as_ref().map(MapFile::from),
+            loop_shift: parts.loop_shift.map(LoopShiftFile::from),
+            creep: parts.creep.as_ref().map(CreepFile::from),
+            dynamics: sections(&parts.dynamics).map(Section).collect(),
+            noise: parts.noise,
+            identified: parts.identified.clone(),
+        }
+    }
+}
+
+impl Content {
+    fn parts(self) -> Result<StageParts, Error> {
+        Ok(StageParts {
+            hysteresis: self.hysteresis.model()?,
+            input_map: self.input_map.map(MapFile::map).transpose()?,
+            output_map: self.output_map.map(MapFile::map).transpose()?,
+            amplifier: self.amplifier_bandwidth.map(FirstOrder::new).transpose()?,
+            loop_shift: self.loop_shift.map(LoopShiftFile::shift).transpose()?,
+            creep: self.creep.map(CreepFile::creep).transpose()?,
+            dynamics: dynamics(self.dynamics.into_iter().map(|section| section.0))?,
+            dead_time: self.dead_time,
+            limits: self.limits,
+            slew: self.slew,
+            noise: self.noise,
+            identified: self.identified,
+            units: self.units,
+        })
+    }
+}
+
+impl Binary for Stage {
+    fn to_bytes(&self) -> Vec<u8> {
+        pack(Kind::Stage, &Content::from(self.parts()))
+    }
+
+    fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        Self::new(unpack::<Content>(Kind::Stage, bytes)?.parts()?)
+    }
+}
+
+/// Where the text of a state leaves fields out, its bytes have them all.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "ControllerState")]
+struct WholeController {
+    kp: f64,
+    ki: f64,
+    dt: f64,
+    filters: Vec<Biquad>,
+    limits: DriveLimits,
+    feedback_loop: LoopState,
+    feedforward: Option<FeedForwardState>,
+    preview: Option<PreviewState>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "RepetitiveState")]
+struct UnsupervisedLearning {
+    model: u64,
+    dt: f64,
+    period: usize,
+    options: RepetitiveOptions,
+    corrections: Vec<f64>,
+    errors: Vec<f64>,
+    sum: f64,
+    waited: u64,
+    rejected: u64,
+    #[serde(skip)]
+    supervision: Supervision,
+}
+
+#[derive(Serialize, Deserialize)]
+struct OfLearning(#[serde(with = "UnsupervisedLearning")] RepetitiveState);
+
+/// What bytes had before there was a supervisor. It comes behind them now.
+#[derive(Serialize, Deserialize)]
+struct UnsupervisedStageController {
+    #[serde(with = "WholeController")]
+    controller: ControllerState,
+    observer: Option<ObserverState>,
+    repetitive: Option<OfLearning>,
+    rest_samples: u32,
+}
+
+#[derive(Serialize, Deserialize)]
+struct OfController(#[serde(with = "WholeController")] ControllerState);
+
+impl Binary for ControllerState {
+    fn to_bytes(&self) -> Vec<u8> {
+        pack(Kind::Controller, &OfController(self.clone()))
+    }
+
+    fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        unpack(Kind::Controller, bytes).map(|OfController(state)| state)
+    }
+}
+
+impl Binary for StageControllerState {
+    fn to_bytes(&self) -> Vec<u8> {
+        let Self { controller, observer, repetitive, rest_samples } = self.clone();
+        let supervision = repetitive.as_ref().map(|learning| learning.supervision.clone());
+        let repetitive = repetitive.map(OfLearning);
+        let unsupervised = UnsupervisedStageController { controller, observer, repetitive, rest_samples };
+        match supervision {
+            Some(supervision) => pack(Kind::StageController, &(unsupervised, supervision)),
+            None => pack(Kind::StageController, &unsupervised),
+        }
+    }
+
+    fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        let (unsupervised, supervision) = unpack_grown(Kind::StageController, bytes)?;
+        let UnsupervisedStageController { controller, observer, repetitive, rest_samples } = unsupervised;
+        let repetitive = match (repetitive, supervision) {
+            (None, Some::<Supervision>(_)) => {
+                let (expected, got) = (Kind::StageController.name(), "a supervisor without learning".into());
+                return Err(Error::Bytes { expected, got });
+            }
+            (None, None) => None,
+            (Some(OfLearning(learning)), supervision) => {
+                Some(RepetitiveState { supervision: supervision.unwrap_or_default(), ..learning })
+            }
+        };
+        Ok(Self { controller, observer, repetitive, rest_samples })
+    }
+}
+
+/// States whose bytes have the fields of their text.
+macro_rules! plain {
+    ($($state:ty: $kind:ident),*) => {$(
+        impl Binary for $state {
+            fn to_bytes(&self) -> Vec<u8> {
+                pack(Kind::$kind, self)
+            }
+
+            fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+                unpack(Kind::$kind, bytes)
+            }
+        }
+    )*};
+}
+
+plain!(Sampled<StageState>: Forward, Sampled<QuasiStaticState>: Inverse, ObserverState: Observer);

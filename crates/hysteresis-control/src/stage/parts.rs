@@ -1,0 +1,350 @@
+//! What a stage is made of, where it comes from and how far it can be trusted.
+
+use hysteresis_core::{Error as CoreError, LoopShiftTerms, ModifiedPrandtlIshlinskii, PiecewiseLinearMap};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::checks::check_positive;
+use crate::linear::{Creep, FirstOrder, LinearDynamics};
+
+/// The parts of a stage, each of which may be missing but for the hysteresis.
+///
+/// ```
+/// use hysteresis_control::linear::SecondOrder;
+/// use hysteresis_control::stage::{Stage, StageParts};
+/// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
+/// let hysteresis =
+///     ModifiedPrandtlIshlinskii::from_ratios(&[0.5, 0.1], &[0.0, 20.0], Ratios::PAPER, Offsets::default())?;
+/// let stage = Stage::new(StageParts {
+///     dynamics: SecondOrder::new(800.0, 0.02)?.into(),
+///     dead_time: 1e-4,
+///     limits: Some((0.0, 150.0)),
+///     ..StageParts::new(hysteresis)
+/// })?;
+/// assert_eq!(stage.rest_drive(), 0.0);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageParts {
+    /// The hysteresis H.
+    pub hysteresis: ModifiedPrandtlIshlinskii,
+    /// The map gamma in front of the hysteresis.
+    pub input_map: Option<PiecewiseLinearMap>,
+    /// The map phi behind the hysteresis.
+    pub output_map: Option<PiecewiseLinearMap>,
+    /// The lag of the amplifier, in front of the hysteresis.
+    pub amplifier: Option<FirstOrder>,
+    /// What motion of the drive adds behind the output map.
+    pub loop_shift: Option<LoopShift>,
+    /// Creep behind output map and loop shift.
+    pub creep: Option<Creep>,
+    /// Modes and lags behind the hysteresis; their dead time must be 0.
+    pub dynamics: LinearDynamics,
+    /// What the sensor shows later than hysteresis and modes explain, in seconds. An identified stage may have a negative
+    /// one, if its records pair a drive with a position that was read later.
+    pub dead_time: f64,
+    /// The drive never leaves (low, high).
+    pub limits: Option<(f64, f64)>,
+    /// How fast the drive may change, per second.
+    pub slew: Option<f64>,
+    /// Rms noise of the sensor, in the unit of the position.
+    pub noise: Option<f64>,
+    /// What identification knows of the stage.
+    pub identified: Option<Identified>,
+    /// The units of drive and position.
+    pub units: Units,
+}
+
+impl StageParts {
+    /// Hysteresis alone.
+    #[must_use]
+    pub fn new(hysteresis: ModifiedPrandtlIshlinskii) -> Self {
+        Self {
+            hysteresis,
+            input_map: None,
+            output_map: None,
+            amplifier: None,
+            loop_shift: None,
+            creep: None,
+            dynamics: LinearDynamics::none(),
+            dead_time: 0.0,
+            limits: None,
+            slew: None,
+            noise: None,
+            identified: None,
+            units: Units::default(),
+        }
+    }
+}
+
+/// The shift of a loop: what motion of the drive adds to the position.
+///
+/// Measured on piezo stacks: the centre of a loop moves with its amplitude, or rate. No model of Preisach's class has that.
+/// With the scaled drive x, the position gains s behind the output map, in front of the creep:
+///
+/// ```text
+/// x = (u - center) / half_range                    u: the drive at the input map
+/// e = x - f, within -limit .. limit                f: follows x with the time constant tau / 4
+/// s = c_1 m + c_2 n                                m, n: the means of e^2 and of x |e|, with the time constant tau
+/// ```
+///
+/// e is about (tau / 4) x' for a motion that is slow beside tau. c_1 moves the centre of every loop. c_2 moves that of a
+/// loop that lies off the centre of the range. At rest s is 0. u is in the unit of the drive, c_1 and c_2 in that of the
+/// position, tau in seconds.
+///
+/// s follows from past drives alone, so the inverse stays exact sample by sample; [`LoopShiftTerms`] has the equations of
+/// the samples. m grows with the square of the rate. The limit, the largest e of the records that the shift was identified
+/// from, keeps it from growing hundredfold at ten times their rate: a loop shift says nothing of other rates.
+///
+/// ```
+/// use hysteresis_control::stage::{LoopShift, Stage, StageParts};
+/// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+/// let hysteresis = ModifiedPrandtlIshlinskii::from_ratios(&[0.3], &[0.0], Ratios::PAPER, Offsets::default())?;
+/// let shift = LoopShift::new(75.0, 75.0, [-20.0, 0.0], 0.2, 0.3)?; // V, V, um, s
+/// let stage = Stage::new(StageParts { loop_shift: Some(shift), ..StageParts::new(hysteresis) })?;
+/// let (dt, mut forward) = (1e-3, stage.forward(1e-3)?);
+/// let drive = |k: i32| 75.0 + 37.5 * (f64::from(k) * dt * core::f64::consts::TAU).sin(); // 1 Hz
+/// forward.settle(drive(0));
+/// let center = (0..3000).map(|k| forward.step(drive(k))).skip(2000).sum::<f64>() / 1000.0;
+/// let lag = core::f64::consts::TAU * 0.2 / 4.0;
+/// let mean_square = 0.5 * 0.5 / 2.0 * lag * lag / (1.0 + lag * lag); // of e
+/// assert!((center - (0.3 * 75.0 - 20.0 * mean_square)).abs() < 0.01); // um
+/// # Ok::<(), hysteresis_control::stage::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoopShift {
+    center: f64,
+    half_range: f64,
+    amplitudes: [f64; 2],
+    time_constant: f64,
+    limit: f64,
+}
+
+impl LoopShift {
+    /// From the drive in the middle of the range and half of that range, the amplitudes c_1 and c_2, the time constant tau
+    /// in seconds, and the limit of e.
+    ///
+    /// # Errors
+    /// [`CoreError::Domain`] that names the number: a centre or amplitude that is not finite; a half range, time constant
+    /// or limit that is not finite and above 0.
+    pub fn new(
+        center: f64,
+        half_range: f64,
+        amplitudes: [f64; 2],
+        time_constant: f64,
+        limit: f64,
+    ) -> Result<Self, CoreError> {
+        // All but the time constant is checked where it is used.
+        LoopShiftTerms::new(center, half_range, amplitudes, limit, 0.0)?;
+        check_positive("time_constant", None, time_constant)?;
+        Ok(Self { center, half_range, amplitudes, time_constant, limit })
+    }
+
+    /// The drive in the middle of the range.
+    #[must_use]
+    pub fn center(&self) -> f64 {
+        self.center
+    }
+
+    /// Half of the range of drives.
+    #[must_use]
+    pub fn half_range(&self) -> f64 {
+        self.half_range
+    }
+
+    /// c_1 and c_2, in the unit of the position.
+    #[must_use]
+    pub fn amplitudes(&self) -> [f64; 2] {
+        self.amplitudes
+    }
+
+    /// tau, in seconds.
+    #[must_use]
+    pub fn time_constant(&self) -> f64 {
+        self.time_constant
+    }
+
+    /// The largest magnitude of e.
+    #[must_use]
+    pub fn limit(&self) -> f64 {
+        self.limit
+    }
+
+    /// The same, sampled at `dt` seconds.
+    ///
+    /// # Errors
+    /// [`CoreError::Domain`] unless `dt` is finite and above 0.
+    pub fn terms(&self, dt: f64) -> Result<LoopShiftTerms, CoreError> {
+        check_positive("dt", None, dt)?;
+        let decay = (-dt / self.time_constant).exp();
+        LoopShiftTerms::new(self.center, self.half_range, self.amplitudes, self.limit, decay)
+    }
+}
+
+/// The units in which a stage counts. Nothing is converted: they are names, shown wherever a number is.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Units {
+    /// Of drives.
+    pub drive: String,
+    /// Of positions.
+    pub position: String,
+}
+
+impl Default for Units {
+    fn default() -> Self {
+        Self { drive: "V".into(), position: "um".into() }
+    }
+}
+
+/// A record that the stage was identified from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordSource {
+    /// The name of the file, or of the record.
+    pub name: String,
+    /// SHA-256 of its bytes, in hexadecimal digits; nothing for what was no file.
+    pub sha256: Option<String>,
+}
+
+/// A finding of the identification that makes some number doubtful.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StageWarning {
+    /// The name of the finding.
+    pub code: String,
+    /// "amber", or "red" where the stage is not to be used; files that do not say it have "amber".
+    #[serde(default = "amber")]
+    pub severity: String,
+    /// What it says, in one sentence.
+    pub message: String,
+    /// The number on which it rests.
+    #[serde(with = "number")]
+    pub value: f64,
+    /// The limit that the number broke.
+    #[serde(with = "number")]
+    pub limit: f64,
+    /// What to try next.
+    pub hint: String,
+}
+
+fn amber() -> String {
+    "amber".into()
+}
+
+/// What identification knows of a stage besides its parts. Two are equal if they are written to files alike: then a number
+/// that was not determined is equal to itself.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Identified {
+    /// The lowest and the highest drive of the records.
+    pub drive_range: (f64, f64),
+    /// The lowest and the highest position of the records, which may hold ringing and noise; what the stage reaches is
+    /// [`Stage::position_range`](super::Stage::position_range).
+    pub position_range: (f64, f64),
+    /// The sampling intervals of the records, in seconds; empty if they are not known.
+    pub dt: Vec<f64>,
+    /// Root mean square of the residual, in the unit of the position.
+    #[serde(with = "number")]
+    pub rmse: f64,
+    /// The largest residual, in the unit of the position.
+    #[serde(with = "number")]
+    pub max_error: f64,
+    /// The names of the parameters that the covariance counts.
+    pub parameters: Vec<String>,
+    /// The covariance of the parameters, row by row.
+    #[serde(with = "numbers")]
+    pub covariance: Vec<Vec<f64>>,
+    /// What makes numbers doubtful.
+    pub warnings: Vec<StageWarning>,
+    /// The records.
+    pub records: Vec<RecordSource>,
+}
+
+impl PartialEq for Identified {
+    fn eq(&self, other: &Self) -> bool {
+        // Serialising plain numbers and strings into memory has no way to fail.
+        serde_json::to_string(self).ok() == serde_json::to_string(other).ok()
+    }
+}
+
+/// A number that may be infinite or none at all: JSON has no word for those, so they are written as text. Bytes have the number
+/// itself.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(untagged)]
+enum AnyNumber {
+    Finite(f64),
+    Other(Other),
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+enum Other {
+    #[serde(rename = "inf")]
+    Infinite,
+    #[serde(rename = "-inf")]
+    MinusInfinite,
+    #[serde(rename = "nan")]
+    NotANumber,
+}
+
+impl From<f64> for AnyNumber {
+    fn from(number: f64) -> Self {
+        if number.is_finite() {
+            Self::Finite(number)
+        } else if number.is_nan() {
+            Self::Other(Other::NotANumber)
+        } else {
+            Self::Other(if number > 0.0 { Other::Infinite } else { Other::MinusInfinite })
+        }
+    }
+}
+
+impl From<AnyNumber> for f64 {
+    fn from(number: AnyNumber) -> Self {
+        match number {
+            AnyNumber::Finite(number) => number,
+            AnyNumber::Other(Other::Infinite) => f64::INFINITY,
+            AnyNumber::Other(Other::MinusInfinite) => f64::NEG_INFINITY,
+            AnyNumber::Other(Other::NotANumber) => f64::NAN,
+        }
+    }
+}
+
+mod number {
+    use super::{AnyNumber, Deserialize, Deserializer, Serialize, Serializer};
+
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+    pub(super) fn serialize<S: Serializer>(number: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        if !serializer.is_human_readable() {
+            return number.serialize(serializer);
+        }
+        AnyNumber::from(*number).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        if !deserializer.is_human_readable() {
+            return f64::deserialize(deserializer);
+        }
+        AnyNumber::deserialize(deserializer).map(f64::from)
+    }
+}
+
+mod numbers {
+    use super::{AnyNumber, Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(rows: &[Vec<f64>], serializer: S) -> Result<S::Ok, S::Error> {
+        if !serializer.is_human_readable() {
+            return rows.serialize(serializer);
+        }
+        let rows: Vec<Vec<AnyNumber>> =
+            rows.iter().map(|row| row.iter().map(|x| AnyNumber::from(*x)).collect()).collect();
+        rows.serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Vec<f64>>, D::Error> {
+        if !deserializer.is_human_readable() {
+            return Vec::deserialize(deserializer);
+        }
+        let rows = Vec::<Vec<AnyNumber>>::deserialize(deserializer)?;
+        Ok(rows.into_iter().map(|row| row.into_iter().map(f64::from).collect()).collect())
+    }
+}
