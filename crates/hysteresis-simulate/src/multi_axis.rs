@@ -2,10 +2,9 @@
 
 use hysteresis_core::{AxesCommand, Error, HybridController, MultiAxisController, check_length};
 
-use crate::closed_loop::WATCH_INTERVAL;
+use crate::closed_loop::{WATCH_INTERVAL, lead_in};
 use crate::driven::DrivenAxes;
 use crate::metrics::{LoopRecord, Run, check_reference};
-use crate::tracking::lead_in;
 
 /// References of several axes that were checked, ready to be followed.
 ///
@@ -78,7 +77,7 @@ impl<'a> MultiAxisTask<'a> {
     }
 
     /// The loop with hybrid controllers, and the targets of their feed-forward where these are not the references. Previews
-    /// get their references early, as in [`Tracking::run`](crate::tracking::Tracking::run). Where a write of the plant fails,
+    /// get their references early, as in [`Tracking::run`](crate::closed_loop::Tracking::run). Where a write of the plant fails,
     /// no controller has taken the sample.
     ///
     /// # Errors

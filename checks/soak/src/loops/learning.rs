@@ -6,8 +6,7 @@ use core::f64::consts::TAU;
 use hysteresis_control::StageController;
 use hysteresis_control::learning::{FeedbackLoop, IterativeLearning, LearningOptions};
 use hysteresis_core::{Counters, Sections, is_admissible};
-use hysteresis_simulate::closed_loop::TrackingTask;
-use hysteresis_simulate::tracking::Tracking;
+use hysteresis_simulate::closed_loop::{Tracking, TrackingTask};
 
 use super::bench::Ended;
 use super::guard::{Breach, Guard, holds, same};

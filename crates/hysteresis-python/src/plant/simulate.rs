@@ -4,10 +4,9 @@ use hysteresis_control::StageController;
 use hysteresis_core::{
     CompiledModel, HybridController as Controller, Model, ModifiedPrandtlIshlinskii, check_all_finite,
 };
-use hysteresis_simulate::closed_loop::TrackingTask;
+use hysteresis_simulate::closed_loop::{Tracking, TrackingTask};
 use hysteresis_simulate::driven::Driven;
 use hysteresis_simulate::metrics;
-use hysteresis_simulate::tracking::Tracking;
 use pyo3::intern;
 use pyo3::prelude::*;
 

@@ -5,8 +5,7 @@ use hysteresis_control::filters::sections;
 use hysteresis_control::learning::{FeedbackLoop, LearningOptions, RepetitiveOptions};
 use hysteresis_control::stage::PEAK_SENSITIVITY;
 use hysteresis_core::Sections;
-use hysteresis_simulate::closed_loop::TrackingTask;
-use hysteresis_simulate::tracking::Tracking;
+use hysteresis_simulate::closed_loop::{Tracking, TrackingTask};
 use pyo3::prelude::*;
 
 use super::made_controller::{SOURCES, Wishes, both};

@@ -3,9 +3,7 @@
 use hysteresis_core::{AxisMatrix, Bound, Error as CoreError, check_length};
 use serde::{Deserialize, Serialize};
 
-use super::error::Error;
-use super::simulation::Plant;
-use super::state::PlantState;
+use super::{Error, Plant, PlantState};
 
 /// Several actuators that move the same axes: an XY stage with crosstalk, or a mirror on three actuators.
 ///

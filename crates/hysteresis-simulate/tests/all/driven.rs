@@ -4,13 +4,12 @@ use core::convert::Infallible;
 
 use hysteresis_control::StageController;
 use hysteresis_core::{ControllerOptions, HybridController, MultiAxisController};
-use hysteresis_simulate::closed_loop::TrackingTask;
+use hysteresis_simulate::closed_loop::{Tracking, TrackingTask};
 use hysteresis_simulate::driven::{Driven, Reading};
 use hysteresis_simulate::metrics::{LoopRecord, Run};
 use hysteresis_simulate::multi_axis::MultiAxisTask;
 use hysteresis_simulate::paper::{Benchmark, table_2};
 use hysteresis_simulate::plant::{MultiAxisPlant, Plant};
-use hysteresis_simulate::tracking::Tracking;
 
 /// A plant of ours that can fail, and shows nothing at some samples.
 struct Bench {

@@ -11,9 +11,8 @@ use hysteresis_control::stage::{Stage, StageForward, StageParts};
 use hysteresis_core::{
     ControllerOptions, HybridController, ModifiedPrandtlIshlinskii, Offsets, Ratios, Sections, is_admissible,
 };
-use hysteresis_simulate::closed_loop::TrackingTask;
+use hysteresis_simulate::closed_loop::{Tracking, TrackingTask};
 use hysteresis_simulate::driven::{Driven, Reading};
-use hysteresis_simulate::tracking::Tracking;
 use proptest::collection::vec;
 use proptest::prelude::*;
 

@@ -1,5 +1,6 @@
-use super::super::Shape;
-use super::*;
+//! The records of an experiment: what they have, and what no experiment can have.
+
+use hysteresis_simulate::excitation::{ExperimentOptions, Part, Shape};
 
 fn options() -> ExperimentOptions {
     ExperimentOptions { fast_rate: 1e4, ..ExperimentOptions::new(0.0, 150.0, 2000.0, 1e3) }
