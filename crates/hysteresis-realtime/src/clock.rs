@@ -59,13 +59,13 @@ mod system {
 
     /// Nanoseconds since the machine started.
     #[expect(clippy::cast_sign_loss, reason = "the time since the start is not negative")]
-    pub(super) fn now() -> u64 {
+    pub(crate) fn now() -> u64 {
         let now = clock_gettime(ClockId::Monotonic);
         now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
     }
 
     #[expect(clippy::cast_possible_wrap, reason = "292 years since the start")]
-    pub(super) fn sleep(until: u64) {
+    pub(crate) fn sleep(until: u64) {
         let request = Timespec { tv_sec: (until / 1_000_000_000) as _, tv_nsec: (until % 1_000_000_000) as _ };
         while now() < until {
             // A signal only interrupts it.
@@ -82,12 +82,12 @@ mod system {
     use std::time::{Duration, Instant};
 
     /// Nanoseconds since the first call.
-    pub(super) fn now() -> u64 {
+    pub(crate) fn now() -> u64 {
         static START: OnceLock<Instant> = OnceLock::new();
         u64::try_from(START.get_or_init(Instant::now).elapsed().as_nanos()).unwrap_or(u64::MAX)
     }
 
-    pub(super) fn sleep(until: u64) {
+    pub(crate) fn sleep(until: u64) {
         std::thread::sleep(Duration::from_nanos(until.saturating_sub(now())));
     }
 }

@@ -8,6 +8,9 @@
 //! [`Settings`]; [`Session::wait`] returns the [`Report`]. Once started, the loop does not allocate, lock or log. Another thread writes
 //! the record. [`run_on`] runs the same loop on any [`Clock`](clock::Clock).
 //!
+//! Files know only those above them: `clock`, `io`; `settings` (what is asked), `schedule` (when samples are due); `privileges`,
+//! `report` (how a loop ends, and what it tells), `recorder`; `runner`, the loop itself; `session`, its thread.
+//!
 //! # Safety of the stage
 //!
 //! | state | what happens | counted as |
@@ -44,37 +47,21 @@
 //! than it used.
 
 pub mod clock;
-mod error;
 pub mod io;
-mod latency;
-mod machine;
-mod pace;
-mod policy;
 mod privileges;
 mod recorder;
-mod reference;
 mod report;
-mod rest;
-mod ring;
 mod runner;
+mod schedule;
 mod session;
 mod settings;
-mod stop;
-mod watchdog;
 
-pub use error::Error;
-pub use latency::Summary;
-pub use machine::Machine;
-pub use policy::{Deadlines, MissPolicy};
 pub use privileges::InForce;
-pub use recorder::NpyFile;
-pub use reference::Reference;
-pub use report::{Counts, EndReason, Learning, Report};
-pub use ring::{COLUMNS, Row};
+pub use recorder::{COLUMNS, NpyFile, Row};
+pub use report::{Counts, EndReason, Learning, Live, Machine, Report, StopFlag, Summary};
+pub use schedule::Deadlines;
 pub use session::{Outcome, Session, run_on};
-pub use settings::Settings;
-pub use stop::{Live, StopFlag};
-pub use watchdog::WatchdogTimes;
+pub use settings::{Error, MissPolicy, Reference, Settings, WatchdogTimes};
 
 /// The example of the README of this crate, run as a test.
 #[cfg(doctest)]

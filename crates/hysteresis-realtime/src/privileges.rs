@@ -67,7 +67,7 @@ mod locked {
 
     static LOCKED: Mutex<Locked> = Mutex::new(Locked { loops: 0, by_program: false });
 
-    pub(super) fn one_more() -> Result<()> {
+    pub(crate) fn one_more() -> Result<()> {
         let mut locked = LOCKED.lock().unwrap_or_else(PoisonError::into_inner);
         if locked.loops == 0 {
             locked.by_program = super::system::has_locked_memory();
@@ -77,7 +77,7 @@ mod locked {
         Ok(())
     }
 
-    pub(super) fn one_less() -> Result<()> {
+    pub(crate) fn one_less() -> Result<()> {
         let mut locked = LOCKED.lock().unwrap_or_else(PoisonError::into_inner);
         locked.loops = locked.loops.saturating_sub(1);
         if locked.loops == 0 && !locked.by_program { super::system::unlock_memory() } else { Ok(()) }
@@ -92,7 +92,7 @@ mod system {
     use rustix::mm::{MlockAllFlags, mlockall, munlockall};
     use rustix::thread::{CpuSet, sched_setaffinity, set_current_timer_slack};
 
-    pub(super) fn bind_to(cpu: usize) -> Result<()> {
+    pub(crate) fn bind_to(cpu: usize) -> Result<()> {
         if cpu >= CpuSet::MAX_CPU {
             return Err(Error::from(std::io::ErrorKind::InvalidInput));
         }
@@ -101,7 +101,7 @@ mod system {
         Ok(sched_setaffinity(None, &set)?)
     }
 
-    pub(super) fn run_first(priority: u8) -> Result<()> {
+    pub(crate) fn run_first(priority: u8) -> Result<()> {
         // SAFETY: all-zero bytes are a valid `sched_param`, which on some systems has fields besides the priority.
         let mut parameters: libc::sched_param = unsafe { core::mem::zeroed() };
         parameters.sched_priority = priority.into();
@@ -113,22 +113,22 @@ mod system {
     }
 
     /// Whether any memory of the process is locked. Where that is not told, none is.
-    pub(super) fn has_locked_memory() -> bool {
+    pub(crate) fn has_locked_memory() -> bool {
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
         let locked = status.lines().find_map(|line| line.strip_prefix("VmLck:"));
         locked.and_then(|size| size.split_whitespace().next()).is_some_and(|kilobytes| kilobytes != "0")
     }
 
-    pub(super) fn lock_memory() -> Result<()> {
+    pub(crate) fn lock_memory() -> Result<()> {
         Ok(mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)?)
     }
 
-    pub(super) fn unlock_memory() -> Result<()> {
+    pub(crate) fn unlock_memory() -> Result<()> {
         Ok(munlockall()?)
     }
 
     /// Without, the system may wake a thread 50 us late to save power. It has no meaning under `SCHED_FIFO`.
-    pub(super) fn exact_timers() -> Result<()> {
+    pub(crate) fn exact_timers() -> Result<()> {
         Ok(set_current_timer_slack(NonZeroU64::new(1))?)
     }
 }
@@ -141,29 +141,29 @@ mod system {
         Err(Error::new(ErrorKind::Unsupported, "only Linux has it here"))
     }
 
-    pub(super) fn bind_to(_: usize) -> Result<()> {
+    pub(crate) fn bind_to(_: usize) -> Result<()> {
         missing()
     }
 
-    pub(super) fn run_first(_: u8) -> Result<()> {
+    pub(crate) fn run_first(_: u8) -> Result<()> {
         missing()
     }
 
-    pub(super) fn has_locked_memory() -> bool {
+    pub(crate) fn has_locked_memory() -> bool {
         false
     }
 
-    pub(super) fn lock_memory() -> Result<()> {
+    pub(crate) fn lock_memory() -> Result<()> {
         missing()
     }
 
-    pub(super) fn unlock_memory() -> Result<()> {
+    pub(crate) fn unlock_memory() -> Result<()> {
         missing()
     }
 
     /// Nothing to ask for.
     #[expect(clippy::unnecessary_wraps, reason = "as on Linux")]
-    pub(super) fn exact_timers() -> Result<()> {
+    pub(crate) fn exact_timers() -> Result<()> {
         Ok(())
     }
 }

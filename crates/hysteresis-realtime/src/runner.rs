@@ -9,16 +9,10 @@ use hysteresis_core::{Command, ControllerOptions, Mode, is_admissible};
 
 use crate::clock::Clock;
 use crate::io::{Fault, Io};
-use crate::latency::{Times, seconds};
-use crate::pace::Pace;
-use crate::policy::{Deadlines, MissPolicy, Schedule};
-use crate::reference::Reference;
-use crate::report::{Counts, EndReason};
-use crate::rest::{Rest, refused};
-use crate::ring::{Row, Sender};
-use crate::settings::Settings;
-use crate::stop::{Live, StopFlag};
-use crate::watchdog::Watchdog;
+use crate::recorder::{Row, Sender};
+use crate::report::{Counts, EndReason, Live, StopFlag, Times, seconds};
+use crate::schedule::{Deadlines, Pace, Schedule};
+use crate::settings::{MissPolicy, Reference, Settings, WatchdogTimes};
 
 /// What the loop is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -354,6 +348,119 @@ fn last_deadline(reference: &Reference, seconds: Option<f64>, dt: f64) -> Option
     time.into_iter().chain(length).min_by_key(|(deadline, _)| *deadline)
 }
 
+/// What the watchdog makes of a sample.
+#[derive(Clone, Copy, Debug)]
+struct Judged {
+    /// What the controller is given: NaN for nothing.
+    measurement: f64,
+    /// Whether the last fresh measurement is too old to stand in.
+    stale: bool,
+    /// Whether it is time to go to rest.
+    pub(crate) rest: bool,
+}
+
+/// The age of the last fresh measurement, in nanoseconds.
+#[derive(Clone, Debug)]
+struct Watchdog {
+    /// None for a loop that waits for ever: (stale after, rest after).
+    times: Option<(u64, u64)>,
+    last: f64,
+    last_at: u64,
+}
+
+impl Watchdog {
+    /// The time for the first measurement runs from `start`.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is not negative")]
+    pub(crate) fn new(times: Option<WatchdogTimes>, start: u64) -> Self {
+        let nanoseconds = |time: f64| (time * 1e9).round() as u64;
+        let times = times.map(|times| (nanoseconds(times.stale_after), nanoseconds(times.rest_after)));
+        Self { times, last: f64::NAN, last_at: start }
+    }
+
+    /// `came` is what the input gave, fresh if it is also to be believed.
+    #[inline]
+    fn judge(&mut self, now: u64, came: Option<f64>, believed: bool) -> Judged {
+        if let (Some(measurement), true) = (came, believed) {
+            (self.last, self.last_at) = (measurement, now);
+            return Judged { measurement, stale: false, rest: false };
+        }
+        // What is not believed goes on to the controller, which counts it.
+        let missing = came.unwrap_or(f64::NAN);
+        let Some((stale_after, rest_after)) = self.times else {
+            return Judged { measurement: missing, stale: true, rest: false };
+        };
+        let age = now.saturating_sub(self.last_at);
+        let stale = age >= stale_after || self.last.is_nan();
+        let measurement = if stale { missing } else { self.last };
+        Judged { measurement, stale, rest: age >= rest_after }
+    }
+}
+
+/// The rest drive, and how often it was written.
+#[derive(Debug)]
+pub(crate) struct Rest {
+    drive: f64,
+    /// How fast the drive goes there.
+    rate: f64,
+    /// For how many samples in a row.
+    written: u32,
+    /// How many datagrams had been refused when it was written first.
+    refused_before: u64,
+    /// How many datagrams had been refused before the last measurement came.
+    refused_before_measurement: u64,
+}
+
+impl Rest {
+    pub(crate) fn new(settings: &Settings) -> Self {
+        Self {
+            drive: settings.rest_drive,
+            rate: settings.rest_rate,
+            written: 0,
+            refused_before: 0,
+            refused_before_measurement: 0,
+        }
+    }
+
+    /// Takes what a sample wrote, if its write succeeded. True if that is enough.
+    fn is_over(&mut self, written: Option<f64>, io: &impl Io) -> bool {
+        self.written = if written == Some(self.drive) { self.written.saturating_add(1) } else { 0 };
+        if self.written == 1 {
+            self.refused_before = refused(io);
+        }
+        self.written >= io.rest_writes()
+    }
+
+    /// Whether the drive written last is the rest drive.
+    pub(crate) fn is_reached(&self) -> bool {
+        self.written > 0
+    }
+
+    /// For how many samples in a row the rest drive was written.
+    pub(crate) fn written(&self) -> u32 {
+        self.written
+    }
+
+    /// A measurement came, and so many datagrams had been refused before it was read.
+    #[inline]
+    fn take_measurement(&mut self, refused_before: u64) {
+        self.refused_before_measurement = refused_before;
+    }
+
+    /// How often the other side has said that nobody listens: since the last measurement came or since the rest drive was written
+    /// first, whichever is longer ago. Computers bound how often they say so, so the rest drive alone may not be answered. 0 if the rest
+    /// drive was not written.
+    pub(crate) fn refused(&self, io: &impl Io) -> u64 {
+        let before = self.refused_before.min(self.refused_before_measurement);
+        if self.is_reached() { refused(io).saturating_sub(before) } else { 0 }
+    }
+}
+
+/// How many datagrams have been refused.
+#[inline]
+pub(crate) fn refused(io: &impl Io) -> u64 {
+    io.datagrams().map_or(0, |counts| counts.refused)
+}
+
 #[cfg(test)]
 mod tests {
     use hysteresis_control::stage::FeedForwardKind;
@@ -361,7 +468,7 @@ mod tests {
 
     use super::*;
     use crate::clock::SimulatedClock;
-    use crate::ring::ring;
+    use crate::recorder::ring;
 
     #[test]
     fn a_running_loop_does_not_allocate() {
@@ -377,5 +484,54 @@ mod tests {
         let mut made = Loop::new(controller, Benchmark::A1.plant(0), clock, &settings, around);
         assert_eq!(allocations::count(|| assert_eq!(made.run(), EndReason::TimeOver)), 0);
         assert!(made.deadlines().missed > 10 && made.rest.is_reached());
+    }
+
+    fn watchdog() -> Watchdog {
+        Watchdog::new(Some(WatchdogTimes { stale_after: 2e-6, rest_after: 5e-6 }), 1000)
+    }
+
+    fn judge(watchdog: &mut Watchdog, now: u64, came: Option<f64>, believed: bool) -> (f64, bool, bool) {
+        let Judged { measurement, stale, rest } = watchdog.judge(now, came, believed);
+        (if measurement.is_nan() { -1.0 } else { measurement }, stale, rest)
+    }
+
+    #[test]
+    fn the_last_one_stands_in_then_there_is_none_then_rest() {
+        let mut watchdog = watchdog();
+        assert_eq!(judge(&mut watchdog, 2000, Some(3.0), true), (3.0, false, false));
+        assert_eq!(judge(&mut watchdog, 3999, None, false), (3.0, false, false));
+        assert_eq!(judge(&mut watchdog, 4000, None, false), (-1.0, true, false));
+        assert_eq!(judge(&mut watchdog, 6999, None, false), (-1.0, true, false));
+        assert_eq!(judge(&mut watchdog, 7000, None, false), (-1.0, true, true));
+    }
+
+    #[test]
+    fn a_fresh_one_starts_the_time_anew() {
+        let mut watchdog = watchdog();
+        judge(&mut watchdog, 5000, Some(3.0), true);
+        assert_eq!(judge(&mut watchdog, 9999, Some(4.0), true), (4.0, false, false));
+        assert_eq!(judge(&mut watchdog, 11_000, None, false), (4.0, false, false));
+    }
+
+    #[test]
+    fn before_the_first_one_nothing_stands_in() {
+        let mut watchdog = watchdog();
+        assert_eq!(judge(&mut watchdog, 1001, None, false), (-1.0, true, false));
+        assert_eq!(judge(&mut watchdog, 6000, None, false), (-1.0, true, true));
+    }
+
+    #[test]
+    fn what_is_not_believed_is_not_fresh_and_is_passed_on_when_stale() {
+        let mut watchdog = watchdog();
+        judge(&mut watchdog, 2000, Some(3.0), true);
+        assert_eq!(judge(&mut watchdog, 3000, Some(99.0), false), (3.0, false, false));
+        assert_eq!(judge(&mut watchdog, 4000, Some(99.0), false), (99.0, true, false));
+        assert_eq!(judge(&mut watchdog, 7000, Some(99.0), false), (99.0, true, true));
+    }
+
+    #[test]
+    fn without_times_it_waits_for_ever() {
+        let mut watchdog = Watchdog::new(None, 0);
+        assert_eq!(judge(&mut watchdog, u64::MAX, None, false), (-1.0, true, false));
     }
 }

@@ -7,17 +7,12 @@ use hysteresis_control::StageController;
 use hysteresis_control::learning::RepetitiveControl;
 
 use crate::clock::{Clock, RealClock};
-use crate::error::Error;
 use crate::io::Io;
-use crate::machine::Machine;
 use crate::privileges::{InForce, ask, unlock};
-use crate::recorder::{Recorded, Recorder};
-use crate::reference::Reference;
-use crate::report::{Counts, Learning, Report};
-use crate::ring::ring;
+use crate::recorder::{Recorded, Recorder, ring};
+use crate::report::{Counts, Learning, Live, Machine, Report, StopFlag};
 use crate::runner::{Loop, Surroundings};
-use crate::settings::Settings;
-use crate::stop::{Live, StopFlag};
+use crate::settings::{Error, Reference, Settings};
 
 /// What is left of a loop that ended.
 #[derive(Debug)]
@@ -149,7 +144,7 @@ pub fn run_on<I: Io, C: Clock>(
     Ok(run(made, Asked { settings, in_force, warnings, recorder, machine }))
 }
 
-fn recorder(settings: &Settings) -> Result<Option<(crate::ring::Sender, Recorder)>, Error> {
+fn recorder(settings: &Settings) -> Result<Option<(crate::recorder::Sender, Recorder)>, Error> {
     let Some(path) = &settings.record else { return Ok(None) };
     let (sender, receiver) = ring(settings.ring);
     let recorder = Recorder::start(path, receiver).map_err(|error| Error::Record { path: path.clone(), error })?;

@@ -1,14 +1,11 @@
-//! What is asked of a loop.
+//! What is asked of a loop: what it follows, how it runs, and why it cannot start.
 
+use core::fmt;
 use std::path::PathBuf;
 
 use hysteresis_control::StageController;
-use hysteresis_core::{Error as CoreError, FeedForward, Mode, is_admissible};
+use hysteresis_core::{Error as CoreError, FeedForward, Mode, check_all_finite, is_admissible};
 use serde::{Deserialize, Serialize};
-
-use crate::error::Error;
-use crate::policy::MissPolicy;
-use crate::watchdog::WatchdogTimes;
 
 /// Shorter intervals are shorter than what a clock and a wake-up take.
 const SHORTEST: f64 = 1e-6;
@@ -132,4 +129,164 @@ impl Settings {
 
 fn check(parameter: &'static str, got: f64, (low, high): (f64, f64), expected: &'static str) -> Result<(), Error> {
     if low <= got && got <= high { Ok(()) } else { Err(CoreError::domain(parameter, None, expected, got).into()) }
+}
+
+/// What the loop does when the drive of a sample is written only after the next sample was due.
+///
+/// ```
+/// use hysteresis_realtime::MissPolicy;
+/// assert_eq!(MissPolicy::default(), MissPolicy::Skip);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MissPolicy {
+    /// The loop goes on with the first deadline that is still to come. Samples between are not taken: the reference is that of
+    /// the time, and the controller takes fewer steps than time went by.
+    #[default]
+    Skip,
+    /// The loop takes the samples that are due one after the other, without sleep, until it is on time. So the controller takes
+    /// every sample of the reference. The drive moves meanwhile by what the slew gives for the time that goes by, which is next to nothing.
+    CatchUp {
+        /// When the loop is further behind than so many samples, those before are skipped.
+        at_most: u32,
+    },
+    /// The loop goes to rest.
+    Stop,
+}
+
+/// For how long measurements may be missing, in seconds.
+///
+/// A fresh measurement is one that the input says is new, and that the controller believes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WatchdogTimes {
+    /// For so long the last fresh measurement stands in for one that does not come. With 0 it never does. From then on the
+    /// controller is told that there is none: it holds the drive, unless it is still coming back from the last loss.
+    pub stale_after: f64,
+    /// After so long without a fresh measurement the drive goes to rest, for good.
+    pub rest_after: f64,
+}
+
+/// Positions, one per sampling interval.
+///
+/// ```
+/// use hysteresis_realtime::Reference;
+/// let reference = Reference::periodic(vec![0.0, 1.0, 2.0])?;
+/// assert_eq!([2, 3, 100].map(|sample| reference.at(sample)), [2.0, 0.0, 1.0]);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Reference {
+    positions: Box<[f64]>,
+    repeats: bool,
+}
+
+impl Reference {
+    /// Positions that are followed again and again.
+    ///
+    /// # Errors
+    /// [`CoreError`] for none, or one that is not finite.
+    pub fn periodic(positions: Vec<f64>) -> Result<Self, CoreError> {
+        Self::new(positions, true)
+    }
+
+    /// Positions that are followed once; then the loop goes to rest.
+    ///
+    /// # Errors
+    /// [`CoreError`] for none, or one that is not finite.
+    pub fn once(positions: Vec<f64>) -> Result<Self, CoreError> {
+        Self::new(positions, false)
+    }
+
+    fn new(positions: Vec<f64>, repeats: bool) -> Result<Self, CoreError> {
+        let parameter = "reference";
+        if positions.is_empty() {
+            return Err(CoreError::Empty { parameter });
+        }
+        check_all_finite(parameter, &positions)?;
+        Ok(Self { positions: positions.into(), repeats })
+    }
+
+    /// The position wanted at a sample; past the end the last one.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, sample: u64) -> f64 {
+        let length = self.positions.len() as u64;
+        let sample = if self.repeats { sample % length } else { sample.min(length - 1) };
+        usize::try_from(sample).ok().and_then(|sample| self.positions.get(sample)).copied().unwrap_or(f64::NAN)
+    }
+
+    /// How many samples there are, if they are followed once.
+    #[must_use]
+    pub fn length(&self) -> Option<u64> {
+        (!self.repeats).then_some(self.positions.len() as u64)
+    }
+}
+
+/// Why a loop could not start: the message names the parameter, what was expected and what came.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Error {
+    /// A number outside its domain.
+    Parameter(hysteresis_core::Error),
+    /// A controller whose feed-forward is given with every sample: the loop has references only.
+    GivenFeedForward,
+    /// A controller in a hold or a stop, in which nothing would move it.
+    Rests(Mode),
+    /// The file of the record.
+    Record {
+        /// Its path.
+        path: PathBuf,
+        /// What the system said.
+        error: std::io::Error,
+    },
+    /// The thread of the loop.
+    Thread(std::io::Error),
+}
+
+impl Error {
+    /// The name of the parameter that is wrong, if it is one.
+    #[must_use]
+    pub fn parameter(&self) -> Option<&'static str> {
+        match self {
+            Self::Parameter(error) => error.parameter(),
+            Self::GivenFeedForward | Self::Rests(_) => Some("controller"),
+            Self::Record { .. } => Some("record"),
+            Self::Thread(_) => None,
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Parameter(error) => error.fmt(f),
+            Self::GivenFeedForward => f.write_str(
+                "controller: expected a feed-forward from references, got one that is given with every sample",
+            ),
+            Self::Rests(mode) => {
+                let mode = if *mode == Mode::Stop { "stop" } else { "hold" };
+                write!(f, "controller: expected one that moves, got one in its {mode}; `release` lets it go on")
+            }
+            Self::Record { path, error } => {
+                write!(f, "record: expected a file to write to, got {}: {error}", path.display())
+            }
+            Self::Thread(error) => write!(f, "the thread of the loop could not start: {error}"),
+        }
+    }
+}
+
+impl core::error::Error for Error {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        match self {
+            Self::Parameter(error) => Some(error),
+            Self::Record { error, .. } | Self::Thread(error) => Some(error),
+            Self::GivenFeedForward | Self::Rests(_) => None,
+        }
+    }
+}
+
+impl From<hysteresis_core::Error> for Error {
+    fn from(error: hysteresis_core::Error) -> Self {
+        Self::Parameter(error)
+    }
 }

@@ -6,9 +6,7 @@
 use std::io::ErrorKind;
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 
-use serde::{Deserialize, Serialize};
-
-use super::{Fault, Io};
+use super::{Fault, Io, UdpCounts};
 
 /// Bytes of a datagram.
 pub const PACKET: usize = 16;
@@ -51,21 +49,6 @@ impl Packet {
         let value = value.try_into().ok()?;
         Some(Self { sequence: u64::from_le_bytes(*sequence), value: f64::from_le_bytes(value) })
     }
-}
-
-/// What became of datagrams.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct UdpCounts {
-    /// Measurements that were received and used, or replaced by a newer one at once.
-    pub received: u64,
-    /// Sequence numbers that never came, or came after a later one.
-    pub lost: u64,
-    /// Datagrams that came after a later one, or twice.
-    pub late: u64,
-    /// Datagrams of another length.
-    pub malformed: u64,
-    /// How often the other side said that nobody listens.
-    pub refused: u64,
 }
 
 /// Input and output by datagrams.
