@@ -7,14 +7,11 @@ use hysteresis_control::binary::{Binary, Sampled};
 use hysteresis_control::stage::{self, StageState};
 use hysteresis_core::{ControllerState, QuasiStaticState};
 
-use crate::arrays::slice;
+use crate::boundary::{Buffer, Failure, Status, at, guard, slice, there};
 use crate::controller::Controller;
-use crate::forward::Forward;
-use crate::inverse::Inverse;
+use crate::models::{Forward, Inverse};
 use crate::observer::Observer;
 use crate::stage::{Stage, hand_over};
-use crate::status::{Failure, Status, guard, there};
-use crate::text::{Buffer, at};
 
 /// What C gives as bytes.
 ///

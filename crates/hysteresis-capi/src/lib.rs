@@ -1,39 +1,30 @@
 //! The C interface: the stage file in, and from it the forward model, the exact inverse, the controller and the observer.
 //!
 //! The header `include/mpi_hyst.h` is made from these files, so their documentation is that of C: `docs/c.md` is where to
-//! begin. Nothing is computed here. `status` has what can go wrong, `memory` where objects lie, `text` the strings, `arrays`
-//! the loops of `run`, `bytes` what stages and states are as bytes; every other file is one object.
+//! begin. Nothing is computed here. `boundary` has what can go wrong, where objects lie, strings and the loops of `run`; on it stand
+//! `stage`, then `controller`, `models` (forward model and inverse) and `observer`, then `bytes`, what all of them are as bytes.
 //!
 //! # Pointers
 //! A pointer to an object is an `Option` of a reference, which C sees as a pointer that may be NULL. So the functions of the
 //! loop are safe code. What else C must keep is at the top of the header.
 
-mod arrays;
 mod bytes;
 mod controller;
-mod controller_changes;
-mod controller_options;
-mod controller_terms;
-mod forward;
-mod inverse;
-mod memory;
+mod models;
 mod observer;
 mod stage;
-mod status;
-mod text;
 
-use core::ffi::{CStr, c_char};
+// Last, so that its functions come last in the header.
+mod boundary;
 
+pub use boundary::{Status, mpih_last_error, mpih_status_name};
 pub use bytes::*;
 pub use controller::*;
-pub use controller_changes::*;
-pub use controller_options::*;
-pub use controller_terms::*;
-pub use forward::*;
-pub use inverse::*;
+pub use models::*;
 pub use observer::*;
 pub use stage::*;
-pub use status::{Status, mpih_last_error, mpih_status_name};
+
+use core::ffi::{CStr, c_char};
 
 /// The number of this interface. It changes when a function or a struct changes in a way that compiled programs notice.
 pub const MPIH_ABI: u32 = 1;

@@ -6,12 +6,9 @@ use core::mem::MaybeUninit;
 use hysteresis_control::stage::Error;
 use hysteresis_control::{ObserverOptions, ObserverState};
 
-use crate::arrays::{check, each_row, slice};
-use crate::controller_options::given;
-use crate::memory::{Object, Owner, Place, end};
+use crate::boundary::{Buffer, Object, Owner, Place, Status, end, guard, read, run, saved, slice, there};
+use crate::controller::given;
 use crate::stage::Stage;
-use crate::status::{Status, guard, there};
-use crate::text::{Buffer, read, saved};
 
 /// What the model of a stage and a noisy measurement say together of the position: a Kalman filter. Feed its estimate to the
 /// controller instead of the measurement.
@@ -89,14 +86,10 @@ pub unsafe extern "C" fn mpih_observer_run(
     positions: *mut f64,
     n: usize,
 ) -> Status {
-    let Some(observer) = observer else { return guard(|| there("observer", None)) };
-    let status = check(n, [("drives", drives), ("measurements", measurements), ("positions", positions)]);
-    if status == Status::Ok {
-        let step = |[drive, measurement]: [f64; 2]| observer.observer.step(drive, measurement);
-        // SAFETY: as the header asks of the caller.
-        unsafe { each_row(n, [drives, measurements], positions, step) }
-    }
-    status
+    let inputs = [("drives", drives), ("measurements", measurements)];
+    let step = |observer: &mut Observer, [drive, measurement]: [f64; 2]| observer.observer.step(drive, measurement);
+    // SAFETY: as the header asks of the caller.
+    unsafe { run(("observer", observer), n, inputs, ("positions", positions), step) }
 }
 
 /// What the model does not know, at the input of the modes, in the unit of the position. NaN for NULL.

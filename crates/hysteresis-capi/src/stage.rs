@@ -6,8 +6,7 @@ use std::ffi::CString;
 
 use hysteresis_control::stage;
 
-use crate::status::{Failure, Status, guard, tell, there};
-use crate::text::read;
+use crate::boundary::{Failure, Status, guard, read, tell, there};
 
 /// A stage: what a stage file says of an actuator. It never changes, so several threads may use it at once. What is made
 /// from it keeps what it needs: the stage may be freed before.
