@@ -8,7 +8,7 @@ use hysteresis_control::linear::Creep;
 use hysteresis_control::stage::{PEAK_SENSITIVITY, Stage};
 use hysteresis_core::{CoupledPlay, PiecewiseLinearMap};
 
-use crate::digest::digest;
+use crate::digest;
 use crate::error::Error;
 
 /// What is asked of a header.

@@ -7,13 +7,16 @@
 //! Nothing is computed here: constants are those of the stage, and what runs is made by it.
 
 mod c_header;
-mod digest;
 mod error;
 mod mock_up;
+mod simulation;
 
 pub use c_header::{HeaderOptions, c_header};
 pub use error::Error;
-pub use mock_up::{Kind, MockUp, Settings, Simulation, Source};
+pub use mock_up::MockUp;
+pub use simulation::{Kind, Settings, Simulation, Source};
+
+use sha2::{Digest, Sha256};
 
 /// A name of C for a text: what no name may have becomes an underscore.
 ///
@@ -25,6 +28,16 @@ pub use mock_up::{Kind, MockUp, Settings, Simulation, Source};
 pub fn c_name(text: &str) -> String {
     let name: String = text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') { name } else { format!("_{name}") }
+}
+
+/// Of texts, one behind the other.
+fn digest(texts: &[&str]) -> String {
+    let mut hash = Sha256::new();
+    for text in texts {
+        hash.update(text);
+    }
+    let digits = |byte: &u8| [byte >> 4, byte & 15].map(|digit| char::from_digit(digit.into(), 16).unwrap_or_default());
+    hash.finalize().iter().flat_map(digits).collect()
 }
 
 /// The example of the README of this crate, run as a test.

@@ -1,9 +1,10 @@
-//! The course of a simulation.
+//! What a tool calls: the course of a simulation, values of variables, and kept states.
 
 use core::ffi::{c_char, c_int};
 
-use crate::component::{Component, Phase};
-use crate::status::{Status, guard};
+use hysteresis_export::{Error, Simulation};
+
+use crate::component::{Component, Phase, Status, guard};
 
 /// "default": the types of `fmi2TypesPlatform.h`.
 #[unsafe(no_mangle)]
@@ -36,7 +37,7 @@ impl Component {
         Ok(())
     }
 
-    pub(crate) fn expect(&self, call: &str, phases: &[Phase]) -> Result<(), String> {
+    fn expect(&self, call: &str, phases: &[Phase]) -> Result<(), String> {
         if phases.contains(&self.phase) {
             return Ok(());
         }
@@ -165,4 +166,278 @@ pub extern "C" fn fmi2GetStringStatus(
     _value: *mut *const c_char,
 ) -> Status {
     guard(component, |_| Err(format!("fmi2GetStringStatus: expected no call, as there is none, got {kind}")))
+}
+
+/// Writes what `read` gives for every reference.
+///
+/// # Safety
+/// Both arrays are NULL or have `n` elements.
+unsafe fn get<T>(
+    component: Option<&mut Component>,
+    (references, n, values): (*const u32, usize, *mut T),
+    read: impl Fn(&Component, u32) -> Result<T, Error>,
+) -> Status {
+    guard(component, |component| {
+        check(n, references.is_null() || values.is_null())?;
+        for k in 0..n {
+            // SAFETY: k is below n.
+            let reference = unsafe { references.add(k).read() };
+            let value = read(component, reference).map_err(|error| error.to_string())?;
+            // SAFETY: as above.
+            unsafe { values.add(k).write(value) };
+        }
+        Ok(())
+    })
+}
+
+fn check(n: usize, is_missing: bool) -> Result<(), String> {
+    if n > 0 && is_missing { Err("vr, value: expected arrays, got NULL".into()) } else { Ok(()) }
+}
+
+/// Reads real numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetReal(
+    component: Option<&mut Component>,
+    references: *const u32,
+    n: usize,
+    values: *mut f64,
+) -> Status {
+    // SAFETY: as the standard asks of the tool.
+    unsafe { get(component, (references, n, values), |component, reference| component.simulation.real(reference)) }
+}
+
+/// Reads whole numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetInteger(
+    component: Option<&mut Component>,
+    references: *const u32,
+    n: usize,
+    values: *mut c_int,
+) -> Status {
+    // SAFETY: as the standard asks of the tool.
+    unsafe { get(component, (references, n, values), |component, reference| component.simulation.integer(reference)) }
+}
+
+/// Reads truth values.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetBoolean(
+    component: Option<&mut Component>,
+    references: *const u32,
+    n: usize,
+    values: *mut c_int,
+) -> Status {
+    let read = |component: &Component, reference| component.simulation.boolean(reference).map(c_int::from);
+    // SAFETY: as the standard asks of the tool.
+    unsafe { get(component, (references, n, values), read) }
+}
+
+/// Sets inputs.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetReal(
+    component: Option<&mut Component>,
+    references: *const u32,
+    n: usize,
+    values: *const f64,
+) -> Status {
+    guard(component, |component| {
+        component.expect("fmi2SetReal", &[Phase::Instantiated, Phase::Initializing, Phase::Running])?;
+        check(n, references.is_null() || values.is_null())?;
+        for k in 0..n {
+            // SAFETY: k is below n.
+            let (reference, value) = unsafe { (references.add(k).read(), values.add(k).read()) };
+            component.simulation.set_real(reference, value).map_err(|error| error.to_string())?;
+        }
+        Ok(())
+    })
+}
+
+/// An error where anything is asked of variables that no unit has.
+fn none(component: Option<&mut Component>, n: usize, call: &str) -> Status {
+    guard(
+        component,
+        |_| if n == 0 { Ok(()) } else { Err(format!("{call}: expected no variable of this kind, got {n}")) },
+    )
+}
+
+/// No unit has texts.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetString(
+    component: Option<&mut Component>,
+    _references: *const u32,
+    n: usize,
+    _values: *mut *const c_char,
+) -> Status {
+    none(component, n, "fmi2GetString")
+}
+
+/// No input is a whole number.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2SetInteger(
+    component: Option<&mut Component>,
+    _references: *const u32,
+    n: usize,
+    _values: *const c_int,
+) -> Status {
+    none(component, n, "fmi2SetInteger")
+}
+
+/// No input is a truth value.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2SetBoolean(
+    component: Option<&mut Component>,
+    _references: *const u32,
+    n: usize,
+    _values: *const c_int,
+) -> Status {
+    none(component, n, "fmi2SetBoolean")
+}
+
+/// No unit has texts.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2SetString(
+    component: Option<&mut Component>,
+    _references: *const u32,
+    n: usize,
+    _values: *const *const c_char,
+) -> Status {
+    none(component, n, "fmi2SetString")
+}
+
+/// Inputs are held, so they have no derivatives.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2SetRealInputDerivatives(
+    component: Option<&mut Component>,
+    _references: *const u32,
+    n: usize,
+    _orders: *const c_int,
+    _values: *const f64,
+) -> Status {
+    none(component, n, "fmi2SetRealInputDerivatives")
+}
+
+/// Outputs have no derivatives.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetRealOutputDerivatives(
+    component: Option<&mut Component>,
+    _references: *const u32,
+    n: usize,
+    _orders: *const c_int,
+    _values: *mut f64,
+) -> Status {
+    none(component, n, "fmi2GetRealOutputDerivatives")
+}
+
+/// Hysteresis has no directional derivative.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetDirectionalDerivative(
+    component: Option<&mut Component>,
+    _unknown: *const u32,
+    n: usize,
+    _known: *const u32,
+    _n_known: usize,
+    _dv_known: *const f64,
+    _dv_unknown: *mut f64,
+) -> Status {
+    none(component, n, "fmi2GetDirectionalDerivative")
+}
+
+/// What `fmi2FMUstate` points to.
+pub struct KeptState {
+    simulation: Simulation,
+    phase: Phase,
+    time: f64,
+}
+
+type Kept = Option<Box<KeptState>>;
+
+impl KeptState {
+    fn of(component: &Component) -> Self {
+        Self { simulation: component.simulation.clone(), phase: component.phase, time: component.time }
+    }
+}
+
+fn missing() -> String {
+    "FMUstate: expected a state, got NULL".into()
+}
+
+/// Keeps a copy; one that is there already is replaced.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetFMUstate(component: Option<&mut Component>, state: Option<&mut Kept>) -> Status {
+    guard(component, |component| {
+        *state.ok_or_else(missing)? = Some(Box::new(KeptState::of(component)));
+        Ok(())
+    })
+}
+
+/// Goes back to a copy.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2SetFMUstate(component: Option<&mut Component>, state: Option<&KeptState>) -> Status {
+    guard(component, |component| {
+        let KeptState { simulation, phase, time } = state.ok_or_else(missing)?;
+        (component.simulation, component.phase, component.time) = (simulation.clone(), *phase, *time);
+        Ok(())
+    })
+}
+
+/// Frees a copy; nothing for NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2FreeFMUstate(component: Option<&mut Component>, state: Option<&mut Kept>) -> Status {
+    guard(component, |_| {
+        *state.ok_or_else(missing)? = None;
+        Ok(())
+    })
+}
+
+/// How many bytes a copy takes.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2SerializedFMUstateSize(
+    component: Option<&mut Component>,
+    state: Option<&KeptState>,
+    size: Option<&mut usize>,
+) -> Status {
+    guard(component, |_| {
+        *size.ok_or("size: expected a place, got NULL")? = state.ok_or_else(missing)?.simulation.state().len();
+        Ok(())
+    })
+}
+
+/// A copy as bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SerializeFMUstate(
+    component: Option<&mut Component>,
+    state: Option<&KeptState>,
+    bytes: *mut u8,
+    n: usize,
+) -> Status {
+    guard(component, |_| {
+        let ours = state.ok_or_else(missing)?.simulation.state();
+        if bytes.is_null() || n < ours.len() {
+            return Err(format!("serializedState: expected room for {} bytes, got {n}", ours.len()));
+        }
+        // SAFETY: there is room for them, and ours are no memory of the tool.
+        unsafe { bytes.copy_from_nonoverlapping(ours.as_ptr(), ours.len()) };
+        Ok(())
+    })
+}
+
+/// A copy from its bytes: of a unit that runs the same, in its steps.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
+    component: Option<&mut Component>,
+    bytes: *const u8,
+    n: usize,
+    state: Option<&mut Kept>,
+) -> Status {
+    guard(component, |component| {
+        if bytes.is_null() {
+            return Err("serializedState: expected bytes, got NULL".into());
+        }
+        // SAFETY: it is not NULL, so it has n bytes, which nothing changes meanwhile.
+        let bytes = unsafe { core::slice::from_raw_parts(bytes, n) };
+        let mut simulation = component.fresh.clone();
+        simulation.set_state(bytes).map_err(|error| error.to_string())?;
+        *state.ok_or_else(missing)? =
+            Some(Box::new(KeptState { simulation, phase: component.phase, time: component.time }));
+        Ok(())
+    })
 }

@@ -3,6 +3,8 @@
 //! The names and types are those of `fmi2Functions.h`. 2.0 is the version that most tools take. One library serves all units: it
 //! reads what it is to run from `resources/settings.json` and `resources/stage.json`.
 //!
+//! `component` is an instance, from its resources to what becomes of a call; `functions` are the calls.
+//!
 //! # Pointers
 //! As the standard asks of the tool that calls: a component came from [`fmi2Instantiate`] and was not freed; arrays have as many
 //! elements as is said beside them; texts end with a zero byte. A component that may be NULL is an `Option` of a reference.
@@ -12,15 +14,6 @@
 
 mod component;
 mod functions;
-mod logger;
-mod resources;
-mod states;
-mod status;
-mod values;
 
 pub use component::*;
 pub use functions::*;
-pub use logger::CallbackFunctions;
-pub use states::*;
-pub use status::Status;
-pub use values::*;

@@ -1,11 +1,10 @@
-//! What runs in a unit.
+//! What runs in a unit: its settings (`resources/settings.json`), its variables, and the simulation.
 
 use hysteresis_control::binary::{self, Binary, Sampled};
-use hysteresis_control::stage::{Stage, StageForward};
+use hysteresis_control::stage::{FeedForwardKind, Stage, StageForward};
 use hysteresis_core::{HybridController, Process, QuasiStaticInverse};
+use serde::{Deserialize, Serialize};
 
-use super::settings::{Kind, Settings};
-use super::variables::{Quantity, Role, Type, Variable, variable_at};
 use crate::error::Error;
 
 /// By which share of a sampling interval a step may differ from a whole number of them: the difference of two large times.
@@ -229,4 +228,236 @@ where
     Sampled<T>: Binary,
 {
     Sampled::<T>::from_bytes(bytes)?.at(dt).map_err(|got| Error::argument("state.dt", format!("{dt:?}"), got))
+}
+
+const SCHEMA: &str = "mpi_hyst/fmu/1";
+
+/// What a unit runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// The stage: a drive in, the position out.
+    Forward,
+    /// The exact inverse of its slow part: a target in, the drive out.
+    Inverse,
+    /// Feed-forward and feedback: reference and measurement in, the drive out.
+    Controller,
+}
+
+impl Kind {
+    /// The kind of that name.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] that lists the names.
+    pub fn of(name: &str) -> Result<Self, Error> {
+        match name {
+            "forward" => Ok(Self::Forward),
+            "inverse" => Ok(Self::Inverse),
+            "controller" => Ok(Self::Controller),
+            other => Err(Error::argument("kind", "\"forward\", \"inverse\" or \"controller\"", other)),
+        }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Forward => "forward",
+            Self::Inverse => "inverse",
+            Self::Controller => "controller",
+        }
+    }
+}
+
+/// Where the feed-forward of a controller comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// The exact inverse of the reference of now.
+    #[default]
+    Inverse,
+    /// The same of references that come early, through the inverse of amplifier, modes and dead time too.
+    Preview,
+}
+
+impl Source {
+    /// The source of that name.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] that lists the names.
+    pub fn of(name: &str) -> Result<Self, Error> {
+        match name {
+            "inverse" => Ok(Self::Inverse),
+            "preview" => Ok(Self::Preview),
+            other => Err(Error::argument("feedforward", "\"inverse\" or \"preview\"", other)),
+        }
+    }
+
+    fn feedforward(self, stage: &Stage, dt: f64) -> Result<FeedForwardKind, Error> {
+        Ok(match self {
+            Self::Inverse => FeedForwardKind::Inverse,
+            Self::Preview => FeedForwardKind::Preview { ahead: stage.preview_ahead(dt)?, smoothing: 0.0 },
+        })
+    }
+}
+
+/// What a unit runs, and how.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// The schema of its file.
+    pub schema: String,
+    /// What tells this unit from others; [`MockUp`](crate::mock_up::MockUp) fills it in.
+    pub guid: String,
+    /// What it runs.
+    pub kind: Kind,
+    /// The sampling interval in seconds.
+    pub dt: f64,
+    /// Of a controller: where its feed-forward comes from.
+    pub feedforward: Source,
+    /// Of a controller: kp and ki instead of tuned gains and filters.
+    pub gains: Option<(f64, f64)>,
+}
+
+impl Settings {
+    /// A controller has tuned gains, and the exact inverse of the reference of now.
+    #[must_use]
+    pub fn new(kind: Kind, dt: f64) -> Self {
+        let (schema, guid) = (SCHEMA.into(), String::new());
+        Self { schema, guid, kind, dt, feedforward: Source::default(), gains: None }
+    }
+
+    /// As text.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Serialising plain numbers and strings into memory has no way to fail.
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+
+    /// What [`to_json`](Self::to_json) wrote.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a text that is something else.
+    pub fn from_json(text: &str) -> Result<Self, Error> {
+        let expected = || format!("settings of schema {SCHEMA:?}");
+        let wrong = |error: serde_json::Error| Error::argument("settings.json", expected(), error.to_string());
+        let settings: Self = serde_json::from_str(text).map_err(wrong)?;
+        if settings.schema == SCHEMA {
+            Ok(settings)
+        } else {
+            Err(Error::argument("settings.json", expected(), settings.schema))
+        }
+    }
+}
+
+/// What a variable tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    Drive,
+    Position,
+    Target,
+    Reference,
+    Measurement,
+    Kp,
+    Ki,
+    Saturated,
+    Slewing,
+    Rejected,
+    Clamped,
+    Missing,
+    Implausible,
+    SaturatedSamples,
+    SlewingSamples,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    Input,
+    Output,
+    Parameter,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Type {
+    Real,
+    Integer,
+    Boolean,
+}
+
+pub(crate) struct Variable {
+    pub(crate) quantity: Quantity,
+    pub(crate) role: Role,
+    pub(crate) name: &'static str,
+    pub(crate) description: &'static str,
+}
+
+impl Variable {
+    pub(crate) fn kind(&self) -> Type {
+        use Quantity::{Clamped, Implausible, Missing, Rejected, Saturated, SaturatedSamples, Slewing, SlewingSamples};
+        match self.quantity {
+            Saturated | Slewing => Type::Boolean,
+            Rejected | Clamped | Missing | Implausible | SaturatedSamples | SlewingSamples => Type::Integer,
+            _ => Type::Real,
+        }
+    }
+}
+
+const fn variable(quantity: Quantity, role: Role, name: &'static str, description: &'static str) -> Variable {
+    Variable { quantity, role, name, description }
+}
+
+const REJECTED: &str = "How many inputs were not finite (or beyond 1e100): they change nothing";
+
+const FORWARD: &[Variable] = &[
+    variable(
+        Quantity::Drive,
+        Role::Input,
+        "drive",
+        "The drive, held over the step; kept within the limits of the stage",
+    ),
+    variable(Quantity::Position, Role::Output, "position", "The position at the end of the step"),
+    variable(Quantity::Rejected, Role::Output, "rejected", REJECTED),
+    variable(Quantity::Clamped, Role::Output, "clamped", "How many drives lay beyond the limits of the stage"),
+];
+
+const INVERSE: &[Variable] = &[
+    variable(Quantity::Target, Role::Input, "target", "Where the position is to be"),
+    variable(Quantity::Drive, Role::Output, "drive", "The drive for the target, to be held over the same step"),
+    variable(Quantity::Position, Role::Output, "position", "Where the position is then, as the model says"),
+    variable(
+        Quantity::Saturated,
+        Role::Output,
+        "saturated",
+        "Whether the target is out of reach and the drive at a limit",
+    ),
+    variable(Quantity::Rejected, Role::Output, "rejected", REJECTED),
+];
+
+const CONTROLLER: &[Variable] = &[
+    variable(Quantity::Reference, Role::Input, "reference", "Where the position is to be"),
+    variable(Quantity::Measurement, Role::Input, "measurement", "The position read at the beginning of the step"),
+    variable(Quantity::Drive, Role::Output, "drive", "The drive, to be held over the same step"),
+    variable(Quantity::Saturated, Role::Output, "saturated", "Whether the law asked for a drive beyond the limits"),
+    variable(Quantity::Slewing, Role::Output, "slewing", "Whether the slew rate held the drive back"),
+    variable(Quantity::Rejected, Role::Output, "rejected", "How many references were not finite: they hold the drive"),
+    variable(Quantity::Missing, Role::Output, "missing", "How many measurements were not finite"),
+    variable(Quantity::Implausible, Role::Output, "implausible", "How many measurements cannot be"),
+    variable(Quantity::SaturatedSamples, Role::Output, "saturated_samples", "How many samples were saturated"),
+    variable(Quantity::SlewingSamples, Role::Output, "slewing_samples", "How many samples the slew rate held back"),
+    variable(Quantity::Kp, Role::Parameter, "kp", "The proportional gain"),
+    variable(Quantity::Ki, Role::Parameter, "ki", "The integral gain"),
+];
+
+/// The variables of a unit, in the order of their references.
+pub(crate) fn variables(kind: Kind) -> &'static [Variable] {
+    match kind {
+        Kind::Forward => FORWARD,
+        Kind::Inverse => INVERSE,
+        Kind::Controller => CONTROLLER,
+    }
+}
+
+/// The variable of a reference.
+fn variable_at(kind: Kind, reference: u32) -> Option<&'static Variable> {
+    variables(kind).get(usize::try_from(reference).ok()?)
 }
