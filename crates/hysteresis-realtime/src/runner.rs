@@ -83,31 +83,34 @@ impl<I: Io, C: Clock> Loop<I, C> {
         let Surroundings { reference, stop, live, sender } = around;
         let ControllerOptions { dt, slew, .. } = *controller.controller().options();
         let ahead = controller.controller().preview().map_or(0, |preview| preview.ahead() as u64);
-        let mut made = Self {
+        let observed = Observed {
+            counts: Counts::default(),
+            latency: Times::new(),
+            compute: Times::new(),
+            period: Times::new(),
+            last_fault: None,
+        };
+        // What takes a while was made before.
+        let start = clock.now() + nanoseconds(dt);
+        Self {
             ahead,
             rest: Rest::new(settings),
             misses: settings.misses,
             spin: nanoseconds(settings.spin),
             most_write_faults: settings.write_faults,
             last: last_deadline(&reference, settings.seconds, dt),
-            schedule: Schedule::new(dt, 0),
-            pace: Pace::new(slew, dt, 0),
+            schedule: Schedule::new(dt, start),
+            pace: Pace::new(slew, dt, start),
             step: f64::INFINITY,
-            start: 0,
-            watchdog: Watchdog::new(None, 0),
+            start,
+            watchdog: Watchdog::new(settings.watchdog, start),
             phase: Phase::Running,
             holds: false,
             missing: 0,
             measurement: f64::NAN,
             write_faults: 0,
             began_before: None,
-            observed: Observed {
-                counts: Counts::default(),
-                latency: Times::new(),
-                compute: Times::new(),
-                period: Times::new(),
-                last_fault: None,
-            },
+            observed,
             controller,
             io,
             clock,
@@ -115,12 +118,7 @@ impl<I: Io, C: Clock> Loop<I, C> {
             stop,
             live,
             sender,
-        };
-        made.start = made.clock.now() + nanoseconds(dt);
-        made.schedule = Schedule::new(dt, made.start);
-        made.pace = Pace::new(slew, dt, made.start);
-        made.watchdog = Watchdog::new(settings.watchdog, made.start);
-        made
+        }
     }
 
     /// Runs until the drive rests, or cannot be written. Does not allocate, lock or log.
@@ -335,7 +333,7 @@ fn guarded<T>(work: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or(Err(Fault::Panicked))
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most ten seconds")]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is not negative")]
 fn nanoseconds(time: f64) -> u64 {
     (time * 1e9).round() as u64
 }
@@ -370,9 +368,7 @@ struct Watchdog {
 
 impl Watchdog {
     /// The time for the first measurement runs from `start`.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is not negative")]
     pub(crate) fn new(times: Option<WatchdogTimes>, start: u64) -> Self {
-        let nanoseconds = |time: f64| (time * 1e9).round() as u64;
         let times = times.map(|times| (nanoseconds(times.stale_after), nanoseconds(times.rest_after)));
         Self { times, last: f64::NAN, last_at: start }
     }
