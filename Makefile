@@ -21,7 +21,7 @@ CAPI ?= target/capi
 # Where cargo builds, and criterion and gungraun leave what they measured.
 export CARGO_TARGET_DIR := $(CURDIR)/target
 MEASURED := target/bench
-REPORT := cargo run --quiet --release -p hysteresis-bench --bin bench-report --
+REPORT := cargo run --quiet --release -p bench-report --
 VALGRIND := $(shell command -v valgrind)
 # gungraun starts its benches through a runner of exactly its own version.
 GUNGRAUN := $(shell sed -n '/^name = "gungraun"$$/{n;s/.*"\(.*\)"/\1/p;}' Cargo.lock)

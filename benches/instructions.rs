@@ -3,9 +3,9 @@
 
 use std::process::{Command, exit};
 
+use bench_report::cases::Case;
+use bench_report::workload::Workload;
 use gungraun::{LibraryBenchmarkConfig, library_benchmark, library_benchmark_group, main};
-use hysteresis_bench::cases::Case;
-use hysteresis_bench::workload::Workload;
 
 /// Instructions do not depend on what a predictor has learnt: one second of noise will do.
 fn one_second(case: Case) -> Workload {

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
+use bench_report::cases::Case;
+use bench_report::workload::Workload;
 use criterion::{BenchmarkId, Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
-use hysteresis_bench::cases::Case;
-use hysteresis_bench::workload::Workload;
 
 /// Different seconds of noise.
 const SECONDS: u64 = 32;

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use bench_report::compare::compare;
+use bench_report::latency;
+use bench_report::results::{self, Latency, Outcome, Results, SCHEMA, read_json, write_json};
+use bench_report::table;
 use clap::{Parser, Subcommand};
-use hysteresis_bench::compare::compare;
-use hysteresis_bench::latency;
-use hysteresis_bench::results::{self, Latency, Outcome, Results, SCHEMA, read_json, write_json};
-use hysteresis_bench::table;
 
 /// Times single steps, gathers what the benches measured, shows it and compares it with a reference.
 #[derive(Parser)]
