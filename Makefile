@@ -28,7 +28,7 @@ GUNGRAUN := $(shell sed -n '/^name = "gungraun"$$/{n;s/.*"\(.*\)"/\1/p;}' Cargo.
 RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-quick bench-instructions bench-latency \
+.PHONY: help demo package test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-quick bench-instructions bench-latency \
 	bench-check bench-reference bench-brief bench-python bench-identify bench-many capi fmu wheel wheel-try wheel-audit sdist-try lowest crates semver workflow licences realtime firmware header soak \
 	fuzz mutants audit sbom kill-saves full-disk picture stub docs linkcheck linkcheck-web format clean
 # Nothing else may run while something is timed.
@@ -52,6 +52,8 @@ test-rust: ## the Rust tests, the documentation's examples, the proofs that the 
 	cargo build --quiet --manifest-path checks/no-std/Cargo.toml --target-dir target/no-std --features alloc
 	cargo run --quiet --release --manifest-path checks/no-panic/Cargo.toml --target-dir target/no-panic
 	checks/firmware/run
+
+package: $(PACKAGE) $(TOOLS) $(UNITS) capi $(DOCS) ## all that is built and installed for the Python tests and the pages
 
 test-python: $(PACKAGE) $(TOOLS) $(UNITS) capi ## the Python tests against the compiled package, and the C library beside it
 	$(BIN)/python -m pytest --numprocesses=2 --dist=loadfile
