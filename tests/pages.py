@@ -1,4 +1,4 @@
-"""Pages in a headless browser: how wide they are, and what reaches beyond them."""
+"""Pages of any text, and pages in a headless browser: how wide they are, what reaches beyond."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ import json
 import re
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
+from mpi_hyst._report.page import Card, Table, environment
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 LEFT_OUT = f"LEFT OUT: no report is looked at in a browser, as there is none of {BROWSERS}"
@@ -35,6 +38,37 @@ frame.addEventListener("load", () => {{
   document.getElementById("told").textContent = JSON.stringify(
     {{ wide, scrolls: root.scrollWidth, beyond, blocks }});
 }});</script></body>"""
+
+
+_PAGE = """
+{% extends "page.html.j2" %}
+{% import "blocks.html.j2" as blocks with context %}
+{% block title %}{{ text }}{% endblock %}
+{% block subtitle %}{{ text }}{% endblock %}
+{% block sections %}
+{% call blocks.section("a", text) %}
+<p>{{ text }}</p>
+{% if table %}{{ blocks.table(table, table.caption, table.note, best) }}{% endif %}
+{% if pairs %}{{ blocks.pairs(pairs, text) }}{% endif %}
+{% if lines %}{{ blocks.lines(lines) }}{% endif %}
+{% endcall %}
+{% endblock %}
+{% block footer %}{{ text }}{% endblock %}
+"""
+
+
+def page_of(
+    text: str,
+    cards: Sequence[Card],
+    *,
+    table: Table | None = None,
+    best: Sequence[int] = (),
+    **others: Any,
+) -> str:
+    """A report in which this text stands wherever a report has text."""
+    left_out = dict.fromkeys(("verdict", "provenance", "pairs", "lines"))
+    values = {"text": text, "cards": cards, "contents": [], "table": table, "best": best}
+    return environment().from_string(_PAGE).render(left_out | values | others)
 
 
 def browser() -> str:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
 from mpi_hyst._paper import demo
-from mpi_hyst._report.demo import stack_cards, stack_errors, stack_section
-from mpi_hyst._report.page import Report, Table, render
+from mpi_hyst._report.demo import report, stack_cards, stack_errors, stack_values
 
 
 @pytest.fixture(scope="module")
@@ -44,15 +44,16 @@ def test_the_model_predicts_the_record_that_it_has_not_seen(measured: demo.Measu
 
 
 def test_the_page_says_what_was_computed(measured: demo.MeasuredStack) -> None:
-    part = stack_section(measured)
+    shown = stack_values(measured)
     _, rows = stack_errors(measured)
     assert len(rows) == 6 and [row[1] for row in rows[:3]] == [row[1] for row in rows[3:]]
-    table = next(block for block in part.blocks if isinstance(block, Table))
     assert (
-        table.rows == rows
-        and [rows[index][1] for index in table.best] == ["modified model (coupled plays)"] * 2
+        shown["stack_errors"][1] == rows
+        and [rows[index][1] for index in shown["best_of_stack"]]
+        == ["modified model (coupled plays)"] * 2
     )
-    page = render(Report("demo", "", stack_cards(measured), [part]))
+    page = " ".join(report(measured, demo.compute(), Path("demo")).split())
+    assert [card.value in page for card in stack_cards(measured)] == [True, True]
     for words in (
         *(cell for row in rows for cell in row),
         *("Measured, not simulated", "yan9a/DiscreteBacklashOperator", "0.065 to 0.072 µm rms"),

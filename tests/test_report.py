@@ -21,9 +21,10 @@ from mpi_hyst._paper.reproduction import WALK_THRESHOLDS
 from mpi_hyst._report import canvas
 from mpi_hyst._report.coupled_play import STAIRCASE, _lives, moves
 from mpi_hyst._report.demo import model_errors, tracking_errors
-from mpi_hyst._report.page import Card, Pairs, Report, Section, Table, render
+from mpi_hyst._report.page import Card, Table
 from mpi_hyst._report.records import evaluate
 from mpi_hyst._text import digits, text_table
+from pages import page_of
 
 LARGEST = 4_000_000  # bytes
 
@@ -322,13 +323,8 @@ def test_the_residuals_are_those_of_the_fit(tmp_path: Path, hold_out: str) -> No
 
 def test_text_from_files_cannot_break_the_page() -> None:
     nasty = "<script>&\"'"
-    text = render(
-        Report(
-            nasty, nasty, [Card(nasty, nasty, nasty)],
-            [Section("a", nasty, [nasty], [Table(nasty, [nasty], [[nasty]]),
-                                           Pairs(nasty, [(nasty, nasty)])])],
-        )
-    )  # fmt: skip
+    table, pairs = Table(nasty, [nasty], [[nasty]]), [(nasty, nasty)]
+    text = page_of(nasty, [Card(nasty, nasty, nasty)], table=table, pairs=pairs)
     assert "<script" not in text
     assert nasty in words(ET.fromstring(text.removeprefix("<!DOCTYPE html>")))
 

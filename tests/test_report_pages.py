@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
 import pytest
 from commands import COLUMNS, HEADER, record_rows, run, write_csv
-from mpi_hyst._report.page import Card, Lines, Pairs, Report, Section, Table, Verdict, render
-from pages import overflow
+from mpi_hyst._report.page import Card, Table, Verdict
+from pages import overflow, page_of
 
 WIDTHS = (1200, 500)
 PAPER = 688  # A4 between its margins, in px
@@ -85,17 +86,15 @@ def test_a_report_fits_screen_and_paper(make: Callable[[Path], Path], tmp_path: 
     assert overflow(printed(text), PAPER, tmp_path) == []
 
 
-def page(*blocks: Table | Pairs | Lines) -> str:
+def page(**blocks: Any) -> str:
     verdict = Verdict("amber", LONG, [LONG])
-    section = Section("a", LONG, [LONG], blocks)
-    return render(
-        Report(LONG, LONG, [Card(LONG, LONG, LONG)] * 6, [section], LONG, verdict, [("data", LONG)])
-    )
+    cards, made = [Card(LONG, LONG, LONG)] * 6, [("data", LONG)]
+    return page_of(LONG, cards, verdict=verdict, provenance=made, **blocks)
 
 
 def test_long_names_and_wide_tables_fit_too(tmp_path: Path) -> None:
-    wide = Table(LONG, [LONG] * 12, [[LONG] * 12] * 3, LONG, [1])
-    text = page(wide, Pairs(LONG, [(LONG, LONG)]), Lines(LONG * 4))
+    wide = Table(LONG, [LONG] * 12, [[LONG] * 12] * 3, LONG)
+    text = page(table=wide, best=[1], pairs=[(LONG, LONG)], lines=LONG * 4)
     for width in WIDTHS:
         assert overflow(text, width, tmp_path) == []
 

@@ -29,15 +29,7 @@ from mpi_hyst._arguments import (
     samples,
     skipped,
 )
-from mpi_hyst._core import (
-    Forward,
-    Identification,
-    Inverse,
-    LoopReport,
-    Run,
-    StageInverse,
-    Tuning,
-)
+from mpi_hyst._core import Forward, Identification, Inverse, LoopReport, Run, StageInverse, Tuning
 from mpi_hyst._report import canvas, closed_loop, traces
 from mpi_hyst._report.models import (
     Bank,
@@ -446,11 +438,7 @@ def tuning(tuning: Tuning, axes: Sequence[Axes] | None = None) -> Figure:
 
 
 def run(
-    run: Run,
-    *,
-    dt: float | None = None,
-    units: Units = None,
-    axes: Sequence[Axes] | None = None,
+    run: Run, *, dt: float | None = None, units: Units = None, axes: Sequence[Axes] | None = None
 ) -> Figure:
     """Draw a closed loop: reference and position, the error, and the drive with its limits.
 

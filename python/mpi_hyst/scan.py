@@ -384,11 +384,7 @@ class _Axis:
 
     @property
     def state(self) -> dict[str, Any]:
-        return {
-            "drive": self.drive,
-            "inverse": self._inverse.state,
-            "forward": self._forward.state,
-        }
+        return {"drive": self.drive, "inverse": self._inverse.state, "forward": self._forward.state}
 
     @state.setter
     def state(self, state: dict[str, Any]) -> None:

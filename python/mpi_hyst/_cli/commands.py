@@ -31,11 +31,7 @@ class _Commands(click.Group):
     """A group that reports every error as one line on standard error, with exit status 2."""
 
     def main(
-        self,
-        args: Sequence[str] | None = None,
-        prog_name: str | None = None,
-        *_: Any,
-        **extra: Any,
+        self, args: Sequence[str] | None = None, prog_name: str | None = None, *_: Any, **extra: Any
     ) -> NoReturn:
         extra["standalone_mode"] = False
         with interrupts_restored(ends_process=extra.pop("ends_process", False)):

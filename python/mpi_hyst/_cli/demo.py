@@ -7,18 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mpi_hyst._cli.options import command, directory
-from mpi_hyst._cli.outputs import (
-    Output,
-    check_directory,
-    check_outputs,
-    write_outputs,
-    write_table,
-)
+from mpi_hyst._cli.outputs import Output, check_directory, check_outputs, write_outputs, write_table
 from mpi_hyst._cli.terminal import command_line, progress_bar, require_report_packages, say
 from mpi_hyst._files import write_file
 from mpi_hyst._paper.demo import Measurement, compute, compute_stack, exact, seconds
 from mpi_hyst._report import demo as page
-from mpi_hyst._report import provenance
+from mpi_hyst._report.page import made_with
 from mpi_hyst._text import text_table
 from mpi_hyst._types import Samples
 
@@ -50,7 +44,7 @@ def run(directory: Path) -> str:
     require_report_packages("the demo")
     measured = compute_stack(progress_bar)
     demo = compute(progress_bar)
-    text = page.report(measured, demo, directory, provenance.rows(command_line()))
+    text = page.report(measured, demo, directory, made_with(command_line()))
     write = [
         measured.found.stage.save,
         demo.conventional.model.save,

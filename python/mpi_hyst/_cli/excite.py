@@ -9,23 +9,8 @@ from typing import Literal
 import click
 
 import mpi_hyst as mh
-from mpi_hyst._cli.options import (
-    command,
-    flag,
-    flags,
-    limits,
-    numbers,
-    option,
-    passed,
-    report,
-)
-from mpi_hyst._cli.outputs import (
-    Output,
-    check_directory,
-    check_outputs,
-    write_outputs,
-    write_table,
-)
+from mpi_hyst._cli.options import command, flag, flags, limits, numbers, option, passed, report
+from mpi_hyst._cli.outputs import Output, check_directory, check_outputs, write_outputs, write_table
 from mpi_hyst._cli.terminal import (
     CommandError,
     command_line,
@@ -36,8 +21,8 @@ from mpi_hyst._cli.terminal import (
 )
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import excite as page
-from mpi_hyst._report import provenance
 from mpi_hyst._report.excite import Drive, Part, Plan
+from mpi_hyst._report.page import made_with
 from mpi_hyst._text import in_unit, printable, text_pairs
 from mpi_hyst._types import Samples
 
@@ -98,8 +83,7 @@ class Request:
         help="Duration of each of four rests, which tell creep.  [default: 10]",
     )
     fast_signal: Literal["chirp", "multisine"] | None = option(
-        passed=_EXPERIMENT,
-        help="Small signal that tells modes and dead time.  [default: chirp]",
+        passed=_EXPERIMENT, help="Small signal that tells modes and dead time.  [default: chirp]"
     )
     fast_amplitude: float | None = option(
         passed=_EXPERIMENT,
@@ -183,7 +167,7 @@ def _experiment(request: Request) -> str:
     if directory is not None:
         outputs.append(Output.of(directory / "plan.json", plan.as_json()))
     if report_path is not None:
-        text = page.plan_report(plan, provenance.rows(command_line()))
+        text = page.plan_report(plan, made_with(command_line()))
         outputs.append(Output.of(report_path, text))
     write_outputs(outputs, directory)
     return plan.as_text([str(output.path) for output in outputs])
@@ -239,8 +223,8 @@ def _demagnetize(request: Request) -> str:
     drive = Drive(values, request.quantity, request.rate, request.slew, request.cycles)
     outputs = [_table(request.out, drive.seconds, request.column, drive.values)]
     if request.report_path is not None:
-        made_with = provenance.rows(command_line())
-        text = page.demagnetization_report(drive, request.out.name, made_with)
+        made = made_with(command_line())
+        text = page.demagnetization_report(drive, request.out.name, made)
         outputs.append(Output.of(request.report_path, text))
     write_outputs(outputs)
     low, high = request.limits

@@ -9,9 +9,9 @@ from typing import Literal
 
 import mpi_hyst as mh
 from mpi_hyst._cli.inputs import interval_of_rate
-from mpi_hyst._cli.options import argument, command, flag, group, limits, numbers, option
+from mpi_hyst._cli.options import argument, command, flag, flags, group, limits, numbers, option
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
-from mpi_hyst._cli.stage import StageOptions, load_stage, name_options, say_red
+from mpi_hyst._cli.stage import StageOptions, load_stage, refusing, say_red
 from mpi_hyst._cli.terminal import CommandError, say
 from mpi_hyst._core import c_header_text, c_name, read_bytes
 from mpi_hyst._fmu import packed
@@ -86,18 +86,13 @@ def run(request: Request) -> str:
     data = read_bytes(request.stage_path)
     stage = load_stage(request.stage_path, request.stage, data)
     say_red(request.stage_path, stage)
-    try:
+    names = {**flags(Request), "dt": "--dt" if request.rate is None else "--rate"}
+    with refusing(request.stage_path, names | dict.fromkeys(("kp", "ki"), "--gains")):
         if request.limits is not None:
             stage = stage.replace(limits=request.limits)
         is_as_in_file = request.limits is None and not request.stage.changes()
         digest = hashlib.sha256(data).hexdigest() if is_as_in_file else None
         content, facts = _content(request, made, stage, path, dt, digest)
-    except mh.NotInvertibleError as error:
-        raise CommandError(f"{request.stage_path}: {error}") from error
-    except (ValueError, TypeError) as error:
-        others = {"dt": "--dt" if request.rate is None else "--rate", "gains": "--gains"}
-        names = {"kp": "--gains", "ki": "--gains", "name": "--name", **others}
-        raise CommandError(name_options(error, names)) from error
     write_outputs([Output.of(path, content)])
     return f"{request.stage_path}\n\n{text_pairs(facts)}\n\nwritten  {path}"
 
@@ -127,12 +122,7 @@ def _check_options(request: Request, made: str) -> None:
 
 
 def _content(
-    request: Request,
-    made: str,
-    stage: mh.Stage,
-    path: Path,
-    dt: float | None,
-    digest: str | None,
+    request: Request, made: str, stage: mh.Stage, path: Path, dt: float | None, digest: str | None
 ) -> tuple[bytes, list[tuple[str, str]]]:
     """Return what is written, and what is said of it."""
     seconds = [] if dt is None else [("sampling interval", f"{digits(dt)} s")]

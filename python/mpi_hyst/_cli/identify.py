@@ -13,7 +13,7 @@ from mpi_hyst_command import STATUS
 
 import mpi_hyst as mh
 from mpi_hyst._cli.identify_records import Files, read
-from mpi_hyst._cli.options import command, flag, limits, numbers, option, passed, slew
+from mpi_hyst._cli.options import command, flag, limits, numbers, option, passed, slew, word_or
 from mpi_hyst._cli.outputs import Output, write_outputs
 from mpi_hyst._cli.stage import name_options
 from mpi_hyst._cli.terminal import (
@@ -30,7 +30,7 @@ from mpi_hyst._cli.terminal import (
 from mpi_hyst._files import write_file
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import identify as page
-from mpi_hyst._report import provenance
+from mpi_hyst._report.page import Provenance, hashed_file, made_with
 from mpi_hyst._report.records import Records, Task, loops_left_out
 from mpi_hyst._report.summary import summary
 from mpi_hyst._text import digits, printable
@@ -39,77 +39,27 @@ Kind = Literal["modified", "conventional"]
 Maps = Literal["auto", "none", "smooth"]
 
 _MOST_OPERATORS = 100_000
-_MOST_TERMS = 100
+_MOST_TERMS = 99
 _IDENTIFY = ("identify",)
 _FIT = ("identify", "compare")
 
 
-def _operators(
-    context: click.Context, option: click.Parameter, value: str | None
-) -> int | Literal["auto"] | None:
-    """Read a number of operators, or auto, or nothing."""
-    if value is None:
-        return None
-    if value == "auto":
-        return "auto"
-    short = value.isascii() and value.isdigit() and len(value) < 10
-    number = int(value) if short else 0
-    if not 1 <= number <= _MOST_OPERATORS:
-        message = f"expected auto or a whole number from 1 to {_MOST_OPERATORS}, got {value!r}"
-        raise click.BadParameter(message, context, option)
-    return number
+def _whole(most: int) -> Callable[[str], int]:
+    """Return a reader of whole numbers from 1 on."""
 
+    def read(text: str) -> int:
+        number = int(text) if text.isascii() and text.isdigit() and len(text) < 10 else 0
+        if not 1 <= number <= most:
+            raise ValueError(text)
+        return number
 
-def _smoothness(
-    context: click.Context, option: click.Parameter, value: str
-) -> float | Literal["auto"]:
-    """Read the penalty on rough weights, or auto."""
-    if value == "auto":
-        return "auto"
-    try:
-        return float(value)
-    except ValueError:
-        message = f"expected auto or a number >= 0, got {value!r}"
-        raise click.BadParameter(message, context, option) from None
+    return read
 
 
 def _number(context: click.Context, option: click.Parameter, value: str | None) -> int | str | None:
     """Read a small number, or a word."""
     del context, option
     return int(value) if value is not None and value.isdigit() else value
-
-
-def _creep(context: click.Context, option: click.Parameter, value: str | None) -> int | str | None:
-    """Read a number of terms, or a word."""
-    if value is None or value in ("auto", "none", "log"):
-        return value
-    if not (
-        value.isascii() and value.isdigit() and len(value) < 4 and 0 < int(value) < _MOST_TERMS
-    ):
-        message = (
-            f"expected auto, none, log or a whole number from 1 to {_MOST_TERMS - 1}, got {value!r}"
-        )
-        raise click.BadParameter(message, context, option)
-    return int(value)
-
-
-def _number_or_word(
-    what: str,
-) -> Callable[[click.Context, click.Parameter, str | None], float | str | None]:
-    """Return a reader of this number, or of auto and none."""
-
-    def read(
-        context: click.Context, option: click.Parameter, value: str | None
-    ) -> float | str | None:
-        if value is None or value in ("auto", "none"):
-            return value
-        try:
-            return float(value)
-        except ValueError:
-            message = f"expected auto, none or {what}, got {value!r}"
-            raise click.BadParameter(message, context, option) from None
-
-    return read
 
 
 @dataclass(frozen=True)
@@ -123,7 +73,9 @@ class Request(Files):
         passed=_FIT,
         metavar="NUMBER|auto",
         show_default="20, or 40 or 80 where these predict better",
-        callback=_operators,
+        **word_or(
+            ("auto",), f"a whole number from 1 to {_MOST_OPERATORS}", _whole(_MOST_OPERATORS)
+        ),
         help="Number of operators. auto: the smallest of 4 to 80 whose cross-validation error is "
         "as good as the best.",
     )
@@ -138,7 +90,7 @@ class Request(Files):
         passed=_FIT,
         metavar="NUMBER|auto",
         default="auto",
-        callback=_smoothness,
+        **word_or(("auto",), "a number >= 0", float),
         help="Penalty on second differences of the weights. auto: by cross-validation.",
     )
     loss: Literal["auto", "squares", "robust"] | None = option(
@@ -182,21 +134,23 @@ class Request(Files):
     creep: int | Literal["auto", "none", "log"] | None = option(
         passed=_FIT,
         metavar="TERMS|log|auto|none",
-        callback=_creep,
+        **word_or(
+            ("auto", "none", "log"), f"a whole number from 1 to {_MOST_TERMS}", _whole(_MOST_TERMS)
+        ),
         help="Creep: log-type, or so many terms a decade apart. auto: log-type, if "
         "cross-validation asks for it.  [default: auto]",
     )
     loop_shift: float | Literal["auto", "none"] | None = option(
         passed=_FIT,
         metavar="SECONDS|auto|none",
-        callback=_number_or_word("a time constant in seconds"),
+        **word_or(("auto", "none"), "a time constant in seconds", float),
         help="Movement of the centre of a loop with its amplitude, with this time constant. auto: "
         "if cross-validation asks for it.  [default: auto]",
     )
     amplifier: float | Literal["auto", "none"] | None = option(
         passed=_FIT,
         metavar="HZ|auto|none",
-        callback=_number_or_word("a bandwidth in Hz"),
+        **word_or(("auto", "none"), "a bandwidth in Hz", float),
         help="Amplifier of this bandwidth in front of the hysteresis. auto: one that is fitted, if "
         "the records tell its lag from a dead time.  [default: auto]",
     )
@@ -320,8 +274,8 @@ def run(request: Request) -> Done:
     if request.report_path is not None:
 
         def put(place: Path) -> None:
-            made_with = _provenance(records, request)
-            text = page.report(task, found, compared, left_out, comparison, made_with)
+            made = _provenance(records, request)
+            text = page.report(task, found, compared, left_out, comparison, made)
             write_file(place, text)
 
         outputs.append(Output(request.report_path, put))
@@ -397,11 +351,11 @@ def _stage(found: mh.results.Identification, records: Records, request: Request)
     return stage.replace(units=units, **passed(request, "stage")).with_records(sources)
 
 
-def _provenance(records: Records, request: Request) -> provenance.Provenance:
+def _provenance(records: Records, request: Request) -> Provenance:
     """Return how the report is made; the stage has been written before."""
     data = [(one.name, one.sha256) for one in (*records.fitted, *records.held_out)]
-    stage = None if request.stage_path is None else provenance.of_file(request.stage_path)
-    return provenance.rows(command_line(), data, stage)
+    stage = None if request.stage_path is None else hashed_file(request.stage_path)
+    return made_with(command_line(), data, stage)
 
 
 def _compare_models(records: Records, request: Request) -> mh.results.Comparison | None:

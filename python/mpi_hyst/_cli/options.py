@@ -153,6 +153,23 @@ def numbers(names: str) -> dict[str, Any]:
     return {"metavar": names, "callback": convert}
 
 
+def word_or(words: tuple[str, ...], number: str, read: Callable[[str], float]) -> dict[str, Any]:
+    """Make an option of one of these words, or of a number."""
+
+    def convert(
+        context: click.Context, option: click.Parameter, value: str | None
+    ) -> float | str | None:
+        if value is None or value in words:
+            return value
+        try:
+            return read(value)
+        except ValueError:
+            message = f"expected {', '.join(words)} or {number}, got {value!r}"
+            raise click.BadParameter(message, context, option) from None
+
+    return {"callback": convert}
+
+
 def limits(default: str = "", **how: Any) -> Any:
     """Make a field the limits of the drive; they are required without a default."""
     shown = f"  [default: {default}]" if default else ""

@@ -30,6 +30,7 @@ from mpi_hyst._cli.stage import (
     load_stage,
     name_options,
     of_stage,
+    refusing,
     say_red,
     why_narrowed,
 )
@@ -130,15 +131,11 @@ def _design(
     """Return the drive, the error of the stage itself under it, and warnings for the summary."""
     names = {**flags(Request), "reference": str(request.trajectory)}
     names["dt"] = "--rate" if request.sampled.rate is not None else names["reference"]
-    try:
+    with refusing(request.stage_path, names):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             drive = stage.precompensate(reference, dt, **passed(request, "precompensate"))
         residual = _residual(stage, reference, drive, dt, request)
-    except mh.NotInvertibleError as error:
-        raise CommandError(f"{request.stage_path}: {error}") from error
-    except (ValueError, TypeError) as error:
-        raise CommandError(name_options(error, names)) from error
     notes = [f"warning: {name_options(one.message, names)}" for one in caught]
     worst = int(residual.argmax())
     if not notes and residual[worst] > _MAX_MISS * np.ptp(reference):

@@ -22,7 +22,7 @@ from mpi_hyst._cli.outputs import (
     check_outputs,
     write_outputs,
 )
-from mpi_hyst._cli.stage import StageOptions, check_unit, load_stage, name_options
+from mpi_hyst._cli.stage import StageOptions, check_unit, load_stage, refusing
 from mpi_hyst._cli.terminal import CommandError, note, one_line, require_report_packages, say
 from mpi_hyst._files import write_file
 from mpi_hyst._io.read import read_trajectory
@@ -171,10 +171,8 @@ def _stage(request: Request) -> mh.Stage:
     if stage.slew is not None and slew > stage.slew:
         most = f"{stage.slew:g}, which {path} allows"
         raise CommandError(f"--slew: expected at most {most}, got {slew:g}")
-    try:
+    with refusing(path):
         return stage.replace(slew=slew)
-    except ValueError as error:
-        raise CommandError(name_options(error)) from error
 
 
 def _is_recorded(report: mh.realtime.LoopReport, request: Request) -> bool:
@@ -259,11 +257,7 @@ def _warn(stage: mh.Stage, rest_rate: float, request: Request) -> None:
 
 
 def _loop(
-    stage: mh.Stage,
-    limits: tuple[float, float],
-    dt: float,
-    reference: Samples,
-    request: Request,
+    stage: mh.Stage, limits: tuple[float, float], dt: float, reference: Samples, request: Request
 ) -> mh.realtime.LoopReport:
     low, high = limits
     names = {
@@ -278,27 +272,24 @@ def _loop(
     rest_rate = (high - low) / _RAMP if request.rest_rate is None else request.rest_rate
     stop = mh.realtime.Stop()
     try:
-        controller, io = stage.controller(dt), _io(stage, request)
-        _warn(stage, rest_rate, request)
-        # Until the command ends: what comes behind the loop interrupts neither summary nor files.
-        call_at_interrupts(stop.request)
-        return mh.realtime.run(
-            controller,
-            io,
-            reference,
-            rest_drive=min(max(0.0, low), high) if request.rest is None else request.rest,
-            rest_rate=rest_rate,
-            watchdog=request.watchdog or (0.0, 0.1),
-            lock_memory=request.mlock,
-            record=request.record_path,
-            progress=_live_line(stage, dt),
-            stop=stop,
-            **passed(request, "run"),
-        )
-    except mh.NotInvertibleError as error:
-        raise CommandError(f"{request.stage_path}: {error}") from error
-    except (ValueError, TypeError) as error:
-        raise CommandError(name_options(error, names)) from error
+        with refusing(request.stage_path, names):
+            controller, io = stage.controller(dt), _io(stage, request)
+            _warn(stage, rest_rate, request)
+            # Until the end: what comes behind the loop interrupts neither summary nor files.
+            call_at_interrupts(stop.request)
+            return mh.realtime.run(
+                controller,
+                io,
+                reference,
+                rest_drive=min(max(0.0, low), high) if request.rest is None else request.rest,
+                rest_rate=rest_rate,
+                watchdog=request.watchdog or (0.0, 0.1),
+                lock_memory=request.mlock,
+                record=request.record_path,
+                progress=_live_line(stage, dt),
+                stop=stop,
+                **passed(request, "run"),
+            )
     except OSError as error:
         # A record and a memory are told by their names.
         if request.udp is None or error.filename == str(request.record_path):

@@ -11,8 +11,8 @@ from mpi_hyst._cli.outputs import Output, check_directory, check_outputs, write_
 from mpi_hyst._cli.terminal import command_line, require_report_packages, say, step_bar
 from mpi_hyst._paper import published, reproduction
 from mpi_hyst._paper.reproduction import Reproduction
-from mpi_hyst._report import provenance
 from mpi_hyst._report import reproduce as page
+from mpi_hyst._report.page import made_with
 from mpi_hyst._text import text_table
 
 SEEDS, QUICK_SEEDS = 10, 3
@@ -45,7 +45,7 @@ def run(directory: Path, *, quick: bool = False) -> str:
     with step_bar("reproduce", reproduction.steps()) as advance:
         made = reproduction.compute(QUICK_SEEDS if quick else SEEDS, advance)
     outputs = [
-        Output.of(report, page.report(made, provenance.rows(command_line()))),
+        Output.of(report, page.report(made, made_with(command_line()))),
         Output.of(results, json.dumps(reproduction.as_json(made), indent=1) + "\n"),
     ]
     write_outputs(outputs, directory)

@@ -10,12 +10,7 @@ from typing import Literal
 import numpy as np
 
 import mpi_hyst as mh
-from mpi_hyst._cli.inputs import (
-    clock_column,
-    sampling_interval,
-    trajectory,
-    way_from_rest,
-)
+from mpi_hyst._cli.inputs import clock_column, sampling_interval, trajectory, way_from_rest
 from mpi_hyst._cli.options import (
     Sampled,
     argument,
@@ -36,6 +31,7 @@ from mpi_hyst._cli.stage import (
     load_stage,
     name_options,
     of_stage,
+    refusing,
     say_red,
     why_narrowed,
 )
@@ -47,9 +43,9 @@ from mpi_hyst._cli.terminal import (
     say,
 )
 from mpi_hyst._quantity import Stated, drive_with_unit, with_unit
-from mpi_hyst._report import provenance
 from mpi_hyst._report import simulate as page
 from mpi_hyst._report.models import linear_parts
+from mpi_hyst._report.page import Provenance, hashed_file, made_with
 from mpi_hyst._report.simulate import Setup, Simulation
 from mpi_hyst._text import in_unit, text_pairs, text_table
 from mpi_hyst._types import Samples
@@ -145,10 +141,10 @@ def _jump(simulation: Simulation, request: Request) -> str:
     )
 
 
-def _provenance(request: Request) -> provenance.Provenance:
+def _provenance(request: Request) -> Provenance:
     data = [request.trajectory, *([] if request.plant_path is None else [request.plant_path])]
-    stage = provenance.of_file(request.stage_path)
-    return provenance.rows(command_line(), map(provenance.of_file, data), stage)
+    stage = hashed_file(request.stage_path)
+    return made_with(command_line(), map(hashed_file, data), stage)
 
 
 def _simulate(columns: Columns, column: str, stage: mh.Stage, request: Request) -> Simulation:
@@ -156,7 +152,7 @@ def _simulate(columns: Columns, column: str, stage: mh.Stage, request: Request) 
     check_unit(str(request.trajectory), columns.quantity(column), stage)
     other = stage if request.plant_path is None else _other(request.plant_path, stage)
     dt = sampling_interval(columns, request.sampled.rate)
-    try:
+    with refusing(request.stage_path, _names(request)):
         plant_stage = other if request.noise is None else other.replace(noise=request.noise)
         plant = plant_stage.plant(dt, seed=request.seed)
         controller = _controller(stage, dt, request)
@@ -167,12 +163,6 @@ def _simulate(columns: Columns, column: str, stage: mh.Stage, request: Request) 
         with fraction_bar("simulate") as progress:
             path = np.concatenate([before, reference])
             done = mh.plant.simulate(controller, plant, path, progress=progress)
-    except mh.NotInvertibleError as error:
-        raise CommandError(f"{request.stage_path}: {error}") from error
-    except CommandError:
-        raise
-    except (ValueError, TypeError) as error:
-        raise CommandError(_name_options(error, request)) from error
     tuning = None
     if request.gains is None and request.report_path is not None:
         tuning = stage.tune(dt)
@@ -215,13 +205,7 @@ def _controller(stage: mh.Stage, dt: float, request: Request) -> mh.control.Hybr
         )
     tuned = stage.tune(dt)
     return mh.control.HybridController(
-        None,
-        kp=tuned.kp,
-        ki=tuned.ki,
-        filters=tuned.filters,
-        dt=dt,
-        limits=limits,
-        slew=stage.slew,
+        None, kp=tuned.kp, ki=tuned.ki, filters=tuned.filters, dt=dt, limits=limits, slew=stage.slew
     )
 
 
@@ -248,8 +232,9 @@ def _setup(
     )
 
 
-def _name_options(error: Exception, request: Request) -> str:
-    others = {
+def _names(request: Request) -> dict[str, str]:
+    """Return the options and files that stand for arguments of the library."""
+    return {
         **flags(Request),
         "kp": "--gains",
         "ki": "--gains",
@@ -257,7 +242,6 @@ def _name_options(error: Exception, request: Request) -> str:
         "reference": str(request.trajectory),
         "model": str(request.stage_path),
     }
-    return name_options(error, others)
 
 
 def _table(columns: Columns, simulation: Simulation, stage: mh.Stage) -> dict[str, Samples]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -56,18 +57,27 @@ def load(path: Path, data: bytes | None = None) -> mh.Stage | Model:
         raise CommandError(message if str(path) in message else f"{path}: {message}") from error
 
 
+@contextmanager
+def refusing(path: Path, names: Mapping[str, str] = MappingProxyType({})) -> Iterator[None]:
+    """Name options and files, as `names` has them, where the library refuses its arguments."""
+    try:
+        yield
+    except mh.NotInvertibleError as error:
+        raise CommandError(f"{path}: {error}") from error
+    except CommandError:
+        raise
+    except (ValueError, TypeError) as error:
+        raise CommandError(name_options(error, names)) from error
+
+
 def load_stage(path: Path, options: StageOptions, data: bytes | None = None) -> mh.Stage:
     """Read a stage, or make one around a hysteresis model; options replace parts of it."""
     loaded = load(path, data)
-    try:
+    with refusing(path):
         changes = options.changes()
         if isinstance(loaded, mh.Stage):
             return loaded.replace(**changes) if changes else loaded
         return mh.Stage(loaded, **changes)
-    except mh.NotInvertibleError as error:
-        raise CommandError(f"{path}: {error}") from error
-    except (ValueError, TypeError) as error:
-        raise CommandError(name_options(error)) from error
 
 
 def say_red(path: Path, stage: mh.Stage) -> None:

@@ -236,12 +236,7 @@ def run_trials(seeds: int, advance: Callable[[], None]) -> list[Trial]:
     return trials
 
 
-def _run_trial(
-    plant: PlantName,
-    bank: Model,
-    motion: Motion,
-    seed: int,
-) -> mh.plant.Run:
+def _run_trial(plant: PlantName, bank: Model, motion: Motion, seed: int) -> mh.plant.Run:
     law = controller(bank.forward(), mh.paper.gains(plant))
     reference = motion.reference(_PERIODS * motion.period * DT)
     return mh.plant.simulate(law, mh.paper.plant(plant, seed=seed), reference, period=motion.period)

@@ -11,9 +11,10 @@ import base64
 import io
 import re
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from mpi_hyst._text import digits, printable
 from mpi_hyst._types import Samples
@@ -21,6 +22,8 @@ from mpi_hyst._types import Samples
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
     from matplotlib.figure import Figure as Figure
+
+Values: TypeAlias = npt.NDArray[np.floating[Any]]
 
 MEASURED = "#9aa5b1"
 INK = "#1c2733"
@@ -180,7 +183,7 @@ def thinned(samples: int, points: int) -> slice:
     return slice(None, None, max(1, -(-samples // points)))
 
 
-def envelope(values: Samples, points: int = _LINE_POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:
+def envelope(values: Values, points: int = _LINE_POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:
     """Return the indices of the extremes of every stretch, so that no spike is lost."""
     stretch = max(1, -(-2 * values.size // points))
     if stretch <= 2:
@@ -192,5 +195,18 @@ def envelope(values: Samples, points: int = _LINE_POINTS) -> np.ndarray[Any, np.
     return np.array(sorted(kept))
 
 
-def _extremes(values: Samples) -> tuple[np.intp, np.intp]:
+def line(axes: Axes, x: Values, y: Values, points: int = _LINE_POINTS, **look: Any) -> None:
+    """Draw a line with every spike."""
+    kept = envelope(y, points)
+    axes.plot(x[kept], y[kept], **look)
+
+
+def cloud(axes: Axes, x: Values, y: Values, markersize: float, points: int, **look: Any) -> None:
+    """Draw about so many of the samples as dots; as pixels, so that the file stays small."""
+    some = thinned(x.size, points)
+    dots: dict[str, Any] = {"markersize": markersize, "markeredgewidth": 0, "rasterized": True}
+    axes.plot(x[some], y[some], ".", **dots, **look)
+
+
+def _extremes(values: Values) -> tuple[np.intp, np.intp]:
     return values.argmin(), values.argmax()

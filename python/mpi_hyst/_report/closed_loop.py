@@ -160,9 +160,8 @@ def draw_course(panels: Sequence[canvas.Axes], course: Course) -> None:
 
 def _line(axes: canvas.Axes, course: Course, values: Samples, **look: Any) -> None:
     """Draw what is known, with every spike."""
-    known = np.flatnonzero(np.isfinite(values))
-    kept = known[canvas.envelope(values[known])] if known.size else known
-    axes.plot(course.time[kept], values[kept], **look)
+    known = np.isfinite(values)
+    canvas.line(axes, course.time[known], values[known], **look)
 
 
 def _mark(axes: canvas.Axes, course: Course, at: Flags, values: Samples, name: str) -> None:
@@ -239,13 +238,7 @@ def loop_times(report: mh.realtime.LoopReport) -> tuple[list[str], list[list[str
         [name]
         + [
             f"{1e6 * time:.2f}"
-            for time in (
-                times.median,
-                times.p99,
-                times.p999,
-                times.p9999,
-                times.max,
-            )
+            for time in (times.median, times.p99, times.p999, times.p9999, times.max)
         ]
         for name, times in named
     ]

@@ -12,8 +12,7 @@ import numpy as np
 
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import canvas
-from mpi_hyst._report.page import Card, Figure, Lines, Pairs, Report, Section, Table, render
-from mpi_hyst._report.provenance import Provenance
+from mpi_hyst._report.page import Card, Provenance, render
 from mpi_hyst._text import digits, in_unit, span, text_table
 from mpi_hyst._types import Samples
 from mpi_hyst.signals import ExperimentPart, ExperimentSegment
@@ -225,59 +224,22 @@ def plan_report(plan: Plan, provenance: Provenance = ()) -> str:
     """Return the HTML text."""
     unit = plan.quantity.unit
     low, high = plan.limits
-    names = [part.name for part in plan.parts]
+    rest = in_unit(plan.rest, unit)
+    cards = [
+        Card(f"{digits(plan.duration)} s", "duration"),
+        Card(f"{digits(low)} to {in_unit(high, unit)}", "limits, both reached"),
+        Card(per_second(plan.slew, unit), "slew rate, never exceeded"),
+        Card(rest, "rest drive", "every file starts and ends there"),
+    ]
     return render(
-        Report(
-            title="Experiment to identify a stage",
-            subtitle=f"{', then '.join(names)}: {plan.quantity.label}",
-            cards=[
-                Card(f"{digits(plan.duration)} s", "duration"),
-                Card(f"{digits(low)} to {in_unit(high, unit)}", "limits, both reached"),
-                Card(per_second(plan.slew, unit), "slew rate, never exceeded"),
-                Card(in_unit(plan.rest, unit), "rest drive", "every file starts and ends there"),
-            ],
-            sections=[_before(plan), _drives(plan), _after(plan)],
-            provenance=provenance,
-        )
+        "excite.html.j2",
+        cards=cards,
+        provenance=provenance,
+        plan=plan,
+        rest=rest,
+        drives=_plan_figure(plan),
+        position=POSITION,
     )
-
-
-def _before(plan: Plan) -> Section:
-    rest = in_unit(plan.rest, plan.quantity.unit)
-    text = [
-        f"The actuator must have rested at {rest}, in a known state: the first stroke from rest is "
-        "fitted too. Demagnetize it if it was used before, and let it rest for a minute:"
-    ]
-    return Section("before", "Before", text, [Lines(plan.demagnetize)])
-
-
-def _drives(plan: Plan) -> Section:
-    blocks = [
-        Figure(
-            canvas.data_uri(_plan_figure(plan)),
-            "The drives over time, with their segments",
-            "Segments by their numbers in the table. Every file starts and ends at the rest drive.",
-        )
-    ]
-    unit = plan.quantity.unit
-    tables = [Table(part.title, plan.header, part.rows(unit)) for part in plan.parts]
-    text = ["Play the files in this order. Record time, drive and position, at the same rates."]
-    return Section("drives", "The drives", text, [*blocks, *tables])
-
-
-def _after(plan: Plan) -> Section:
-    records = " and ".join(part.record for part in plan.parts)
-    columns = f"time_s, {plan.quantity.column} and {POSITION}"
-    text = [f"With the records as {records}, each with the columns {columns}:"]
-    unknown = (
-        "If the state before is not known, skip what comes before both limits were reached: "
-        f"{_skips(plan)} instead of --skip 0."
-    )
-    return Section("after", "Then", [*text, unknown], [Lines(plan.identify)])
-
-
-def _skips(plan: Plan) -> str:
-    return " ".join(f"--skip {part.initialization_samples}" for part in plan.fitted)
 
 
 def _plan_figure(plan: Plan) -> canvas.Figure:
@@ -285,8 +247,7 @@ def _plan_figure(plan: Plan) -> canvas.Figure:
     drawn = canvas.new_figure(0.6 + 2.5 * len(plan.parts))
     panels = drawn.subplots(len(plan.parts), 1, squeeze=False)[:, 0]
     for axes, part in zip(panels, plan.parts, strict=True):
-        kept = canvas.envelope(part.drive)
-        axes.plot(part.seconds[kept], part.drive[kept], color=canvas.BLUE, linewidth=0.9)
+        canvas.line(axes, part.seconds, part.drive, color=canvas.BLUE, linewidth=0.9)
         axes.set_xlim(0.0, part.duration)
         canvas.dress(axes, "", "time (s)", plan.quantity.label)
         axes.set_title(canvas.plain(part.name), loc="left", pad=18, fontsize=10.5, weight="bold")
@@ -358,38 +319,26 @@ def per_second(slew: float, unit: str) -> str:
 def demagnetization_report(drive: Drive, name: str, provenance: Provenance = ()) -> str:
     """Return the HTML text. `name` is that of the CSV file."""
     pairs = dict(facts(drive))
-    text = [
-        "The drive moves from reversal to reversal along straight lines or half cosines. It keeps "
-        "the limits and the slew rate."
-    ]
-    figure = Figure(
-        canvas.data_uri(_drive_figure(drive)),
-        "The drive over time",
-        "A sample lies on every reversal. Slew rate: at most "
-        f"{per_second(drive.slew, drive.quantity.unit)}.",
-    )
     return render(
-        Report(
-            title="Demagnetizing sequence",
-            subtitle=f"{name}, {drive.quantity.label}",
-            cards=[
-                Card(pairs["duration"], "duration"),
-                Card(pairs["range"], "range"),
-                Card(pairs["reversals"].partition(",")[0], "reversals"),
-            ],
-            sections=[
-                Section("drive", "The drive", text, [figure, Pairs("Facts", list(pairs.items()))])
-            ],
-            provenance=provenance,
-        )
+        "demagnetize.html.j2",
+        cards=[
+            Card(pairs["duration"], "duration"),
+            Card(pairs["range"], "range"),
+            Card(pairs["reversals"].partition(",")[0], "reversals"),
+        ],
+        provenance=provenance,
+        drive=drive,
+        name=name,
+        drawn=_drive_figure(drive),
+        slew=per_second(drive.slew, drive.quantity.unit),
+        facts=pairs.items(),
     )
 
 
 def _drive_figure(drive: Drive) -> canvas.Figure:
     figure = canvas.new_figure(3.8)
     axes = figure.subplots()
-    kept = canvas.envelope(drive.values)
-    axes.plot(drive.seconds[kept], drive.values[kept], color=canvas.BLUE, linewidth=0.9)
+    canvas.line(axes, drive.seconds, drive.values, color=canvas.BLUE, linewidth=0.9)
     axes.set_xlim(0.0, drive.seconds[-1])
     canvas.dress(axes, "drive over time", "time (s)", drive.quantity.label)
     return figure

@@ -1,18 +1,18 @@
-"""The report of an identification: its sections in the order of the page, and their figures."""
+"""The report of an identification: its tables and figures, for `identify.html.j2`."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst._quantity import Quantity
-from mpi_hyst._report import canvas, models, provenance, traces
+from mpi_hyst._report import canvas, models, traces
 from mpi_hyst._report.models import default_drive, model_table, run
-from mpi_hyst._report.page import Block, Card, Figure, Pairs, Report, Section, Table, render
-from mpi_hyst._report.provenance import Provenance
+from mpi_hyst._report.page import Card, Provenance, Rows, Table, hashed_stage, made_with, render
 from mpi_hyst._report.records import (
     Evaluated,
     Records,
@@ -23,9 +23,8 @@ from mpi_hyst._report.records import (
 )
 from mpi_hyst._report.summary import (
     ERROR,
-    Choice,
     choices,
-    findings_section,
+    findings_rows,
     parameters,
     pooled,
     title,
@@ -35,6 +34,24 @@ from mpi_hyst._report.summary import (
 from mpi_hyst._text import digits, in_unit
 
 _SHOWN = 3  # records with their own figures; the tables have all
+_ROWS = 60  # loops in the table of those left out
+_COLUMNS = 4  # panels side by side
+_BAR = 0.38  # of the distance between two models
+_FEWEST = 3  # models that the figure has room for at least
+
+
+@dataclass(frozen=True)
+class Result:
+    """A fit, and the fit of the other kind of model if there is one."""
+
+    task: Task
+    found: mh.results.Identification
+    compared: mh.results.Identification | None
+
+    @property
+    def fits(self) -> list[mh.results.Identification]:
+        """All fits; the requested one is last."""
+        return [self.found] if self.compared is None else [self.compared, self.found]
 
 
 def report(
@@ -48,41 +65,99 @@ def report(
     """Return the HTML text. `compared` is the other kind of model, to show beside the fit."""
     records, result = task.records, Result(task, found, compared)
     fitted, held_out = _traces(result) if records.known else ([], [])
-    sections = [
-        loops(fitted, len(records.fitted)) if records.known else own_loops(result),
-        errors(result),
-        findings_section(found.warnings, records),
-    ]
-    if comparison is not None:
-        sections.insert(2, compared_models(comparison, task, _SHOWN))
-    if records.known:
-        sections.append(residuals(fitted, held_out))
-    if left_out:
-        sections.append(left_out_loops(left_out, task))
+    errors = {"Fit errors": _errors(result, held_out=False)}
+    if found.validation is not None:
+        errors["Validation errors"] = _errors(result, held_out=True)
+    named = ((fitted, "fitted"), (held_out, "validation"))
     # The deviation is known for the sampling of the first record.
-    alike = [
-        trace
-        for trace, record in zip(fitted, records.fitted, strict=False)
-        if record.dt == records.dt
-    ]
-    if alike:
-        sections.append(uncertainty(found, alike, task))
-    if made := choices(found):
-        sections.append(chosen(made, task))
-    sections.append(model(result))
+    pairs = zip(fitted, records.fitted, strict=False)
+    alike = [trace for trace, record in pairs if record.dt == records.dt]
     return render(
-        Report(
-            title=f"Hysteresis of {shown_names(records, _SHOWN)}"
-            f"{' (partial)' if found.partial else ''}",
-            subtitle=f"{title(found, len(records.fitted))}, "
-            f"{task.input.label} to {task.output.label}",
-            verdict=verdict_banner(found, records),
-            cards=_cards(result),
-            sections=sections,
-            provenance=provenance,
-            footer=f"Error: measured minus modelled output. {base(records)}",
-        )
+        "identify.html.j2",
+        verdict=verdict_banner(found, records),
+        cards=_cards(result),
+        provenance=provenance,
+        task=task,
+        found=found,
+        compared=compared,
+        short_name=short_name,
+        shown=_SHOWN,
+        fit=title(found, len(records.fitted)),
+        base=_base(records),
+        fitted=fitted,
+        loops=traces.loops(fitted or [_own_loops(result)]),
+        errors=errors,
+        gain=_gain(found, compared),
+        loop_widths=_loop_widths(result),
+        **_compared(comparison, task),
+        findings=findings_rows(found.warnings, records),
+        residuals=[
+            (trace.name, what, traces.residuals(trace)) for drawn, what in named for trace in drawn
+        ],
+        left_out=_left_out(left_out, task) if left_out else None,
+        uncertainty=_uncertainty(found, alike) if alike else None,
+        choices=choices(found),
+        error=ERROR,
+        **_model(result),
     )
+
+
+def report_of_arrays(
+    found: mh.results.Identification,
+    given: Records,
+    quantities: tuple[Quantity, Quantity],
+    beside: mh.results.Identification | None,
+) -> str:
+    """Return the HTML text."""
+    left_out: Sequence[mh.results.LeftOutLoop] = []
+    data = []
+    if given.known:
+        left_out = loops_left_out(given, found)
+        every = [*given.fitted, *given.held_out]
+        data = [(f"{one.name}, u and y as float64", one.sha256) for one in every]
+    stage = hashed_stage(found.stage)
+    made = made_with("mpi_hyst.reports.identification in Python", data, stage)
+    return report(Task(given, *quantities), found, beside, left_out, provenance=made)
+
+
+def short_name(found: mh.results.Identification) -> str:
+    """Return the kind of model, for a legend."""
+    modified = isinstance(found.model, mh.ModifiedPrandtlIshlinskii)
+    return "modified (coupled plays)" if modified else "conventional (plays)"
+
+
+def _base(records: Records) -> str:
+    """Return the base of the percentages."""
+    text = "% of range: the range is the peak-to-peak of the measured output over the same samples"
+    several = max(len(records.fitted), len(records.held_out)) > 1
+    return f"{text}{'; for all records, the largest' if several else ''}."
+
+
+def _cards(result: Result) -> list[Card]:
+    found, compared, unit = result.found, result.compared, result.task.output.unit
+
+    def card(value: float, what: str, percent: float) -> Card:
+        return Card(in_unit(value, unit, 3), what, f"{percent:.3f} % of range")
+
+    cards = [
+        card(found.fit.rmse, "rms error", found.fit.rmse_percent),
+        card(found.fit.max_error, "largest error", found.fit.max_error_percent),
+    ]
+    if (unseen := found.validation) is not None:
+        cards.append(card(unseen.rmse, "rms error, validation", unseen.rmse_percent))
+    if compared is not None:
+        what = f"rms error, {short_name(compared)}"
+        cards.append(Card(in_unit(compared.fit.rmse, unit, 3), what, "fitted to the same samples"))
+    return [*cards, Card(value_of_dead_time(found), "dead time")]
+
+
+def _gain(
+    found: mh.results.Identification, compared: mh.results.Identification | None
+) -> float | None:
+    """Return how many times the rms error the other model has."""
+    if compared is None:
+        return None
+    return compared.fit.rmse / found.fit.rmse if found.fit.rmse > 0.0 else float("inf")
 
 
 def _traces(result: Result) -> tuple[list[traces.Trace], list[traces.Trace]]:
@@ -109,160 +184,23 @@ def _trace(
         )
         if fit is not None
     ]
-    return traces.Trace(
-        record.name,
-        record.input,
-        record.output,
-        record.seconds,
-        record.skip,
-        curves,
-        result.task.input,
-        result.task.output,
-    )
+    samples = (record.input, record.output, record.seconds, record.skip)
+    return traces.Trace(record.name, *samples, curves, result.task.input, result.task.output)
 
 
-def _cards(result: Result) -> list[Card]:
-    found, compared, task = result.found, result.compared, result.task
-    unit = task.output.unit
-    cards = [
-        Card(
-            in_unit(found.fit.rmse, unit, 3),
-            "rms error",
-            f"{found.fit.rmse_percent:.3f} % of range",
-        ),
-        Card(
-            in_unit(found.fit.max_error, unit, 3),
-            "largest error",
-            f"{found.fit.max_error_percent:.3f} % of range",
-        ),
-    ]
-    if found.validation is not None:
-        cards.append(
-            Card(
-                in_unit(found.validation.rmse, unit, 3),
-                "rms error, validation",
-                f"{found.validation.rmse_percent:.3f} % of range",
-            )
-        )
-    if compared is not None:
-        cards.append(
-            Card(
-                in_unit(compared.fit.rmse, unit, 3),
-                f"rms error, {short_name(compared)}",
-                "fitted to the same samples",
-            )
-        )
-    cards.append(Card(value_of_dead_time(found), "dead time"))
-    return cards
-
-
-@dataclass(frozen=True)
-class Result:
-    """A fit, and the fit of the other kind of model if there is one."""
-
-    task: Task
-    found: mh.results.Identification
-    compared: mh.results.Identification | None
-
-    @property
-    def fits(self) -> list[mh.results.Identification]:
-        """All fits; the requested one is last."""
-        return [self.found] if self.compared is None else [self.compared, self.found]
-
-    @property
-    def of_unit(self) -> str:
-        """The unit of the output in parentheses, for a column header."""
-        return self.task.output.in_parentheses
-
-
-def short_name(found: mh.results.Identification) -> str:
-    """Return the kind of model, for a legend."""
-    modified = isinstance(found.model, mh.ModifiedPrandtlIshlinskii)
-    return "modified (coupled plays)" if modified else "conventional (plays)"
-
-
-def shown_names(records: Records, count: int) -> str:
-    """Return the names of the first records."""
-    return ", ".join(records.names[:count])
-
-
-def base(records: Records) -> str:
-    """Return the base of the percentages."""
-    text = "% of range: the range is the peak-to-peak of the measured output over the same samples"
-    several = max(len(records.fitted), len(records.held_out)) > 1
-    return f"{text}{'; for all records, the largest' if several else ''}."
-
-
-def loops(drawn: Sequence[traces.Trace], count: int) -> Section:
-    """Show measured and modelled loops."""
-    text = [
-        "Top: measured and modelled output over the input. Bottom: the same minus the straight "
-        "line fit of the measured points. Without the line, the width of the loops and the error "
-        "of a model fill the panel.",
-    ]
-    if count > len(drawn):
-        text.append(f"Figures show the first {len(drawn)} of {count} records.")
-    return Section(
-        "loops",
-        "Measured and modelled loops",
-        text,
-        [
-            Figure(
-                canvas.data_uri(traces.loops(drawn)),
-                "Measured and modelled output over the input, and the same minus the straight line",
-                "Fitted samples only.",
-            )
-        ],
-    )
-
-
-def own_loops(result: Result) -> Section:
-    """Show the loops of the model alone, where its records are not at hand."""
+def _own_loops(result: Result) -> traces.Trace:
+    """Return the loops of the model alone, where its records are not at hand."""
     drive = default_drive(result.found)
     fits = zip(result.fits, (canvas.ORANGE, canvas.BLUE)[-len(result.fits) :], strict=True)
     curves = [
         traces.Curve(short_name(fit), colour, run(fit.model, drive, None)) for fit, colour in fits
     ]
-    trace = traces.Trace(
-        *("loops of the model", drive, np.empty(0), None, 0, curves),
-        *(result.task.input, result.task.output),
-    )
-    return Section(
-        "loops",
-        "Loops of the model",
-        ["Decaying loops over the range of the records, of the hysteresis alone."],
-        [
-            Figure(
-                canvas.data_uri(traces.loops([trace])),
-                "Modelled output over the input, and the same minus the straight line",
-                "Top: the output over the input. Bottom: the same minus the straight line fit.",
-            )
-        ],
-    )
+    empty = (drive, np.empty(0), None, 0)
+    return traces.Trace("loops of the model", *empty, curves, result.task.input, result.task.output)
 
 
-def errors(result: Result) -> Section:
-    """Show the errors on fitted and held-out records, and the loop width."""
-    found, compared = result.found, result.compared
-    blocks: list[Block] = [_error_table(result, held_out=False)]
-    text = []
-    if compared is not None:
-        gain = compared.fit.rmse / found.fit.rmse if found.fit.rmse > 0.0 else float("inf")
-        text.append(
-            f"Fitted to the same samples, the {short_name(compared)} model has "
-            f"{digits(gain, 3)} times the rms error of the {short_name(found)} model."
-        )
-    if found.validation is not None:
-        own = "of the fitted part" if result.task.records.ends else "that minimizes its rms error"
-        text.append(
-            "The validation samples are predicted, not fitted. The output offset of each record is "
-            f"the one {own}."
-        )
-        blocks.append(_error_table(result, held_out=True))
-    return Section("errors", "Errors", text, [*blocks, *_loop_widths(result)])
-
-
-def _error_table(result: Result, *, held_out: bool) -> Table:
+def _errors(result: Result, *, held_out: bool) -> tuple[Rows, list[int]]:
+    """Return the errors of all fits, and which rows are those of the requested one."""
     rows: list[list[str]] = []
     best = []
     for fit in result.fits:
@@ -275,43 +213,28 @@ def _error_table(result: Result, *, held_out: bool) -> Table:
             if fit is result.found:
                 best.append(len(rows))
             kind = short_name(fit).split(" ")[0]
-            rows.append([name, kind, str(quality.samples), *error_cells(quality)])
-    unit = result.of_unit
+            rows.append([name, kind, str(quality.samples), *_error_cells(quality)])
+    unit = result.task.output.in_parentheses
     errors = (f"max{unit}", f"rms{unit}", "max (%)", "rms (%)", "NRMSE", f"range{unit}")
-    return Table(
-        "Validation errors" if held_out else "Fit errors",
-        ["record", "model", "samples", *errors],
-        rows,
-        f"{base(result.task.records)} NRMSE: rms over range. "
-        "In % of the amplitude, half the range, every percentage doubles.",
-        best,
-    )
+    return (["record", "model", "samples", *errors], rows), best
 
 
-def error_cells(quality: mh.results.Quality) -> list[str]:
-    """Format the errors and their base."""
+def _error_cells(quality: mh.results.Quality) -> list[str]:
     return [
-        digits(quality.max_error, 3),
-        digits(quality.rmse, 3),
-        f"{quality.max_error_percent:.3f}",
-        f"{quality.rmse_percent:.3f}",
-        digits(quality.nrmse, 3),
-        digits(quality.range, 4),
+        *(digits(quality.max_error, 3), digits(quality.rmse, 3)),
+        *(f"{quality.max_error_percent:.3f}", f"{quality.rmse_percent:.3f}"),
+        *(digits(quality.nrmse, 3), digits(quality.range, 4)),
     ]
 
 
-def _loop_widths(result: Result) -> list[Table]:
+def _loop_widths(result: Result) -> Rows:
     """Compare the loop width for records that have full strokes."""
     rows = []
     fitted, held_out = evaluate(result.task.records, result.found)
     for one, what in [*((one, "") for one in fitted), *((one, "validation: ") for one in held_out)]:
         rows += _loop_width(one, what)
-    if not rows:
-        return []
-    unit = result.of_unit
-    header = ["record", f"measured{unit}", f"modelled{unit}", f"error{unit}", "error (%)"]
-    note = "Largest distance between falling and rising full strokes. %: of the measured width."
-    return [Table(f"Loop width, {short_name(result.found)}", header, rows, note)]
+    unit = result.task.output.in_parentheses
+    return ["record", f"measured{unit}", f"modelled{unit}", f"error{unit}", "error (%)"], rows
 
 
 def _loop_width(evaluated: Evaluated, what: str) -> list[list[str]]:
@@ -323,118 +246,47 @@ def _loop_width(evaluated: Evaluated, what: str) -> list[list[str]]:
     return [[name, digits(width), digits(width + error), digits(error, 3), percent]]
 
 
-def residuals(fitted: Sequence[traces.Trace], held_out: Sequence[traces.Trace]) -> Section:
-    """Show the residuals over input, rate and time."""
-    text = [
-        "A residual that depends on the input is hysteresis that the model lacks. One that depends "
-        "on the rate of the input is a lag. One that drifts over time is creep or temperature. A "
-        "band that is the same everywhere is noise.",
-    ]
-    blocks: list[Block] = [
-        Figure(
-            canvas.data_uri(traces.residuals(trace)),
-            f"Residuals of {trace.name} over input, rate and time, {what}",
-            f"{trace.name}, {what}: measured minus modelled.",
-        )
-        for drawn, what in ((fitted, "fitted"), (held_out, "validation"))
-        for trace in drawn
-    ]
-    return Section("residuals", "Residuals over input, rate and time", text, blocks)
-
-
-def model(result: Result) -> Section:
-    """Show weights, thresholds and parameters."""
+def _model(result: Result) -> dict[str, Any]:
+    """Return weights, thresholds and parameters."""
     found, compared, task = result.found, result.compared, result.task
     slope = f"{task.output.unit}/{task.input.unit}"
     weight_unit = slope if task.output.unit and task.input.unit else ""
     banks = [models.Bank(short_name(found), canvas.BLUE, found.model, found=found)]
     if compared is not None:
         banks.append(models.Bank(short_name(compared), canvas.ORANGE, compared.model, "s"))
-    fitted = task.records.fitted
     pairs = [("operators", str(found.model.operators)), *parameters(task, found)]
-    for record, offset in zip(fitted, found.output_offsets, strict=True):
+    for record, offset in zip(task.records.fitted, found.output_offsets, strict=True):
         value = in_unit(float(offset), task.output.unit)
         pairs.append((f"output offset of {record.name}", value))
-    first = digits(float(found.model.weights[0]))
-    return Section(
-        "model",
-        "The model",
-        [
-            "The data determine the cumulative sum of the weights, which is the slope of the "
-            "first loading curve, better than each single weight.",
-        ],
-        [
-            Figure(
-                canvas.data_uri(models.weights_figure(banks, weight_unit, task.input.unit)),
-                "Weights, their cumulative sum, and thresholds over the threshold r",
-                f"The first weight, at threshold zero, is {first} {weight_unit}; the left panel "
-                "omits it. Dashed: weights v below zero of a split model. Bars and bands: 95 %, "
-                "± 1.96 standard errors.",
-            ),
-            Pairs("Parameters ± one standard error", pairs),
-            model_table(found.model, weight_unit, task.input.unit, _standard_errors(found)),
-        ],
-    )
+    std = [found.weights_std.tolist(), found.weights_negative_std.tolist()]
+    return {
+        "weight_unit": weight_unit,
+        "weights": models.weights_figure(banks, weight_unit, task.input.unit),
+        "parameters": pairs,
+        "model_table": model_table(found.model, weight_unit, task.input.unit, std),
+    }
 
 
-def _standard_errors(found: mh.results.Identification) -> list[list[float]]:
-    return [found.weights_std.tolist(), found.weights_negative_std.tolist()]
-
-
-def compared_models(comparison: mh.results.Comparison, task: Task, shown: int) -> Section:
-    """Show the errors of every model; its residuals for the first `shown` records."""
-    text = [
-        "Every model is fitted to the same samples and judged in the same way. Each record is cut "
-        "into stretches, and each stretch is predicted from a fit to the others. A model that "
-        "fits well but predicts badly has more unknowns than the records can tell. "
-        f"The simplest model that predicts as well as the best is: {comparison.simplest} (marked "
-        "with *).",
-        "Polynomial + plays: square and cube of the drive beside the plays. It has no exact "
-        "inverse here and is for comparison only.",
-    ]
-    if comparison.creep_under_way:
-        text.append(
-            "All models have the creep that was under way where the start of a record is skipped."
-        )
-    text += [f"Not tried: {name}: {reason}." for name, reason in comparison.omitted.items()]
-    residuals = [
-        Figure(
-            canvas.data_uri(_compared_residuals(comparison, task, place)),
-            f"Residuals of every model on {record.name} over the drive",
-            f"{record.name}: measured minus modelled, fitted to all stretches.",
-        )
-        for place, record in enumerate(task.records.fitted[:shown])
-    ]
-    bars = Figure(
-        canvas.data_uri(_compared_errors(comparison, task)),
-        "Rms error of every model: fitted, held out, worst stretch",
-        "Held out: over all stretches, each predicted from the others. Worst stretch: the largest "
-        "of these errors.",
-    )
-    return Section(
-        "comparison",
-        "Comparison of models",
-        text,
-        [_compared_table(comparison, task), bars, *residuals],
-    )
-
-
-def _compared_table(comparison: mh.results.Comparison, task: Task) -> Table:
-    rows = comparison.rows
+def _compared(comparison: mh.results.Comparison | None, task: Task) -> dict[str, Any]:
+    """Return the errors of every model, and its residuals for the first records."""
+    if comparison is None:
+        return {"comparison": None}
     of_unit = task.output.in_parentheses
     errors = ("rms fitted", "rms held out", "worst stretch")
-    return Table(
-        "What each model buys",
-        [
-            *("model", "weights", "unknowns", *(f"{name}{of_unit}" for name in errors)),
-            *(f"{name} (%)" for name in errors),
-            "extensions kept",
+    header = ["model", "weights", "unknowns", *(f"{name}{of_unit}" for name in errors)]
+    header += [*(f"{name} (%)" for name in errors), "extensions kept"]
+    names = task.records.names[:_SHOWN]
+    return {
+        "comparison": comparison,
+        "compared_rows": (header, [_compared_cells(row) for row in comparison.rows]),
+        "compared_best": [
+            place for place, row in enumerate(comparison.rows) if row.model == comparison.simplest
         ],
-        [_compared_cells(row) for row in rows],
-        f"%: of the range, {in_unit(rows[0].fit.range, task.output.unit)}, the peak-to-peak of the "
-        "measured output. Extensions are kept as cross-validation asks for, unless given.",
-        [place for place, row in enumerate(rows) if row.model == comparison.simplest],
-    )
+        "compared_errors": _compared_errors(comparison, task),
+        "compared_residuals": [
+            (name, _compared_residuals(comparison, task, place)) for place, name in enumerate(names)
+        ],
+    }
 
 
 def _compared_cells(row: mh.results.ComparedModel) -> list[str]:
@@ -445,11 +297,6 @@ def _compared_cells(row: mh.results.ComparedModel) -> list[str]:
         *(f"{percent:.3f}" for percent in percents),
         ", ".join(row.kept) or ("none" if "modified +" in row.model else ""),
     ]
-
-
-_COLUMNS = 4  # panels side by side
-_BAR = 0.38  # of the distance between two models
-_FEWEST = 3  # models that the figure has room for at least
 
 
 def _compared_errors(comparison: mh.results.Comparison, task: Task) -> canvas.Figure:
@@ -500,21 +347,12 @@ def _compared_residuals(
     figure = canvas.new_figure(0.5 + 2.3 * lines)
     panels = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
     kept = slice(shown.skip, None)
-    every = canvas.thinned(shown.input[kept].size, traces.CLOUD_POINTS)
     left_by_all = [row.residuals(shown.input, shown.output, record=record)[kept] for row in rows]
     extent = canvas.extent(*left_by_all)
     panels[0, 0].set_ylim(-extent, extent)
     for axes, row, left in zip(panels.flat, rows, left_by_all, strict=False):
-        axes.plot(
-            shown.input[kept][every],
-            left[every],
-            ".",
-            color=canvas.BLUE,
-            markersize=2.2,
-            markeredgewidth=0,
-            alpha=0.5,
-            rasterized=True,
-        )
+        dots: dict[str, Any] = {"color": canvas.BLUE, "alpha": 0.5}
+        canvas.cloud(axes, shown.input[kept], left, 2.2, traces.CLOUD_POINTS, **dots)
         axes.axhline(0.0, color=canvas.SOFT, linewidth=0.8)
         canvas.dress(axes, _marked(row, comparison), "", "")
         canvas.note_outside(axes, left)
@@ -530,114 +368,27 @@ def _marked(row: mh.results.ComparedModel, comparison: mh.results.Comparison) ->
     return f"{row.model} *" if row.model == comparison.simplest else row.model
 
 
-_ROWS = 60
-
-
-def left_out_loops(loops: Sequence[mh.results.LeftOutLoop], task: Task) -> Section:
-    """Show how well each loop is predicted by a fit to the others."""
+def _left_out(loops: Sequence[mh.results.LeftOutLoop], task: Task) -> dict[str, Any]:
+    """Return how well each loop is predicted by a fit to the others."""
     unit, of_input = task.output.in_parentheses, task.input.in_parentheses
-    fitted, left = pooled(loops)
-    rows = [
-        [
-            f"{number} of {task.records.names[row.record]}",
-            str(row.stop - row.start),
-            digits(row.amplitude),
-            digits(row.fitted.rmse, 3),
-            digits(row.left_out.rmse, 3),
-            digits(row.fitted.max_error, 3),
-            digits(row.left_out.max_error, 3),
-        ]
-        for number, row in enumerate(loops, 1)
+    fitted, predicted = pooled(loops)
+    errors = [
+        f"{what}{unit}" for what in ("rms fitted", "rms left out", "max fitted", "max left out")
     ]
+    rows = []
+    for number, row in enumerate(loops, 1):
+        one, other = row.fitted, row.left_out
+        values = (one.rmse, other.rmse, one.max_error, other.max_error)
+        cells = (str(row.stop - row.start), digits(row.amplitude), *(digits(v, 3) for v in values))
+        rows.append([f"{number} of {task.records.names[row.record]}", *cells])
     table = Table(
         "Every loop: fitted, and predicted from the others",
-        [
-            "loop",
-            "samples",
-            f"amplitude{of_input}",
-            f"rms fitted{unit}",
-            f"rms left out{unit}",
-            f"max fitted{unit}",
-            f"max left out{unit}",
-        ],
+        ["loop", "samples", f"amplitude{of_input}", *errors],
         rows[:_ROWS],
         f"The first {_ROWS} of {len(rows)}." if len(rows) > _ROWS else "",
     )
-    shown = task.output.unit
-    return Section(
-        "left-out",
-        "Loops left out",
-        [
-            "A loop reaches from one maximum of the input to the next. Each is predicted with "
-            "weights fitted to all others; all other parameters stay. Over all loops "
-            f"the rms error is {in_unit(fitted, shown, 3)} fitted and {in_unit(left, shown, 3)} "
-            "predicted. A loop that is fitted well but predicted badly is unlike all others.",
-        ],
-        [
-            Figure(
-                canvas.data_uri(_left_out_figure(loops, task.output)),
-                "Rms error of every loop, fitted and predicted",
-                "A line joins the two errors of the same loop.",
-            ),
-            table,
-        ],
-    )
-
-
-def uncertainty(
-    found: mh.results.Identification, drawn: Sequence[traces.Trace], task: Task
-) -> Section:
-    """Show the standard deviation of the prediction."""
-    unit = task.output.unit
-    with told_as_a_finding():
-        deviations = [found.predict(trace.input, return_std=True)[1] for trace in drawn]
-    largest = max(
-        float(std[trace.skip :].max()) for std, trace in zip(deviations, drawn, strict=True)
-    )
-    mean = float(np.sqrt(np.mean(np.square(deviations[0][drawn[0].skip :]))))
-    return Section(
-        "uncertainty",
-        "Uncertainty of the output",
-        [
-            "The standard deviation of the prediction follows from the covariance of all fitted "
-            f"parameters. It is {in_unit(mean, unit, 3)} rms on "
-            f"{drawn[0].name} and at most {in_unit(largest, unit, 3)} on the records shown. It "
-            "assumes that the model is right and that the errors of successive samples are "
-            "independent. If the residuals above depend on input, rate or time, the error may be "
-            "larger. Measurement noise is not included. Weights at zero count as known.",
-        ],
-        [
-            Figure(
-                canvas.data_uri(traces.deviation(trace, std)),
-                f"Uncertainty of the prediction of {trace.name}",
-                f"{trace.name}: the band is ± 1.96 standard deviations of the prediction.",
-            )
-            for trace, std in zip(drawn, deviations, strict=True)
-        ],
-    )
-
-
-def chosen(made: Sequence[Choice], task: Task) -> Section:
-    """Show the choices of cross-validation and the errors of all candidates."""
-    header = f"error{task.output.in_parentheses}"
-    return Section(
-        "chosen",
-        "Chosen by cross-validation",
-        [
-            "Folds of the records were held out in turn and predicted from fits to the others.",
-            f"{ERROR[0].upper()}{ERROR[1:]}.",
-            *(f"{choice.sentence[0].upper()}{choice.sentence[1:]}." for choice in made),
-        ],
-        [
-            Table(
-                f"Prediction of held-out folds: {choice.header}",
-                [choice.header, header],
-                choice.rows,
-                best=choice.best,
-            )
-            for choice in made
-        ],
-    )
+    drawn = _left_out_figure(loops, task.output)
+    return {"fitted": fitted, "predicted": predicted, "table": table, "drawn": drawn}
 
 
 def _left_out_figure(
@@ -665,19 +416,13 @@ def _left_out_figure(
     return figure
 
 
-def report_of_arrays(
-    found: mh.results.Identification,
-    given: Records,
-    quantities: tuple[Quantity, Quantity],
-    beside: mh.results.Identification | None,
-) -> str:
-    """Return the HTML text."""
-    left_out: Sequence[mh.results.LeftOutLoop] = []
-    data = []
-    if given.known:
-        left_out = loops_left_out(given, found)
-        every = [*given.fitted, *given.held_out]
-        data = [(f"{one.name}, u and y as float64", one.sha256) for one in every]
-    stage = provenance.of_stage(found.stage)
-    made = provenance.rows("mpi_hyst.reports.identification in Python", data, stage)
-    return report(Task(given, *quantities), found, beside, left_out, provenance=made)
+def _uncertainty(found: mh.results.Identification, drawn: Sequence[traces.Trace]) -> dict[str, Any]:
+    """Return the standard deviation of the prediction."""
+    with told_as_a_finding():
+        deviations = [found.predict(trace.input, return_std=True)[1] for trace in drawn]
+    pairs = list(zip(deviations, drawn, strict=True))
+    return {
+        "largest": max(float(std[trace.skip :].max()) for std, trace in pairs),
+        "mean": float(np.sqrt(np.mean(np.square(deviations[0][drawn[0].skip :])))),
+        "drawn": [(trace.name, traces.deviation(trace, std)) for std, trace in pairs],
+    }

@@ -1,77 +1,53 @@
-"""Reports: sections with text, figures and tables in one self-contained HTML file."""
+"""Reports: each is a template that extends `page.html.j2`, filled with numbers, tables and figures.
+
+The text of a page, its sections and their order are in its template; `blocks.html.j2` has what
+sections are made of. A page is one file of HTML that needs nothing else. It says how it was made:
+version, date, command, and hashes of what went in.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+import hashlib
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timezone
 from importlib.resources import files
-from typing import TypeAlias
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from mpi_hyst._text import NOT_DETERMINED, printable_lines
+import numpy as np
+
+import mpi_hyst as mh
+from mpi_hyst._files import sha256
+from mpi_hyst._report import canvas
+from mpi_hyst._text import NOT_DETERMINED, digits, in_unit, printable_lines
+
+if TYPE_CHECKING:
+    import jinja2
 
 _NUMBERS = {"nan", "inf", "bound", NOT_DETERMINED}  # what stands in columns of numbers
 
+_EPOCH = "SOURCE_DATE_EPOCH"  # of reproducible builds: seconds that stand for now
 
-@dataclass(frozen=True)
-class Figure:
-    """An image as a data URI, with alternative text and a caption."""
-
-    image: str
-    alternative: str
-    caption: str
-    kind: str = "figure"
+Provenance: TypeAlias = Sequence[tuple[str, str]]
+"""How a page was made, as names and values."""
+Rows: TypeAlias = tuple[Sequence[str], Sequence[Sequence[str]]]
+"""The header and the rows of a table."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """Cells as text. The first column names the rows; `best` rows are highlighted."""
+    """Cells as text, where the table brings its caption along."""
 
     caption: str
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
     note: str = ""
-    best: Sequence[int] = ()
-    kind: str = "table"
 
-    @property
-    def words(self) -> list[int]:
-        """Which columns hold words, to the left, and not numbers, to the right."""
-        columns = enumerate(zip(*self.rows, strict=True))
-        return [index for index, cells in columns if 2 * sum(map(_is_word, cells)) > len(cells)]
-
-
-@dataclass(frozen=True)
-class Pairs:
-    """Names and values."""
-
-    caption: str
-    rows: Sequence[tuple[str, str]]
-    kind: str = "pairs"
-
-
-@dataclass(frozen=True)
-class Lines:
-    """Lines of a terminal."""
-
-    text: str
-    kind: str = "lines"
-
-
-def _is_word(cell: str) -> bool:
-    return cell[:1].isalpha() and cell not in _NUMBERS
-
-
-Block: TypeAlias = Figure | Table | Pairs | Lines
-
-
-@dataclass(frozen=True)
-class Section:
-    """A heading, sentences, and figures and tables."""
-
-    name: str
-    title: str
-    text: Sequence[str] = ()
-    blocks: Sequence[Block] = ()
+    def __iter__(self) -> Iterator[Any]:
+        """Return header and rows: a template takes them together."""
+        return iter((self.header, self.rows))
 
 
 @dataclass(frozen=True)
@@ -92,35 +68,104 @@ class Verdict:
     reasons: Sequence[str] = ()
 
 
-@dataclass(frozen=True)
-class Report:
-    """The content of a report."""
-
-    title: str
-    subtitle: str
-    cards: Sequence[Card]
-    sections: Sequence[Section]
-    footer: str = field(default="")
-    verdict: Verdict | None = None
-    provenance: Sequence[tuple[str, str]] = ()
-    """How the page was made, as `provenance.rows` has it."""
-
-
-def render(report: Report) -> str:
+def render(
+    template: str,
+    *,
+    cards: Sequence[Card],
+    verdict: Verdict | None = None,
+    provenance: Provenance = (),
+    **values: Any,
+) -> str:
     """Return the HTML text."""
+    frame = {"cards": cards, "verdict": verdict, "provenance": provenance, "contents": []}
+    return environment().get_template(template).render(**frame, **values)
+
+
+def environment() -> jinja2.Environment:
+    """Return what reads the templates. Everything that they show is escaped."""
     import jinja2
 
-    source = files("mpi_hyst._report").joinpath("page.html.j2").read_text("utf-8")
-    environment = jinja2.Environment(
+    made = jinja2.Environment(
+        loader=jinja2.FunctionLoader(_source),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         finalize=_finalize,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.from_string(source).render(report=report)
+    made.filters |= {
+        "columns_of_words": columns_of_words,
+        "data_uri": canvas.data_uri,
+        "digits": digits,
+        "in_unit": in_unit,
+    }
+    return made
+
+
+def _source(name: str) -> str:
+    return files("mpi_hyst._report").joinpath(name).read_text("utf-8")
 
 
 def _finalize(value: object) -> object:
     """Escape characters in names of files and columns that a page cannot contain."""
-    return printable_lines(value) if isinstance(value, str) else value
+    is_markup = hasattr(value, "__html__")
+    return printable_lines(value) if isinstance(value, str) and not is_markup else value
+
+
+def columns_of_words(rows: Sequence[Sequence[str]]) -> list[int]:
+    """Return which columns hold words, to the left, and not numbers, to the right."""
+    columns = enumerate(zip(*rows, strict=True))
+    return [index for index, cells in columns if 2 * sum(map(_is_word, cells)) > len(cells)]
+
+
+def _is_word(cell: str) -> bool:
+    return cell[:1].isalpha() and cell not in _NUMBERS
+
+
+def made_with(
+    made_by: str | None,
+    data: Iterable[tuple[str, str | None]] = (),
+    stage: tuple[str, str | None] | None = None,
+) -> Provenance:
+    """Return names and values. `data` are names with their SHA-256, as far as it is known.
+
+    `made_by` is the command, or the call in Python; None if neither is known.
+    """
+    # Needed by pages alone, and slow to import.
+    from importlib.metadata import version
+
+    made = [("made with", f"mpi_hyst {version('mpi_hyst')}"), ("date", _date())]
+    made += [] if made_by is None else [("made by", made_by)]
+    # Parts of one file have one source.
+    made += [("data", _hashed(*one)) for one in dict.fromkeys(data)]
+    return [*made, *([] if stage is None else [("stage", _hashed(*stage))])]
+
+
+def hashed_file(path: Path) -> tuple[str, str | None]:
+    """Return the name of a file with its SHA-256; a pipe cannot be read again and has none."""
+    return str(path), sha256(path)
+
+
+def hashed_stage(stage: mh.Stage) -> tuple[str, str]:
+    """Return the hash of a stage that is in no file."""
+    return "Stage.to_bytes()", hashlib.sha256(stage.to_bytes()).hexdigest()
+
+
+def hashed_arrays(name: str, arrays: Sequence[object]) -> tuple[str, str]:
+    """Return the hash of samples that are in no file: of their float64, one array after another."""
+    digest = hashlib.sha256()
+    for values in arrays:
+        digest.update(np.ascontiguousarray(values, dtype="<f8").tobytes())
+    return name, digest.hexdigest()
+
+
+def _hashed(name: str, sha256: str | None) -> str:
+    return name if sha256 is None else f"{name}, SHA-256 {sha256}"
+
+
+def _date() -> str:
+    given = os.environ.get(_EPOCH)
+    moment = datetime.now(timezone.utc).astimezone()
+    if given is not None:
+        moment = datetime.fromtimestamp(int(given), timezone.utc)
+    return moment.isoformat(sep=" ", timespec="seconds")

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 import mpi_hyst as mh
 from mpi_hyst._quantity import Quantity
-from mpi_hyst._report import provenance
+from mpi_hyst._report.page import hashed_arrays
 from mpi_hyst._types import Samples
 
 
@@ -69,9 +69,7 @@ class Records:
         return [record.name for record in self.fitted]
 
     @property
-    def validate(
-        self,
-    ) -> Sequence[tuple[Samples, Samples, int]] | None:
+    def validate(self) -> Sequence[tuple[Samples, Samples, int]] | None:
         """Held-out records as the library takes them."""
         if not self.held_out or self.ends:
             return None
@@ -253,5 +251,5 @@ def _leading(name: str, skip: object, u: Samples) -> int:
 
 def _record(name: str, u: Samples, y: Samples, dt: float | None, skip: int) -> Record:
     seconds = None if dt is None else np.arange(u.size, dtype=np.float64) * dt
-    _, sha256 = provenance.of_arrays(name, (u, y))
+    _, sha256 = hashed_arrays(name, (u, y))
     return Record(name, u, y, seconds, dt, skip, sha256)

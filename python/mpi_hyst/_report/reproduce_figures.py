@@ -76,8 +76,7 @@ def fits(models: Models) -> canvas.Figure:
 
 
 def _error_panel(axes: canvas.Axes, time: Samples, fit: Fit, colour: str, extent: float) -> None:
-    kept = canvas.envelope(fit.measured_error)
-    axes.plot(time[kept], 1e3 * fit.measured_error[kept], color=colour, linewidth=0.6)
+    canvas.line(axes, time, 1e3 * fit.measured_error, color=colour, linewidth=0.6)
     title = f"{fit.figure}, {fit.name}: at most {fit.max_percent:.2f} % of range"
     canvas.dress(axes, "", "", "error (nm)")
     # Longer than names of files may be.
@@ -95,8 +94,7 @@ def errors(trials: Sequence[Trial]) -> canvas.Figure:
         true = 1e3 * (run.reference - run.position)
         time = DT * np.arange(error.size)
         for values, colour, label in ((error, MEASURED, "measured"), (true, BLUE, "true position")):
-            kept = canvas.envelope(values, _PANEL_POINTS)
-            axes.plot(time[kept], values[kept], color=colour, linewidth=0.8, label=label)
+            canvas.line(axes, time, values, _PANEL_POINTS, color=colour, linewidth=0.8, label=label)
         for sign in (-1.0, 1.0):
             axes.axhline(
                 sign * 1e3 * trial.published[1],
@@ -229,21 +227,17 @@ def saturated_laws(cases: Sequence[Saturation]) -> canvas.Figure:
     colours = (BLUE, GREEN, _PURPLE, ORANGE)
     time = DT * np.arange(shown[0].shown.reference.size)
     reference = shown[0].shown.reference
-    kept = canvas.envelope(reference)
-    positions.plot(time[kept], reference[kept], color=INK, linewidth=1.6, label="reference")
+    canvas.line(positions, time, reference, color=INK, linewidth=1.6, label="reference")
     left = []
     for case, colour in zip(shown, colours, strict=True):
         run = case.shown
         printed = case.law == "as printed"
-        kept = canvas.envelope(run.position)
-        positions.plot(time[kept], run.position[kept], color=colour, linewidth=1.1, label=case.law)
-        kept = canvas.envelope(run.drive)
-        drives.plot(time[kept], run.drive[kept], color=colour, linewidth=1.0)
+        canvas.line(positions, time, run.position, color=colour, linewidth=1.1, label=case.law)
+        canvas.line(drives, time, run.drive, color=colour, linewidth=1.0)
         if not printed:
             error = 1e3 * (run.reference - run.position)
             left.append(error)
-            kept = canvas.envelope(error)
-            errors.plot(time[kept], error[kept], color=colour, linewidth=1.0)
+            canvas.line(errors, time, error, color=colour, linewidth=1.0)
     for limit in DRIVE_LIMITS:
         drives.axhline(limit, color=SOFT, linewidth=0.8, linestyle="--")
     beyond = np.abs(reference) > REACHED

@@ -11,9 +11,8 @@ import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst._quantity import Quantity
-from mpi_hyst._report import canvas, closed_loop, provenance
-from mpi_hyst._report.page import Block, Card, Figure, Pairs, Report, Section, Table, render
-from mpi_hyst._report.provenance import Provenance
+from mpi_hyst._report import closed_loop
+from mpi_hyst._report.page import Card, Provenance, Rows, hashed_arrays, made_with, render
 from mpi_hyst._text import digits, in_unit, span
 from mpi_hyst._types import Samples
 
@@ -132,7 +131,7 @@ def _noise(simulation: Simulation) -> list[str]:
     return [f"noise {in_unit(setup.noise, simulation.quantity.unit)} rms (seed {setup.seed})"]
 
 
-def errors(simulation: Simulation) -> tuple[list[str], list[list[str]]]:
+def errors(simulation: Simulation) -> Rows:
     """Return the errors of the true and of the measured position as a table."""
     metrics, unit = simulation.run.metrics, simulation.quantity.in_parentheses
     header = ["error", f"max{unit}", f"rms{unit}", "max (%)", "rms (%)", f"base{unit}"]
@@ -149,20 +148,6 @@ def errors(simulation: Simulation) -> tuple[list[str], list[list[str]]]:
     return header, rows
 
 
-_SIMULATED = (
-    "This is a simulation. The stage is the hysteresis model with the dynamics, dead time and "
-    "noise listed below. Anything else that a real stage does is not included."
-)
-_START = (
-    "At the start the controller changes over from rest to the reference without a jump of the "
-    "drive."
-)
-_LED_IN = (
-    "A lead-in from rest goes before. It is not shown, and counts neither in the errors nor as "
-    "saturated."
-)
-
-
 def report(simulation: Simulation, provenance: Provenance = ()) -> str:
     """Return the HTML text."""
     run, setup, unit = simulation.run, simulation.setup, simulation.quantity.unit
@@ -170,52 +155,29 @@ def report(simulation: Simulation, provenance: Provenance = ()) -> str:
     volts = simulation.drive_unit
     bounds = f"limits {limits[0]:g} to {limits[1]:g} {volts}".rstrip() if limits else ""
     rows = facts(simulation)
-    named = dict(rows)
+    tuning = None if setup is None else setup.tuning
     cards = [
         Card(in_unit(metrics.max_position_error, unit, 3), "largest error", "true position"),
         Card(in_unit(metrics.position_rmse, unit, 3), "rms error", "true position"),
-        Card(named["drive"], "drive", bounds),
+        Card(dict(rows)["drive"], "drive", bounds),
         Card(str(metrics.saturated_count), "saturated samples", f"of {metrics.samples}"),
     ]
-    text = [] if setup is None else [_SIMULATED]
-    figure = Figure(
-        canvas.data_uri(closed_loop.course_figure(_course(simulation))),
-        "Reference and position, error, and drive over time",
-        "" if setup is None else _LED_IN if simulation.lead_in_samples else _START,
-    )
-    blocks: list[Block] = [
-        figure,
-        Table("Errors", *errors(simulation), note=f"{BASE}."),
-        Pairs("Conditions", rows),
-    ]
     return render(
-        Report(
-            title=f"{'Tracking' if setup is None else 'Simulated tracking'} of "
-            f"{simulation.quantity.name}",
-            subtitle=simulation.name,
-            cards=cards,
-            sections=[Section("tracking", "Tracking", text, blocks), *_feedback(setup)],
-            provenance=provenance,
-        )
+        "simulate.html.j2",
+        cards=cards,
+        provenance=provenance,
+        simulation=simulation,
+        setup=setup,
+        course=closed_loop.course_figure(_course(simulation)),
+        errors=errors(simulation),
+        base=BASE,
+        facts=rows,
+        tuning=None if tuning is None else closed_loop.tuning_figure(tuning),
     )
 
 
 def _limits(simulation: Simulation) -> tuple[float, float] | None:
     return simulation.run.limits if simulation.setup is None else simulation.setup.limits
-
-
-def _feedback(setup: Setup | None) -> list[Section]:
-    """Return what the tuned feedback is, if it was tuned."""
-    if setup is None or setup.tuning is None:
-        return []
-    figure = Figure(
-        canvas.data_uri(closed_loop.tuning_figure(setup.tuning)),
-        "Magnitude and phase of the open loop, and the sensitivity over frequency",
-        "The open loop L and the sensitivity 1 / (1 + L) at the smallest and the largest slope "
-        "of the hysteresis, with the modes as they are known. Dots: crossover. Orange: the worst "
-        "over all slopes and uncertain modes. Dotted: up to there disturbances are reduced.",
-    )
-    return [Section("feedback", "Feedback", [setup.tuning.explanation], [figure])]
 
 
 def _course(simulation: Simulation) -> closed_loop.Course:
@@ -237,6 +199,6 @@ def report_of_run(
     """Return the HTML text."""
     drive, position = quantities
     arrays = (run.reference, run.measured, run.position, run.drive)
-    data = provenance.of_arrays("reference, measured, position, drive as float64", arrays)
-    made = provenance.rows("mpi_hyst.reports.run in Python", [data])
+    data = hashed_arrays("reference, measured, position, drive as float64", arrays)
+    made = made_with("mpi_hyst.reports.run in Python", [data])
     return report(Simulation(run, dt, position, None, name, drive.label, drive.unit), made)

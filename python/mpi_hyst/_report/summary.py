@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import mpi_hyst as mh
-from mpi_hyst._report.page import Section, Table, Verdict
+from mpi_hyst._report.page import Rows, Verdict
 from mpi_hyst._report.records import Evaluated, Records, Task, evaluate
 from mpi_hyst._text import NOT_DETERMINED, determined, digits, in_unit, text_pairs, text_table
 
@@ -93,8 +93,7 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
         pairs.append(("ratios ra/r, rb/r, rc/r", ratios + given("ratios")))
     low, high = found.drive_range
     offset = with_error(
-        *(found.model.input_offset, found.input_offset_std, task.input.unit),
-        scale=high - low,
+        *(found.model.input_offset, found.input_offset_std, task.input.unit), scale=high - low
     )
     pairs.append(("input offset", offset + given("input offset")))
     pairs += [*_maps(found), *_dynamics(task, found), *_creep(found), *_loop_shift(found, task)]
@@ -153,11 +152,7 @@ def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:
             share = float(amplitudes[times < _SLOW].sum() / decades)
             error = _percent(share, float(found.creep_std[1]))
             fast = [("creep below 0.1 s", f"{error} of a step per decade")]
-        return [
-            ("creep", f"{percent} of a step per decade"),
-            *fast,
-            ("creep time constants", span),
-        ]
+        return [("creep", f"{percent} of a step per decade"), *fast, ("creep time constants", span)]
     pairs = zip(amplitudes, found.creep_std, strict=True)
     shares = "  ".join(_percent(share, std) for share, std in pairs)
     return [
@@ -345,14 +340,6 @@ _MEANING = {
     "red": "The result is not that of the stage. Do not use it before the red findings are gone.",
 }
 
-_CHECKS = (
-    "Checked: sign and direction of the loops, times of the samples, size of the residuals and "
-    "what they follow (input, rate, amplitude, time), start-up, outliers, clipped signals, number "
-    "of samples, missing and repeated loops, thresholds that the input does not reach, operators "
-    "that the data cannot distinguish, dead time, validation beyond the range. docs/findings.md "
-    "explains each number."
-)
-
 
 def verdict_line(found: mh.results.Identification) -> str:
     """Return the verdict in one line, with the codes of what was found, the worst first."""
@@ -383,27 +370,20 @@ def findings_text(findings: Sequence[mh.results.Finding], records: Records) -> s
     return "\n".join(["warnings", *lines])
 
 
-def findings_section(findings: Sequence[mh.results.Finding], records: Records) -> Section:
-    """Return the section of the report."""
-    if not findings:
-        return Section("warnings", "Warnings", ["No warnings.", _CHECKS])
-    table = Table(
-        "Warnings",
-        ["code", "record", "sample", "severity", "value", "limit"],
+def findings_rows(findings: Sequence[mh.results.Finding], records: Records) -> Rows:
+    """Return the findings as a table, the worst first."""
+    rows = [
         [
-            [
-                found.code,
-                "all" if found.record is None else records.names[found.record],
-                "" if found.sample is None else str(found.sample),
-                found.severity,
-                _number(found.value),
-                _number(found.limit),
-            ]
-            for found in _worst_first(findings)
-        ],
-        "The verdict at the top of the page says what each means and what to try.",
-    )
-    return Section("warnings", "Warnings", [_CHECKS], [table])
+            found.code,
+            "all" if found.record is None else records.names[found.record],
+            "" if found.sample is None else str(found.sample),
+            found.severity,
+            _number(found.value),
+            _number(found.limit),
+        ]
+        for found in _worst_first(findings)
+    ]
+    return ["code", "record", "sample", "severity", "value", "limit"], rows
 
 
 def _number(value: float) -> str:

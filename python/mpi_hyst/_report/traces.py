@@ -90,19 +90,10 @@ def draw_loops(panels: Sequence[canvas.Axes], trace: Trace) -> None:
     measured = trace.measured[fitted]
     line = _line(drive, measured if measured.size else trace.curves[0].output[fitted])
     every = canvas.thinned(drive.size, LOOP_POINTS)
-    cloud = canvas.thinned(drive.size, CLOUD_POINTS)
+    look: dict[str, Any] = {"color": canvas.MEASURED, "label": "measured"}
     for axes, base in zip(panels, (np.zeros_like(line), line), strict=True):
         if measured.size:
-            axes.plot(
-                drive[cloud],
-                (measured - base)[cloud],
-                ".",
-                color=canvas.MEASURED,
-                markersize=3.5,
-                markeredgewidth=0,
-                label="measured",
-                rasterized=True,
-            )
+            canvas.cloud(axes, drive, measured - base, 3.5, CLOUD_POINTS, **look)
         for curve in trace.curves:
             axes.plot(
                 drive[every],
@@ -161,25 +152,11 @@ def draw_residuals(panels: Sequence[canvas.Axes], trace: Trace) -> None:
     for curve in trace.curves:
         residual = trace.residual(curve)
         left.append(residual[fitted])
-        every = canvas.thinned(drive.size, CLOUD_POINTS)
-        dots: dict[str, Any] = {
-            "color": curve.colour,
-            "marker": ".",
-            "linestyle": "none",
-            "markersize": 2.2,
-        }
-        dots |= {"markeredgewidth": 0, "alpha": 0.5, "rasterized": True}
-        over_input.plot(drive[every], residual[fitted][every], **dots)
-        over_speed.plot(speed[every], residual[fitted][every], **dots)
-        kept = canvas.envelope(residual)
-        over_time.plot(
-            time[kept],
-            residual[kept],
-            color=curve.colour,
-            linewidth=0.6,
-            alpha=0.9,
-            label=curve.name,
-        )
+        dots: dict[str, Any] = {"color": curve.colour, "alpha": 0.5}
+        canvas.cloud(over_input, drive, residual[fitted], 2.2, CLOUD_POINTS, **dots)
+        canvas.cloud(over_speed, speed, residual[fitted], 2.2, CLOUD_POINTS, **dots)
+        look: dict[str, Any] = {"color": curve.colour, "alpha": 0.9, "label": curve.name}
+        canvas.line(over_time, time, residual, linewidth=0.6, **look)
     label = f"measured − model{trace.output_quantity.in_parentheses}"
     canvas.dress(over_input, "residual over the input", trace.input_quantity.label, label)
     canvas.dress(over_speed, "residual over its rate of change", trace.speed_label, label)
@@ -235,8 +212,7 @@ def _over_time(
     colour: str,
 ) -> None:
     quantity, values = column
-    kept = canvas.envelope(values)
-    axes.plot(time[kept], values[kept], color=colour, linewidth=0.9)
+    canvas.line(axes, time, values, color=colour, linewidth=0.9)
     canvas.dress(axes, title, label, quantity.label)
 
 
@@ -263,16 +239,7 @@ def draw_deviation(panels: Sequence[canvas.Axes], trace: Trace, std: Samples) ->
     )
     course.axhline(0.0, color=canvas.SOFT, linewidth=0.8)
     course.set_xlim(time[0], time[-1])
-    every = canvas.thinned(judged.size, LOOP_POINTS)
-    plane.plot(
-        trace.input[fitted][every],
-        judged[every],
-        ".",
-        color=canvas.BLUE,
-        markersize=2.4,
-        markeredgewidth=0,
-        rasterized=True,
-    )
+    canvas.cloud(plane, trace.input[fitted], judged, 2.4, LOOP_POINTS, color=canvas.BLUE)
     plane.set_ylim(bottom=0.0)
     of_unit = trace.output_quantity.in_parentheses
     canvas.dress(course, "95 % band of the prediction over time", trace.time_label, f"Δ{of_unit}")
