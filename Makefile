@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
-RUST := Cargo.toml Cargo.lock $(shell find crates -path '*/src/*.rs' -o -name Cargo.toml)
+RUST := Cargo.toml Cargo.lock $(shell find crates -path '*/src/*.rs' -o -path '*/stub/*.rs' -o -name build.rs -o -name Cargo.toml)
 # An environment that can build the package; in it, what tests and lint need.
 MATURIN := $(VENV)/.maturin
 TOOLS := $(VENV)/.tools
@@ -30,7 +30,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 .DEFAULT_GOAL := help
 .PHONY: help demo package test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-quick bench-instructions bench-latency \
 	bench-check bench-reference bench-brief bench-python bench-identify bench-many capi fmu wheel wheel-try wheel-audit sdist-try lowest crates semver workflow licences realtime firmware header soak \
-	fuzz mutants audit sbom kill-saves full-disk picture stub docs linkcheck linkcheck-web format clean
+	fuzz mutants audit sbom kill-saves full-disk picture docs linkcheck linkcheck-web format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
 
@@ -292,9 +292,6 @@ linkcheck: docs ## every link and anchor of target/docs that leads into it; noth
 
 linkcheck-web: $(PACKAGE) $(DOCS) $(UNITS) ## links of the pages to other sites; needs the network
 	$(BIN)/sphinx-build -q -b linkcheck -D nb_execution_mode=off -D plot_gallery=0 docs target/docs-linkcheck
-
-stub: $(PACKAGE) $(TOOLS) ## copy the docstrings of the compiled core into its stub
-	$(BIN)/python docs/make_stub.py
 
 format: $(TOOLS) ## format all code
 	cargo fmt --all

@@ -11,7 +11,12 @@ LICENCES = {"LICENSE", "THIRD_PARTY_LICENSES.txt"}
 STACK = "mpi_hyst/_datasets/piezo_stack/"
 DATA = {STACK + name for name in ("LICENSE", "major_loops.csv.gz", "decaying_loops.csv.gz")}
 # The command begins outside of the package.
-FILES = {*DATA, "mpi_hyst_command/__init__.py", "mpi_hyst_command/py.typed"}
+FILES = {
+    *DATA,
+    "mpi_hyst/_core.pyi",
+    "mpi_hyst_command/__init__.py",
+    "mpi_hyst_command/py.typed",
+}
 
 
 def faults(wheel: Path, places: Sequence[str]) -> list[str]:

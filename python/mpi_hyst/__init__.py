@@ -8,7 +8,6 @@ in `scan`, files of records in `io`, measured records in `datasets`, files for o
 """
 
 from mpi_hyst import (
-    _methods,
     control,
     datasets,
     export,
@@ -49,8 +48,6 @@ from mpi_hyst._core import (
     load,
 )
 from mpi_hyst._progress import ProgressBar
-
-_methods.attach()
 
 __all__ = [
     "ActuatorArray",

@@ -13,12 +13,14 @@
 //! imports the module. Identification works on its own copy
 //! and lets the interpreter go, as does a loop in real time.
 
+mod argument;
 mod control;
 mod convert;
 mod identify;
 mod model;
 mod plant;
 mod realtime;
+mod shown;
 mod signal;
 mod stage;
 mod stream;

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -412,3 +412,22 @@ def realtime(made: mh.realtime.LoopReport) -> Box:
     """Return the box of a loop in real time."""
     rows = [*loop_facts(made), *(("warning", one) for one in made.warnings)]
     return Box("Loop in real time", rows, tables=[Table("Times", *loop_times(made))])
+
+
+_BOXES: dict[str, Callable[..., Box]] = {
+    "PrandtlIshlinskii": model,
+    "ModifiedPrandtlIshlinskii": model,
+    "Stage": stage,
+    "Identification": identification,
+    "DynamicsIdentification": dynamics,
+    "ManyIdentifications": many,
+    "Comparison": comparison,
+    "Tuning": tuning,
+    "Run": run,
+    "LoopReport": realtime,
+}
+
+
+def html(shown: object) -> str:
+    """Return what `_repr_html_` of an object of the compiled core returns."""
+    return _BOXES[type(shown).__name__](shown).html()

@@ -1,6 +1,7 @@
 //! The controller of an array of actuators: rows of references and measurements in, rows of drives out.
 
 use hysteresis_core::{self as core, ArrayOptions, ArraySample};
+use hysteresis_python_macros::methods;
 use numpy::ndarray::{Array2, Dimension, Ix1, Ix2};
 use numpy::{IntoPyArray, PyArray, PyArray1, PyArray2, PyReadonlyArray, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::intern;
@@ -108,20 +109,19 @@ fn sample<'py, D: Dimension>(
     })
 }
 
-#[pymethods]
+#[methods]
 impl ArrayController {
     /// Takes a sample and gives the drives, an array of shape (M,), in `out` or a new array.
     ///
     /// `reference`: the positions that are wanted, shape (M,). `measurement`: what the sensors show, shape (S,); None for
     /// feed-forward alone, the integral staying as it is. `sensor_reference`: what the sensors are to show, shape (S,); by default
     /// zero, or the reference if there is no reconstruction matrix.
-    #[pyo3(signature = (reference, measurement=None, *, sensor_reference=None, out=None))]
     fn step<'py>(
         slf: &Bound<'py, Self>,
-        reference: &Bound<'py, PyAny>,
-        measurement: Option<&Bound<'py, PyAny>>,
-        sensor_reference: Option<&Bound<'py, PyAny>>,
-        out: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] reference: &Bound<'py, PyAny>,
+        #[py("ArrayLike | None" = None)] measurement: Option<&Bound<'py, PyAny>>,
+        #[py(*, "ArrayLike | None" = None)] sensor_reference: Option<&Bound<'py, PyAny>>,
+        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (reference, beside) = Self::one(slf, reference, measurement, sensor_reference)?;
         sample(reference, out, |reference, drives| {
@@ -130,13 +130,12 @@ impl ArrayController {
     }
 
     /// The drives that `step` would give, without taking the sample.
-    #[pyo3(signature = (reference, measurement=None, *, sensor_reference=None, out=None))]
     fn peek<'py>(
         slf: &Bound<'py, Self>,
-        reference: &Bound<'py, PyAny>,
-        measurement: Option<&Bound<'py, PyAny>>,
-        sensor_reference: Option<&Bound<'py, PyAny>>,
-        out: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] reference: &Bound<'py, PyAny>,
+        #[py("ArrayLike | None" = None)] measurement: Option<&Bound<'py, PyAny>>,
+        #[py(*, "ArrayLike | None" = None)] sensor_reference: Option<&Bound<'py, PyAny>>,
+        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (reference, beside) = Self::one(slf, reference, measurement, sensor_reference)?;
         sample(reference, out, |reference, drives| {
@@ -146,13 +145,12 @@ impl ArrayController {
 
     /// Takes rows of samples, bit for bit like `step` in a loop: `reference` of shape (samples, M), `measurement` and
     /// `sensor_reference` of shape (samples, S). The drives, of shape (samples, M), come in `out` or a new array.
-    #[pyo3(signature = (reference, measurement=None, *, sensor_reference=None, out=None))]
     fn run<'py>(
         slf: &Bound<'py, Self>,
-        reference: &Bound<'py, PyAny>,
-        measurement: Option<&Bound<'py, PyAny>>,
-        sensor_reference: Option<&Bound<'py, PyAny>>,
-        out: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] reference: &Bound<'py, PyAny>,
+        #[py("ArrayLike | None" = None)] measurement: Option<&Bound<'py, PyAny>>,
+        #[py(*, "ArrayLike | None" = None)] sensor_reference: Option<&Bound<'py, PyAny>>,
+        #[py("Matrix | None" = None)] out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (py, (actuators, sensors)) = (slf.py(), Self::widths(slf)?);
         let expected = format!("an array of shape (samples, {actuators})");
@@ -227,6 +225,7 @@ impl ArrayController {
 
     /// "run"; "hold": the drives stay; "stop", which `stop` begins.
     #[getter]
+    #[py(-> "Literal['run', 'hold', 'stop']")]
     fn mode(&self) -> &'static str {
         mode_name(self.controller.mode())
     }

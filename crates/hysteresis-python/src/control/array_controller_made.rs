@@ -1,13 +1,13 @@
 //! How an array makes its controller.
 
 use hysteresis_core::{self as core, ArrayOptions};
+use hysteresis_python_macros::methods;
 use numpy::PyUntypedArrayMethods;
 use numpy::ndarray::{Ix2, IxDyn};
 use pyo3::intern;
 use pyo3::prelude::*;
 
 use super::array_controller::ArrayController;
-use crate::convert::arguments::numbers;
 use crate::convert::arrays::{array, each, one_or_more};
 use crate::convert::errors::{self, raise};
 use crate::stream::actuators::{ActuatorArray, Limits};
@@ -32,7 +32,7 @@ fn pairs(neighbours: &Bound<'_, PyAny>) -> PyResult<Vec<(usize, usize)>> {
     rows.as_slice()?.chunks_exact(2).map(|pair| Ok((whole(pair[0])?, whole(pair[1])?))).collect()
 }
 
-#[pymethods]
+#[methods]
 impl ActuatorArray {
     /// A controller of all actuators, with the exact inverses at rest.
     ///
@@ -83,29 +83,20 @@ impl ActuatorArray {
     /// >>> _ = controller.step([3.0, 3.0, 9.0])  # the last step is too high
     /// >>> controller.position.round(6)
     /// array([3., 5., 7.])
-    #[pyo3(signature = (dt, limits, *, ki=None, reconstruction=None, leak=None, slew=None, neighbours=None, max_difference=None,
-        bumpless_time=None, start_drive=None),
-        text_signature = "($self, dt, limits, *, ki=0.0, reconstruction=None, leak=0.0, slew=None, neighbours=None, \
-        max_difference=None, bumpless_time=0.005, start_drive=None)")]
-    #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
     fn controller(
         slf: &Bound<'_, Self>,
-        dt: &Bound<'_, PyAny>,
-        limits: &Bound<'_, PyAny>,
-        ki: Option<&Bound<'_, PyAny>>,
-        reconstruction: Option<&Bound<'_, PyAny>>,
-        leak: Option<&Bound<'_, PyAny>>,
-        slew: Option<&Bound<'_, PyAny>>,
-        neighbours: Option<&Bound<'_, PyAny>>,
-        max_difference: Option<&Bound<'_, PyAny>>,
-        bumpless_time: Option<&Bound<'_, PyAny>>,
-        start_drive: Option<&Bound<'_, PyAny>>,
+        dt: f64,
+        #[py("ArrayLike")] limits: &Bound<'_, PyAny>,
+        #[py(*, = 0.0)] ki: f64,
+        #[py("ArrayLike | None" = None)] reconstruction: Option<&Bound<'_, PyAny>>,
+        #[py(= 0.0)] leak: f64,
+        #[py("ArrayLike | None" = None)] slew: Option<&Bound<'_, PyAny>>,
+        #[py("ArrayLike | None" = None)] neighbours: Option<&Bound<'_, PyAny>>,
+        #[py("ArrayLike | None" = None)] max_difference: Option<&Bound<'_, PyAny>>,
+        #[py(= 0.005)] bumpless_time: f64,
+        #[py("ArrayLike | None" = None)] start_drive: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<ArrayController> {
-        numbers!(dt);
         let set = ArrayOptions::new(dt);
-        numbers!(ki = set.ki);
-        numbers!(leak = set.leak);
-        numbers!(bumpless_time = set.bumpless_time);
         let actuators = slf.get().compiled().len();
         let given = Limits::from_python(Some(limits), actuators)?;
         let matrix = |given: &Bound<'_, PyAny>| {

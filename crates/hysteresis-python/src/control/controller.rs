@@ -1,20 +1,21 @@
 //! The hybrid controller: feed-forward and feedback, one sample in, one drive out.
 
 use hysteresis_control::StageController;
-use hysteresis_core::{self as core, ControllerOptions, Mode};
+use hysteresis_core::{self as core, ControllerOptions, Law, Mode};
+use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use super::controller_options::{Given, MODES, as_keywords, mode_name, mode_of};
-use super::filters::as_tuple;
+use super::controller_options::{MODES, Windup, as_keywords, mode_name, mode_of};
+use super::filters::{as_tuple, sections};
 use super::observer::Observer;
 use super::preview::Preview;
 use super::repetitive::RepetitiveControl;
 use super::source::{check_interval, source};
 use super::terms::ControllerTerms;
-use crate::convert::arguments::{flag, numbers, pair, word};
+use crate::convert::arguments::word;
 use crate::convert::errors::raise;
-use crate::convert::objects::{exclusive, instance, shared};
+use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, reduce};
 
 /// Feed-forward and proportional-integral feedback within limits: equation (8) of the paper with its errata 10 to 12.
@@ -134,64 +135,43 @@ impl HybridController {
     }
 }
 
-#[pymethods]
+#[methods]
 impl HybridController {
     #[new]
-    #[pyo3(signature = (feedforward, *, kp, ki, dt, limits, slew=None, law=None, anti_windup=None, tracking_time=None,
-        bumpless_time=None, max_missing=None, measurement_range=None, max_measurement_step=None, preview=None,
-        start_drive=None, filters=None, observer=None, repetitive=None),
-        text_signature = "(feedforward, *, kp, ki, dt, limits, slew=None, law='positional', anti_windup='conditional', \
-        tracking_time=None, bumpless_time=0.005, max_missing=10, measurement_range=None, max_measurement_step=None, \
-        preview=None, start_drive=None, filters=(), observer=None, repetitive=None)")]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    #[gather(options: ControllerOptions = ControllerOptions::new(kp, ki, dt, limits))]
     fn new<'py>(
         py: Python<'py>,
-        feedforward: Option<&Bound<'py, PyAny>>,
-        kp: &Bound<'py, PyAny>,
-        ki: &Bound<'py, PyAny>,
-        dt: &Bound<'py, PyAny>,
-        limits: &Bound<'py, PyAny>,
-        slew: Option<Bound<'py, PyAny>>,
-        law: Option<Bound<'py, PyAny>>,
-        anti_windup: Option<Bound<'py, PyAny>>,
-        tracking_time: Option<Bound<'py, PyAny>>,
-        bumpless_time: Option<Bound<'py, PyAny>>,
-        max_missing: Option<Bound<'py, PyAny>>,
-        measurement_range: Option<Bound<'py, PyAny>>,
-        max_measurement_step: Option<Bound<'py, PyAny>>,
-        preview: Option<Bound<'py, PyAny>>,
-        start_drive: Option<Bound<'py, PyAny>>,
-        filters: Option<Bound<'py, PyAny>>,
-        observer: Option<Bound<'py, PyAny>>,
-        repetitive: Option<Bound<'py, PyAny>>,
+        #[py("FeedForward")] feedforward: Option<&Bound<'py, PyAny>>,
+        #[py(*)] kp: f64,
+        ki: f64,
+        dt: f64,
+        #[py("Sequence[float]")] limits: (f64, f64),
+        #[py(field, = None)] slew: Option<f64>,
+        #[py(field, "Literal['positional', 'incremental']" = "positional")] law: Law,
+        #[py("Literal['conditional', 'back_calculation']" = "conditional")] anti_windup: Windup,
+        #[py(= None)] tracking_time: Option<f64>,
+        #[py(field, = 0.005)] bumpless_time: f64,
+        #[py(field, = 10)] max_missing: u32,
+        #[py(field, "Sequence[float] | None" = None)] measurement_range: Option<(f64, f64)>,
+        #[py(field, = None)] max_measurement_step: Option<f64>,
+        #[py(= None)] preview: Option<Bound<'py, Preview>>,
+        #[py(field, = None)] start_drive: Option<f64>,
+        #[py("AnyFilter | Sequence[AnyFilter]" = ())] filters: Option<Bound<'py, PyAny>>,
+        #[py(= None)] observer: Option<Bound<'py, Observer>>,
+        #[py(= None)] repetitive: Option<Bound<'py, RepetitiveControl>>,
     ) -> PyResult<Self> {
-        numbers!(kp, ki, dt);
-        let given = Given {
-            slew,
-            law,
-            anti_windup,
-            tracking_time,
-            bumpless_time,
-            max_missing,
-            measurement_range,
-            max_measurement_step,
-            filters,
-            start_drive,
+        let options = ControllerOptions {
+            anti_windup: anti_windup.with(tracking_time)?,
+            filters: filters.map_or(Ok(options.filters), |filters| sections(&filters, dt))?,
+            ..options
         };
-        let options = given.over(&ControllerOptions::new(kp, ki, dt, pair("limits", limits)?))?;
-        let preview = preview.map(|given| instance("preview", "a mh.control.Preview", &given).cloned()).transpose()?;
-        let observer = observer.map(|given| instance("observer", "a mh.control.Observer", &given).cloned());
-        let expected = "a mh.control.RepetitiveControl";
-        let repetitive = repetitive.map(|given| instance("repetitive", expected, &given).cloned());
-        Self::of(feedforward, preview.map(Bound::unbind), &options)?.with_parts(
-            py,
-            observer.transpose()?.map(Bound::unbind),
-            repetitive.transpose()?.map(Bound::unbind),
-        )
+        let (observer, repetitive) = (observer.map(Bound::unbind), repetitive.map(Bound::unbind));
+        Self::of(feedforward, preview.map(Bound::unbind), &options)?.with_parts(py, observer, repetitive)
     }
 
     /// The filters of the feedback, as sections.
     #[getter]
+    #[py(-> "tuple[Biquad, ...]")]
     fn filters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         as_tuple(py, &self.controller().options().filters)
     }
@@ -218,12 +198,16 @@ impl HybridController {
     /// drive stays and nothing advances; "stop", which `stop` begins. Set one of the first three at any time: no change of
     /// mode is a jump.
     #[getter]
+    #[py(-> "Literal['run', 'feedforward', 'hold', 'stop']")]
     fn mode(&self) -> &'static str {
         mode_name(self.controller().mode())
     }
 
     #[setter]
-    fn set_mode(slf: &Bound<'_, Self>, mode: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_mode(
+        slf: &Bound<'_, Self>,
+        #[py("Literal['run', 'feedforward', 'hold']")] mode: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
         let mode = mode_of("mode", &word("mode", MODES, mode)?)?;
         exclusive(slf)?.controller_mut().set_mode(mode).map_err(raise)
     }
@@ -236,8 +220,8 @@ impl HybridController {
     }
 
     #[setter]
-    fn set_hold(slf: &Bound<'_, Self>, hold: &Bound<'_, PyAny>) -> PyResult<()> {
-        if flag("hold", Some(hold), false)? {
+    fn set_hold(slf: &Bound<'_, Self>, hold: bool) -> PyResult<()> {
+        if hold {
             exclusive(slf)?.controller_mut().hold();
         } else {
             exclusive(slf)?.controller_mut().release();

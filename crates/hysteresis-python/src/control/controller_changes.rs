@@ -1,6 +1,7 @@
 //! Changes of a running controller: gains, model, feed-forward, stops, histories and states.
 
 use hysteresis_control::binary::Binary;
+use hysteresis_python_macros::methods;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
@@ -10,7 +11,6 @@ use serde::{Deserialize, Serialize};
 use super::controller::HybridController;
 use super::filters::sections;
 use super::source::source;
-use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{exclusive, shared};
@@ -39,16 +39,18 @@ impl HybridController {
     }
 }
 
-#[pymethods]
+#[methods]
 impl HybridController {
     /// Changes the gains without a jump. The integral is kept in volts.
-    fn set_gains(slf: &Bound<'_, Self>, kp: &Bound<'_, PyAny>, ki: &Bound<'_, PyAny>) -> PyResult<()> {
-        numbers!(kp, ki);
+    fn set_gains(slf: &Bound<'_, Self>, kp: f64, ki: f64) -> PyResult<()> {
         exclusive(slf)?.controller_mut().set_gains(kp, ki).map_err(raise)
     }
 
     /// Changes the filters of the feedback without a jump: what they put out stays as it was, and goes on from there.
-    fn set_filters(slf: &Bound<'_, Self>, filters: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_filters(
+        slf: &Bound<'_, Self>,
+        #[py("AnyFilter | Sequence[AnyFilter]")] filters: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
         let mut this = exclusive(slf)?;
         let sections = sections(filters, this.controller().options().dt)?;
         this.controller_mut().set_filters(&sections).map_err(raise)
@@ -59,7 +61,7 @@ impl HybridController {
     ///
     /// Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; the
     /// controller is as before then.
-    fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_model(slf: &Bound<'_, Self>, #[py("Model")] model: &Bound<'_, PyAny>) -> PyResult<()> {
         let compiled = compiled_of("model", model)?;
         let mut this = exclusive(slf)?;
         this.controller_mut().set_model(&compiled).map_err(raise)?;
@@ -68,7 +70,10 @@ impl HybridController {
 
     /// Goes on with another feed-forward (as at construction) without a jump. While a motion is under way the new stream
     /// first moves to the last target; a change to "given" repeats the drive for one sample.
-    fn set_feedforward(slf: &Bound<'_, Self>, feedforward: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    fn set_feedforward(
+        slf: &Bound<'_, Self>,
+        #[py("FeedForward")] feedforward: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
         let dt = shared(slf)?.controller().options().dt;
         let (feedforward, source) = source(feedforward, dt)?;
         let mut this = exclusive(slf)?;
@@ -79,9 +84,7 @@ impl HybridController {
 
     /// Back to the start, in mode "run", with the memory of the feed-forward at rest and all counters at zero. The drive
     /// stays as it is, or is `drive` if the amplifier has another one now.
-    #[pyo3(signature = (drive=None))]
-    fn reset(slf: &Bound<'_, Self>, drive: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        numbers!(drive);
+    fn reset(slf: &Bound<'_, Self>, #[py(= None)] drive: Option<f64>) -> PyResult<()> {
         exclusive(slf)?.stage_controller.reset(drive).map_err(raise)
     }
 
@@ -89,14 +92,12 @@ impl HybridController {
     ///
     /// From the next sample on every `step` puts out the next drive of the ramp, for any reference and measurement. `hold = False` starts a motion
     /// from the drive that is reached then.
-    #[pyo3(signature = (rate, rest_drive=None), text_signature = "($self, rate, rest_drive=0.0)")]
-    fn stop(slf: &Bound<'_, Self>, rate: &Bound<'_, PyAny>, rest_drive: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        numbers!(rate, rest_drive = 0.0);
+    fn stop(slf: &Bound<'_, Self>, rate: f64, #[py(= 0.0)] rest_drive: f64) -> PyResult<()> {
         exclusive(slf)?.controller_mut().stop(rate, rest_drive).map_err(raise)
     }
 
     /// Takes over what was driven before, oldest drive first, one per sampling interval; the next motion starts from the last.
-    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let drives = vector("drives", drives)?;
         exclusive(slf)?.stage_controller.follow(drives.as_slice()?).map_err(raise)
     }
@@ -104,14 +105,14 @@ impl HybridController {
     /// Goes on from another drive that the amplifier has, with everything that is remembered.
     ///
     /// For a state that was loaded into a controller whose amplifier is not at its drive: the next motion starts from there.
-    fn start_at(slf: &Bound<'_, Self>, drive: &Bound<'_, PyAny>) -> PyResult<()> {
-        numbers!(drive);
+    fn start_at(slf: &Bound<'_, Self>, drive: f64) -> PyResult<()> {
         exclusive(slf)?.stage_controller.start_at(drive).map_err(raise)
     }
 
     /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
     /// amplifier must be at its drive. A controller with other gains, dt or limits refuses it; the model is not part of it.
     #[getter]
+    #[py(-> "dict[str, Any]")]
     pub(super) fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let state = shared(slf)?.stage_controller.state();
         let is_plain = state.observer.is_none() && state.repetitive.is_none();
@@ -126,7 +127,10 @@ impl HybridController {
     }
 
     #[setter]
-    pub(super) fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    pub(super) fn set_state(
+        slf: &Bound<'_, Self>,
+        #[py("dict[str, Any] | bytes")] state: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
         let is_plain = {
             let this = shared(slf)?;
             this.observer.is_none() && this.repetitive.is_none()

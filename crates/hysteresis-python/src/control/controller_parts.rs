@@ -1,6 +1,7 @@
 //! What a controller may have beside feed-forward and feedback: observer, learning, gates of its measurements.
 
 use hysteresis_control::learning;
+use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 
 use super::controller::HybridController;
@@ -32,7 +33,7 @@ impl HybridController {
     }
 }
 
-#[pymethods]
+#[methods]
 impl HybridController {
     /// The observer before the feedback, as a copy in its present state, or None. It has taken the present drive.
     #[getter]
@@ -51,6 +52,7 @@ impl HybridController {
     /// "learning"; "fading": what was learned goes to zero; "stopped": learning has diverged, and corrects nothing until
     /// `restart_learning` or `reset`. None without learning.
     #[getter]
+    #[py(-> "LearningPhase | None")]
     fn learning_phase(&self) -> Option<&'static str> {
         self.stage_controller.repetitive().map(|repetitive| repetitive.phase().name())
     }

@@ -1,15 +1,15 @@
 //! How a controller takes samples.
 
 use hysteresis_core::Command;
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::controller::HybridController;
-use crate::convert::fast_number::{Correction, Feedforward, Measurement, Number, Reference, Target};
 use crate::convert::objects::{exclusive, shared};
 use crate::stream::blocks::run_both;
 
-#[pymethods]
+#[methods]
 impl HybridController {
     /// Takes a sample and returns the drive in volts.
     ///
@@ -17,29 +17,24 @@ impl HybridController {
     /// volts that replace the output of the source, which follows the target all the same; `target`: what the feed-forward
     /// is to reach, if not the reference or what the preview makes of it; `correction`: what is added to that, as
     /// `IterativeLearning.correction`.
-    #[pyo3(
-        signature = (reference, measurement, feedforward=None, *, target=None, correction=Number::from(0.0)),
-        text_signature = "($self, reference, measurement, feedforward=None, *, target=None, correction=0.0)"
-    )]
     fn step(
         slf: &Bound<'_, Self>,
-        reference: Number<Reference>,
-        measurement: Number<Measurement>,
-        feedforward: Option<Number<Feedforward>>,
-        target: Option<Number<Target>>,
-        correction: Number<Correction>,
+        reference: f64,
+        measurement: f64,
+        #[py(= None)] feedforward: Option<f64>,
+        #[py(*, = None)] target: Option<f64>,
+        #[py(= 0.0)] correction: f64,
     ) -> PyResult<f64> {
-        let command = command(&reference, feedforward, target, correction);
-        Ok(exclusive(slf)?.stage_controller.step(command, measurement.0))
+        let command = command(reference, feedforward, target, correction);
+        Ok(exclusive(slf)?.stage_controller.step(command, measurement))
     }
 
     /// Takes arrays of references and measurements, bit for bit like `step` in a loop; returns the drives, in `out` or a new array.
-    #[pyo3(signature = (references, measurements, out=None))]
     fn run<'py>(
         slf: &Bound<'py, Self>,
-        references: &Bound<'py, PyAny>,
-        measurements: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] references: &Bound<'py, PyAny>,
+        #[py("ArrayLike")] measurements: &Bound<'py, PyAny>,
+        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         run_both(slf, [("references", references), ("measurements", measurements)], out, |this, x, y, drives| {
             this.stage_controller.run(x, y, drives)
@@ -47,40 +42,32 @@ impl HybridController {
     }
 
     /// The drive that `step` would return, without taking the sample.
-    #[pyo3(
-        signature = (reference, measurement, feedforward=None, *, target=None, correction=Number::from(0.0)),
-        text_signature = "($self, reference, measurement, feedforward=None, *, target=None, correction=0.0)"
-    )]
     fn peek(
         slf: &Bound<'_, Self>,
-        reference: Number<Reference>,
-        measurement: Number<Measurement>,
-        feedforward: Option<Number<Feedforward>>,
-        target: Option<Number<Target>>,
-        correction: Number<Correction>,
+        reference: f64,
+        measurement: f64,
+        #[py(= None)] feedforward: Option<f64>,
+        #[py(*, = None)] target: Option<f64>,
+        #[py(= 0.0)] correction: f64,
     ) -> PyResult<f64> {
-        let command = command(&reference, feedforward, target, correction);
-        Ok(shared(slf)?.stage_controller.peek(command, measurement.0))
+        let command = command(reference, feedforward, target, correction);
+        Ok(shared(slf)?.stage_controller.peek(command, measurement))
     }
 
     /// The drive for a sample, which only `commit` takes: write it to the amplifier between the two, and if that fails,
     /// leave it; memory and terms are still those of the drive that is there.
     ///
     /// A plan replaces the one before; any change of the controller drops it.
-    #[pyo3(
-        signature = (reference, measurement, feedforward=None, *, target=None, correction=Number::from(0.0)),
-        text_signature = "($self, reference, measurement, feedforward=None, *, target=None, correction=0.0)"
-    )]
     fn plan(
         slf: &Bound<'_, Self>,
-        reference: Number<Reference>,
-        measurement: Number<Measurement>,
-        feedforward: Option<Number<Feedforward>>,
-        target: Option<Number<Target>>,
-        correction: Number<Correction>,
+        reference: f64,
+        measurement: f64,
+        #[py(= None)] feedforward: Option<f64>,
+        #[py(*, = None)] target: Option<f64>,
+        #[py(= 0.0)] correction: f64,
     ) -> PyResult<f64> {
-        let command = command(&reference, feedforward, target, correction);
-        Ok(exclusive(slf)?.stage_controller.plan(command, measurement.0))
+        let command = command(reference, feedforward, target, correction);
+        Ok(exclusive(slf)?.stage_controller.plan(command, measurement))
     }
 
     /// Takes the sample that was planned; False if there is none.
@@ -90,16 +77,6 @@ impl HybridController {
 }
 
 #[inline]
-fn command(
-    reference: &Number<Reference>,
-    feedforward: Option<Number<Feedforward>>,
-    target: Option<Number<Target>>,
-    correction: Number<Correction>,
-) -> Command {
-    Command {
-        target: target.map(|target| target.0),
-        correction: correction.0,
-        feedforward: feedforward.map(|feedforward| feedforward.0),
-        ..reference.0.into()
-    }
+fn command(reference: f64, feedforward: Option<f64>, target: Option<f64>, correction: f64) -> Command {
+    Command { target, correction, feedforward, ..reference.into() }
 }

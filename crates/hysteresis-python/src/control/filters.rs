@@ -1,5 +1,6 @@
 //! Filters of the feedback.
 
+use hysteresis_python_macros::methods;
 use std::f64::consts::TAU;
 
 use hysteresis_control::filters::{self, FeedbackFilter};
@@ -8,7 +9,7 @@ use numpy::{Complex64, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
-use crate::convert::arguments::{numbers, two};
+use crate::convert::arguments::two;
 use crate::convert::arrays;
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::pickling::{Reduced, keywords, reduce};
@@ -89,54 +90,39 @@ pub(crate) struct Lead(filters::Lead);
 #[pyclass(module = "mpi_hyst.control", frozen)]
 pub(crate) struct Biquad(core::Biquad);
 
-/// The Python methods of a filter: those that all have, and its own. `$values` are what it is made of.
-macro_rules! filter_methods {
-    ($class:ident, |$this:ident| $values:expr, { $($own:tt)* }) => {
-        impl $class {
-            pub(crate) fn filter(&self) -> FeedbackFilter {
-                self.0.into()
-            }
-        }
+// What all filters offer.
+#[methods(Notch, LowPass, Lead, Biquad)]
+impl Each {
+    /// The section for a sampling interval, by the bilinear transform, prewarped at its own frequency.
+    fn section(&self, dt: f64) -> PyResult<Biquad> {
+        FeedbackFilter::from(self.0).section(dt).map(Biquad).map_err(raise)
+    }
 
-        #[pymethods]
-        impl $class {
-            /// The section for a sampling interval, by the bilinear transform, prewarped at its own frequency.
-            fn section(&self, dt: &Bound<'_, PyAny>) -> PyResult<Biquad> {
-                numbers!(dt);
-                self.filter().section(dt).map(Biquad).map_err(raise)
-            }
+    /// The complex response at frequencies in Hz, for a sampling interval.
+    fn response<'py>(
+        &self,
+        #[py("ArrayLike")] frequencies: &Bound<'py, PyAny>,
+        dt: f64,
+    ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+        let section = FeedbackFilter::from(self.0).section(dt).map_err(raise)?;
+        let at = |f: f64| filters::response(&[section], Complex64::cis(TAU * f * dt));
+        let values = arrays::numbers("frequencies", frequencies)?.into_iter().map(at);
+        Ok(PyArray1::from_iter(frequencies.py(), values))
+    }
 
-            /// The complex response at frequencies in Hz, for a sampling interval.
-            fn response<'py>(
-                &self,
-                frequencies: &Bound<'py, PyAny>,
-                dt: &Bound<'py, PyAny>,
-            ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
-                numbers!(dt);
-                let section = self.filter().section(dt).map_err(raise)?;
-                let at = |f: f64| filters::response(&[section], Complex64::cis(TAU * f * dt));
-                let values = arrays::numbers("frequencies", frequencies)?.into_iter().map(at);
-                Ok(PyArray1::from_iter(frequencies.py(), values))
-            }
-
-            fn __eq__(&self, other: &Self) -> bool {
-                self.0 == other.0
-            }
-
-            fn __hash__(&self) -> u64 {
-                let $this = &self.0;
-                hash($values.into_iter())
-            }
-
-            $($own)*
-        }
-    };
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
 }
 
-filter_methods!(Notch, |this| [this.frequency(), this.depth(), this.width()], {
+#[methods]
+impl Notch {
+    fn __hash__(&self) -> u64 {
+        hash([self.0.frequency(), self.0.depth(), self.0.width()].into_iter())
+    }
+
     #[new]
-    fn new(frequency: &Bound<'_, PyAny>, depth: &Bound<'_, PyAny>, width: &Bound<'_, PyAny>) -> PyResult<Self> {
-        numbers!(frequency, depth, width);
+    fn new(frequency: f64, depth: f64, width: f64) -> PyResult<Self> {
         filters::Notch::new(frequency, depth, width).map(Self).map_err(raise)
     }
 
@@ -167,13 +153,16 @@ filter_methods!(Notch, |this| [this.frequency(), this.depth(), this.width()], {
         let values = (self.0.frequency(), self.0.depth(), self.0.width());
         reduce(py.get_type::<Self>().into_any(), values, keywords!(py), None)
     }
-});
+}
 
-filter_methods!(LowPass, |this| [this.frequency(), this.damping().unwrap_or(0.0)], {
+#[methods]
+impl LowPass {
+    fn __hash__(&self) -> u64 {
+        hash([self.0.frequency(), self.0.damping().unwrap_or(0.0)].into_iter())
+    }
+
     #[new]
-    #[pyo3(signature = (frequency, damping=None))]
-    fn new(frequency: &Bound<'_, PyAny>, damping: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        numbers!(frequency, damping);
+    fn new(frequency: f64, #[py(= None)] damping: Option<f64>) -> PyResult<Self> {
         filters::LowPass::new(frequency, damping).map(Self).map_err(raise)
     }
 
@@ -200,12 +189,16 @@ filter_methods!(LowPass, |this| [this.frequency(), this.damping().unwrap_or(0.0)
         let values = (self.0.frequency(), self.0.damping());
         reduce(py.get_type::<Self>().into_any(), values, keywords!(py), None)
     }
-});
+}
 
-filter_methods!(Lead, |this| [this.zero(), this.pole()], {
+#[methods]
+impl Lead {
+    fn __hash__(&self) -> u64 {
+        hash([self.0.zero(), self.0.pole()].into_iter())
+    }
+
     #[new]
-    fn new(zero: &Bound<'_, PyAny>, pole: &Bound<'_, PyAny>) -> PyResult<Self> {
-        numbers!(zero, pole);
+    fn new(zero: f64, pole: f64) -> PyResult<Self> {
         filters::Lead::new(zero, pole).map(Self).map_err(raise)
     }
 
@@ -228,11 +221,19 @@ filter_methods!(Lead, |this| [this.zero(), this.pole()], {
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
         reduce(py.get_type::<Self>().into_any(), (self.0.zero(), self.0.pole()), keywords!(py), None)
     }
-});
+}
 
-filter_methods!(Biquad, |this| this.numerator().into_iter().chain(this.denominator()), {
+#[methods]
+impl Biquad {
+    fn __hash__(&self) -> u64 {
+        hash(self.0.numerator().into_iter().chain(self.0.denominator()))
+    }
+
     #[new]
-    fn new(b: &Bound<'_, PyAny>, a: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn new(
+        #[py("Sequence[float]")] b: &Bound<'_, PyAny>,
+        #[py("Sequence[float]")] a: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
         let b: [f64; 3] = b.extract().map_err(|_| unexpected("b", "three numbers (b0, b1, b2)", b))?;
         let a: [f64; 2] = two("a", "(a1, a2)", a)?.into();
         core::Biquad::new(b, a).map(Self).map_err(raise)
@@ -257,18 +258,18 @@ filter_methods!(Biquad, |this| this.numerator().into_iter().chain(this.denominat
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
         reduce(py.get_type::<Self>().into_any(), (self.b(), self.a()), keywords!(py), None)
     }
-});
+}
 
 /// One of the filters above.
 fn filter(value: &Bound<'_, PyAny>) -> PyResult<FeedbackFilter> {
     if let Ok(notch) = value.cast::<Notch>() {
-        Ok(notch.get().filter())
+        Ok(notch.get().0.into())
     } else if let Ok(slow) = value.cast::<LowPass>() {
-        Ok(slow.get().filter())
+        Ok(slow.get().0.into())
     } else if let Ok(lead) = value.cast::<Lead>() {
-        Ok(lead.get().filter())
+        Ok(lead.get().0.into())
     } else if let Ok(section) = value.cast::<Biquad>() {
-        Ok(section.get().filter())
+        Ok(section.get().0.into())
     } else {
         Err(unexpected("filters", "Notch, LowPass, Lead, Biquad, or a list of them", value))
     }

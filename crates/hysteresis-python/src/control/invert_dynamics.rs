@@ -1,12 +1,12 @@
 //! Feed-forward through inverse dynamics for references that are known in advance.
 
 use hysteresis_control::feedforward::DynamicsInverse;
+use hysteresis_python_macros::function;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::linear::part::LinearPart;
 use super::reference::positions;
-use crate::convert::arguments::numbers;
 use crate::convert::errors::raise;
 use crate::convert::memory::{PASS, check_room};
 use crate::convert::objects::instance;
@@ -55,20 +55,17 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// >>> error = mode.response(held, 1e-4) - scan.sample(1e-4)[0]
 /// >>> bool(abs(error[100:]).max() < 1e-6)  # um, once the start is over
 /// True
-#[pyfunction]
-#[pyo3(signature = (reference, dt, *, dynamics=None, amplifier_bandwidth=None, dead_time=None, start=None, seconds=None))]
-#[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
+#[function]
 pub(crate) fn invert_dynamics<'py>(
     py: Python<'py>,
-    reference: &Bound<'py, PyAny>,
-    dt: &Bound<'py, PyAny>,
-    dynamics: Option<&Bound<'py, PyAny>>,
-    amplifier_bandwidth: Option<&Bound<'py, PyAny>>,
-    dead_time: Option<&Bound<'py, PyAny>>,
-    start: Option<&Bound<'py, PyAny>>,
-    seconds: Option<&Bound<'py, PyAny>>,
+    #[py("ArrayLike | Trajectory")] reference: &Bound<'py, PyAny>,
+    dt: f64,
+    #[py(*, "Dynamics | None" = None)] dynamics: Option<&Bound<'py, PyAny>>,
+    #[py(= None)] amplifier_bandwidth: Option<f64>,
+    #[py(= None)] dead_time: Option<f64>,
+    #[py(= None)] start: Option<f64>,
+    #[py(= None)] seconds: Option<f64>,
 ) -> Vector<'py> {
-    numbers!(dt, amplifier_bandwidth, dead_time, start, seconds);
     let dynamics = LinearPart { dynamics, amplifier_bandwidth, dead_time }.dynamics()?;
     let reference = positions("reference", reference, dt, seconds)?;
     check_room("reference", reference.len(), PASS)?;
@@ -95,20 +92,17 @@ pub(crate) fn invert_dynamics<'py>(
 /// >>> drive = mh.control.precompensate(stage, moves, 1e-4)
 /// >>> bool(abs(stage.forward(1e-4).run(drive) - moves.sample(1e-4)[0]).max() < 2e-3)  # um
 /// True
-#[pyfunction]
-#[pyo3(signature = (stage, reference, dt, *, limits=None, start=None, history=None, lead_in=None))]
-#[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
+#[function]
 pub(crate) fn precompensate<'py>(
     py: Python<'py>,
-    stage: &Bound<'py, PyAny>,
-    reference: &Bound<'py, PyAny>,
-    dt: &Bound<'py, PyAny>,
-    limits: Option<Bound<'py, PyAny>>,
-    start: Option<Bound<'py, PyAny>>,
-    history: Option<Bound<'py, PyAny>>,
-    lead_in: Option<Bound<'py, PyAny>>,
+    #[py("Stage")] stage: &Bound<'py, PyAny>,
+    #[py("ArrayLike | Trajectory")] reference: &Bound<'py, PyAny>,
+    dt: f64,
+    #[py(*, "Sequence[float] | None" = None)] limits: Option<Bound<'py, PyAny>>,
+    #[py("float | None" = None)] start: Option<Bound<'py, PyAny>>,
+    #[py("ArrayLike | None" = None)] history: Option<Bound<'py, PyAny>>,
+    #[py("float | None" = None)] lead_in: Option<Bound<'py, PyAny>>,
 ) -> Vector<'py> {
-    numbers!(dt);
     let stage = instance::<Stage>("stage", "a mh.Stage", stage)?;
     let found = drives(&stage.get().0, reference, dt, &Keywords { limits, start, history, lead_in })?;
     Ok(PyArray1::from_vec(py, found.drive))

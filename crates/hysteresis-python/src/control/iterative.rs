@@ -2,6 +2,7 @@
 
 use hysteresis_control::learning::{self, FeedbackLoop, LearningOptions};
 use hysteresis_core::Sections;
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pythonize::pythonize;
@@ -108,36 +109,29 @@ impl IterativeLearning {
     }
 }
 
-#[pymethods]
+#[methods]
 impl IterativeLearning {
     #[new]
-    #[pyo3(signature = (target, *, kp, ki, slope, dynamics, dt, bandwidth=None, dead_time=None, min_gain=None,
-        target_limits=None, filters=None, noise=None, frequency_uncertainty=None, damping_uncertainty=None,
-        slope_uncertainty=None, settle=None, on_demand=OrDefault(None)),
-        text_signature = "(target, *, kp, ki, slope, dynamics, dt, bandwidth=None, dead_time=0.0, min_gain=0.15, \
-        target_limits=None, filters=(), noise=None, frequency_uncertainty=0.05, damping_uncertainty=2.0, \
-        slope_uncertainty=1.0, settle=0, on_demand=False)")]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
-        target: &Bound<'_, PyAny>,
-        kp: &Bound<'_, PyAny>,
-        ki: &Bound<'_, PyAny>,
-        slope: &Bound<'_, PyAny>,
-        dynamics: &Bound<'_, PyAny>,
-        dt: &Bound<'_, PyAny>,
-        bandwidth: Option<&Bound<'_, PyAny>>,
-        dead_time: Option<&Bound<'_, PyAny>>,
-        min_gain: Option<&Bound<'_, PyAny>>,
-        target_limits: Option<&Bound<'_, PyAny>>,
-        filters: Option<&Bound<'_, PyAny>>,
-        noise: Option<&Bound<'_, PyAny>>,
-        frequency_uncertainty: Option<&Bound<'_, PyAny>>,
-        damping_uncertainty: Option<&Bound<'_, PyAny>>,
-        slope_uncertainty: Option<&Bound<'_, PyAny>>,
-        settle: Option<&Bound<'_, PyAny>>,
-        on_demand: OrDefault<'_>,
+        #[py("ArrayLike")] target: &Bound<'_, PyAny>,
+        #[py(*)] kp: f64,
+        ki: f64,
+        slope: f64,
+        #[py("Dynamics")] dynamics: &Bound<'_, PyAny>,
+        dt: f64,
+        #[py(= None)] bandwidth: Option<f64>,
+        #[py(= 0.0)] dead_time: f64,
+        #[py("float" = 0.15)] min_gain: Option<&Bound<'_, PyAny>>,
+        #[py("Sequence[float] | None" = None)] target_limits: Option<&Bound<'_, PyAny>>,
+        #[py("AnyFilter | Sequence[AnyFilter]" = ())] filters: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] noise: Option<f64>,
+        #[py("float" = 0.05)] frequency_uncertainty: Option<&Bound<'_, PyAny>>,
+        #[py("float" = 2.0)] damping_uncertainty: Option<&Bound<'_, PyAny>>,
+        #[py("float" = 1.0)] slope_uncertainty: Option<&Bound<'_, PyAny>>,
+        #[py("int" = 0)] settle: Option<&Bound<'_, PyAny>>,
+        #[py("bool" = false)] on_demand: OrDefault<'_>,
     ) -> PyResult<Self> {
-        numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, min_gain, noise);
+        numbers!(min_gain);
         numbers!(frequency_uncertainty, damping_uncertainty, slope_uncertainty);
         let filters = filters.map_or(Ok(Sections::default()), |filters| sections(filters, dt))?;
         let feedback = FeedbackLoop { kp, ki, filters, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
@@ -175,7 +169,7 @@ impl IterativeLearning {
 
     /// Learns from the measured error of a period that was run with the present target; whether it was used, which it is not while the
     /// loop settles.
-    fn update(slf: &Bound<'_, Self>, error: &Bound<'_, PyAny>) -> PyResult<bool> {
+    fn update(slf: &Bound<'_, Self>, #[py("ArrayLike")] error: &Bound<'_, PyAny>) -> PyResult<bool> {
         let error = vector("error", error)?;
         Ok(exclusive(slf)?.learning.update(error.as_slice()?).map_err(raise)?.accepted)
     }
@@ -195,14 +189,12 @@ impl IterativeLearning {
     /// By how much the error of the slowest harmonic shrinks in the first period, the mean apart: max |Q (1 - L M')|.
     ///
     /// M' is the loop with what is given here instead of what learning believes. Below 1 learning converges.
-    #[pyo3(signature = (*, dynamics=None, slope=None, dead_time=None))]
     fn convergence_rate(
         slf: &Bound<'_, Self>,
-        dynamics: Option<&Bound<'_, PyAny>>,
-        slope: Option<&Bound<'_, PyAny>>,
-        dead_time: Option<&Bound<'_, PyAny>>,
+        #[py(*, "Dynamics | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] slope: Option<f64>,
+        #[py(= None)] dead_time: Option<f64>,
     ) -> PyResult<f64> {
-        numbers!(slope, dead_time);
         let feedback = shared(slf)?.feedback.clone();
         let truth = truth(feedback, dynamics, slope, dead_time)?;
         shared(slf)?.learning.convergence_rate(&truth).map_err(raise)
@@ -210,13 +202,14 @@ impl IterativeLearning {
 
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
+    #[py(-> "dict[str, Any]")]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let state = shared(slf)?.learning.state();
         Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         let state = saved(state)?;
         exclusive(slf)?.learning.set_state(&state).map_err(raise)
     }

@@ -1,6 +1,7 @@
 //! A hybrid controller for each actuator of several axes, behind a static decoupling.
 
 use hysteresis_core::{self as core, AxesCommand};
+use hysteresis_python_macros::methods;
 use numpy::ndarray::Ix2;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -135,11 +136,13 @@ impl MultiAxisController {
     }
 }
 
-#[pymethods]
+#[methods]
 impl MultiAxisController {
     #[new]
-    #[pyo3(signature = (controllers, decoupling=None))]
-    fn new(controllers: &Bound<'_, PyAny>, decoupling: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    fn new(
+        #[py("Iterable[HybridController]")] controllers: &Bound<'_, PyAny>,
+        #[py("ArrayLike | None" = None)] decoupling: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
         let given = list_of::<HybridController>("controllers", "HybridController", controllers)?;
         let decoupling = decoupling.map(|matrix| square("decoupling", matrix, given.len())).transpose()?;
         let copies = given.iter().map(|one| shared(one)?.duplicate(one.py())).collect::<PyResult<Vec<_>>>()?;
@@ -160,15 +163,14 @@ impl MultiAxisController {
     ///
     /// `references` and `measurements` of the axes, arrays of N numbers; with previews the references of `preview.ahead` samples later.
     /// `targets` of the axes, if the feed-forward is to reach something else; `corrections`: what is added to them; `feedforward`: volts of the actuators that replace its output.
-    #[pyo3(signature = (references, measurements, out=None, *, targets=None, corrections=None, feedforward=None))]
     fn step<'py>(
         slf: &Bound<'py, Self>,
-        references: &Bound<'py, PyAny>,
-        measurements: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-        targets: Option<&Bound<'py, PyAny>>,
-        corrections: Option<&Bound<'py, PyAny>>,
-        feedforward: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] references: &Bound<'py, PyAny>,
+        #[py("ArrayLike")] measurements: &Bound<'py, PyAny>,
+        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
+        #[py(*, "ArrayLike | None" = None)] targets: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike | None" = None)] corrections: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike | None" = None)] feedforward: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let axes = shared(slf)?.axes();
         let asked = Asked::new(axes, [references, measurements], [targets, corrections, feedforward])?;
@@ -176,15 +178,14 @@ impl MultiAxisController {
     }
 
     /// The drives that `step` would return, without taking the sample.
-    #[pyo3(signature = (references, measurements, out=None, *, targets=None, corrections=None, feedforward=None))]
     fn peek<'py>(
         slf: &Bound<'py, Self>,
-        references: &Bound<'py, PyAny>,
-        measurements: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-        targets: Option<&Bound<'py, PyAny>>,
-        corrections: Option<&Bound<'py, PyAny>>,
-        feedforward: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] references: &Bound<'py, PyAny>,
+        #[py("ArrayLike")] measurements: &Bound<'py, PyAny>,
+        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
+        #[py(*, "ArrayLike | None" = None)] targets: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike | None" = None)] corrections: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike | None" = None)] feedforward: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let axes = shared(slf)?.axes();
         let asked = Asked::new(axes, [references, measurements], [targets, corrections, feedforward])?;
@@ -195,15 +196,14 @@ impl MultiAxisController {
     /// it.
     ///
     /// A plan replaces the one before; any change of a controller drops it.
-    #[pyo3(signature = (references, measurements, out=None, *, targets=None, corrections=None, feedforward=None))]
     fn plan<'py>(
         slf: &Bound<'py, Self>,
-        references: &Bound<'py, PyAny>,
-        measurements: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-        targets: Option<&Bound<'py, PyAny>>,
-        corrections: Option<&Bound<'py, PyAny>>,
-        feedforward: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] references: &Bound<'py, PyAny>,
+        #[py("ArrayLike")] measurements: &Bound<'py, PyAny>,
+        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
+        #[py(*, "ArrayLike | None" = None)] targets: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike | None" = None)] corrections: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike | None" = None)] feedforward: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let axes = shared(slf)?.axes();
         let asked = Asked::new(axes, [references, measurements], [targets, corrections, feedforward])?;
@@ -217,12 +217,11 @@ impl MultiAxisController {
 
     /// Takes references and measurements of shape (samples, N), bit for bit like `step` in a loop; returns the drives, in `out`
     /// or a new array of that shape.
-    #[pyo3(signature = (references, measurements, out=None))]
     fn run<'py>(
         slf: &Bound<'py, Self>,
-        references: &Bound<'py, PyAny>,
-        measurements: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] references: &Bound<'py, PyAny>,
+        #[py("ArrayLike")] measurements: &Bound<'py, PyAny>,
+        #[py("Matrix | None" = None)] out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (py, axes) = (slf.py(), shared(slf)?.axes());
         let expected = format!("an array of shape (samples, {axes})");
@@ -259,6 +258,7 @@ impl MultiAxisController {
 
     /// The single controllers, as copies in their present states.
     #[getter]
+    #[py(-> "tuple[HybridController, ...]")]
     fn controllers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let copies = self.made_of.iter().zip(self.controller.controllers()).map(|(made, controller)| {
             let copy = made.borrow(py).duplicate(py)?;
@@ -294,6 +294,7 @@ impl MultiAxisController {
 
     /// What the last samples of the actuators that were acted upon were made of, N ControllerTerms.
     #[getter]
+    #[py(-> "tuple[ControllerTerms, ...]")]
     fn terms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let terms = self.controller.controllers().iter().map(|one| Bound::new(py, ControllerTerms::from(one.terms())));
         PyTuple::new(py, terms.collect::<PyResult<Vec<_>>>()?)

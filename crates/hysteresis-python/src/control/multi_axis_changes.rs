@@ -1,6 +1,7 @@
 //! Changes of several running axes: gains, filters, models and feed-forward of one; modes, stops, histories and states of all.
 
 use hysteresis_core as core;
+use hysteresis_python_macros::methods;
 use numpy::ndarray::Ix2;
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
@@ -11,30 +12,28 @@ use super::controller_options::{MODES, mode_name, mode_of};
 use super::filters::sections;
 use super::multi_axis::{MultiAxisController, one_each};
 use super::source::source;
-use crate::convert::arguments::{flag, numbers, whole};
+use crate::convert::arguments::whole;
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::objects::{exclusive, shared};
 use crate::model::object::compiled_of;
 use crate::stream::stream_arrays::columns;
 
-#[pymethods]
+#[methods]
 impl MultiAxisController {
     /// Changes the gains of actuator `axis`, counted from 0, without a jump: as `HybridController.set_gains`.
     ///
     /// A change of one actuator drops what is planned for all. What is refused leaves all as it was.
-    fn set_gains(
-        slf: &Bound<'_, Self>,
-        axis: &Bound<'_, PyAny>,
-        kp: &Bound<'_, PyAny>,
-        ki: &Bound<'_, PyAny>,
-    ) -> PyResult<()> {
+    fn set_gains(slf: &Bound<'_, Self>, #[py("int")] axis: &Bound<'_, PyAny>, kp: f64, ki: f64) -> PyResult<()> {
         let axis = whole("axis", axis)?;
-        numbers!(kp, ki);
         exclusive(slf)?.controller.controller_mut(axis).and_then(|one| one.set_gains(kp, ki)).map_err(raise)
     }
 
     /// Changes the filters of actuator `axis`, counted from 0, without a jump: as `HybridController.set_filters`.
-    fn set_filters(slf: &Bound<'_, Self>, axis: &Bound<'_, PyAny>, filters: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_filters(
+        slf: &Bound<'_, Self>,
+        #[py("int")] axis: &Bound<'_, PyAny>,
+        #[py("AnyFilter | Sequence[AnyFilter]")] filters: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
         let axis = whole("axis", axis)?;
         let dt = shared(slf)?.dt();
         let sections = sections(filters, dt)?;
@@ -62,7 +61,11 @@ impl MultiAxisController {
     /// True
     /// >>> axes.kp.tolist(), axes.mode
     /// ([5.0, 4.0], ('run', 'run'))
-    fn set_model(slf: &Bound<'_, Self>, axis: &Bound<'_, PyAny>, model: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_model(
+        slf: &Bound<'_, Self>,
+        #[py("int")] axis: &Bound<'_, PyAny>,
+        #[py("Model")] model: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
         let (axis, compiled) = (whole("axis", axis)?, compiled_of("model", model)?);
         let mut this = exclusive(slf)?;
         this.controller.controller_mut(axis).and_then(|one| one.set_model(&compiled)).map_err(raise)?;
@@ -72,8 +75,8 @@ impl MultiAxisController {
     /// Actuator `axis`, counted from 0, goes on with another feed-forward without a jump: as `HybridController.set_feedforward`.
     fn set_feedforward(
         slf: &Bound<'_, Self>,
-        axis: &Bound<'_, PyAny>,
-        feedforward: Option<&Bound<'_, PyAny>>,
+        #[py("int")] axis: &Bound<'_, PyAny>,
+        #[py("FeedForward")] feedforward: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
         let axis = whole("axis", axis)?;
         let dt = shared(slf)?.dt();
@@ -89,12 +92,19 @@ impl MultiAxisController {
     ///
     /// Set one of the first three at any time, or a list of N of them: no change of mode is a jump.
     #[getter]
+    #[py(-> "tuple[Literal['run', 'feedforward', 'hold', 'stop'], ...]")]
     fn mode<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(py, self.controller.controllers().iter().map(|one| mode_name(one.mode())))
     }
 
     #[setter]
-    fn set_mode(slf: &Bound<'_, Self>, mode: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_mode(
+        slf: &Bound<'_, Self>,
+        #[py("Literal['run', 'feedforward', 'hold'] | Sequence[Literal['run', 'feedforward', 'hold']]")] mode: &Bound<
+            '_,
+            PyAny,
+        >,
+    ) -> PyResult<()> {
         let axes = shared(slf)?.axes();
         let modes = if let Ok(word) = mode.cast::<PyString>() {
             vec![mode_of("mode", word.to_str()?)?; axes]
@@ -118,8 +128,8 @@ impl MultiAxisController {
     }
 
     #[setter]
-    fn set_hold(slf: &Bound<'_, Self>, hold: &Bound<'_, PyAny>) -> PyResult<()> {
-        if flag("hold", Some(hold), false)? {
+    fn set_hold(slf: &Bound<'_, Self>, hold: bool) -> PyResult<()> {
+        if hold {
             exclusive(slf)?.controller.hold();
         } else {
             exclusive(slf)?.controller.release();
@@ -132,9 +142,11 @@ impl MultiAxisController {
     ///
     /// From the next sample on every `step` puts out the next drives of the ramps, for any references and measurements. `hold = False` starts a motion
     /// from the drives that are reached then.
-    #[pyo3(signature = (rate, rest_drives=None))]
-    fn stop(slf: &Bound<'_, Self>, rate: &Bound<'_, PyAny>, rest_drives: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        numbers!(rate);
+    fn stop(
+        slf: &Bound<'_, Self>,
+        rate: f64,
+        #[py("ArrayLike | None" = None)] rest_drives: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
         let axes = shared(slf)?.axes();
         let rest_drives = match rest_drives {
             Some(given) => one_each("rest_drives", given, axes)?.as_slice()?.to_vec(),
@@ -145,8 +157,10 @@ impl MultiAxisController {
 
     /// All axes back to the start, in mode "run", with all counters at zero. The drives stay as they are, or are `drives` if the
     /// amplifiers have others now.
-    #[pyo3(signature = (drives=None))]
-    fn reset(slf: &Bound<'_, Self>, drives: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    fn reset(
+        slf: &Bound<'_, Self>,
+        #[py("ArrayLike | None" = None)] drives: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
         let axes = shared(slf)?.axes();
         let drives = drives.map(|given| one_each("drives", given, axes)).transpose()?;
         let mut this = exclusive(slf)?;
@@ -159,14 +173,14 @@ impl MultiAxisController {
 
     /// Takes over what was driven before, an array of shape (samples, N), oldest drives first, one row per sampling interval; the
     /// next motion starts from the last row.
-    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let axes = shared(slf)?.axes();
         let drives = columns::<Ix2>("drives", drives, axes, format_args!("an array of shape (samples, {axes})"))?;
         exclusive(slf)?.controller.follow(drives.as_slice()?).map_err(raise)
     }
 
     /// Goes on from other drives that the amplifiers have, with everything that is remembered.
-    fn start_at(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn start_at(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let axes = shared(slf)?.axes();
         let drives = one_each("drives", drives, axes)?;
         exclusive(slf)?.controller.start_at(drives.as_slice()?).map_err(raise)
@@ -175,13 +189,14 @@ impl MultiAxisController {
     /// Everything that the axes remember, as a dictionary to keep; set it to continue from there bit for bit. The amplifiers must
     /// be at its drives. Axes with another decoupling, other gains, dt or limits refuse it.
     #[getter]
+    #[py(-> "dict[str, Any]")]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let state = shared(slf)?.controller.state();
         Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         let plain: core::MultiAxisState = plain_state(state)?;
         exclusive(slf)?.controller.set_state(&plain).map_err(raise)
     }

@@ -1,14 +1,14 @@
 //! The position behind a noisy measurement.
 
 use hysteresis_control::{ObserverOptions, stage};
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
-use crate::convert::arguments::numbers;
+use crate::argument::Class;
 use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
-use crate::convert::fast_number::{Drive, Measurement, Number};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 use crate::stage::object::Stage;
@@ -67,20 +67,21 @@ impl Observer {
     }
 }
 
-#[pymethods]
+impl Class for Observer {
+    const CALLED: &'static str = "a mh.control.Observer";
+}
+
+#[methods]
 impl Observer {
     #[new]
-    #[pyo3(signature = (stage, *, drift, dt, noise=None, dynamics=None, dead_time=None),
-        text_signature = "(stage, *, drift, dt, noise=None, dynamics=None, dead_time=0.0)")]
     fn new(
-        stage: &Bound<'_, PyAny>,
-        drift: &Bound<'_, PyAny>,
-        dt: &Bound<'_, PyAny>,
-        noise: Option<&Bound<'_, PyAny>>,
-        dynamics: Option<&Bound<'_, PyAny>>,
-        dead_time: Option<&Bound<'_, PyAny>>,
+        #[py("Model | Stage")] stage: &Bound<'_, PyAny>,
+        #[py(*)] drift: f64,
+        dt: f64,
+        #[py(= None)] noise: Option<f64>,
+        #[py("Dynamics | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
+        #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(drift, dt, noise);
         let parts = StageKeywords { dynamics, dead_time, ..StageKeywords::default() };
         Self::of(parts.stage_or_around("stage", stage)?, dt, drift, noise)
     }
@@ -89,17 +90,16 @@ impl Observer {
     ///
     /// Without a finite measurement the model goes on alone; that is counted. One that was in a loop has taken the drive that is held
     /// now: its next step goes on from that.
-    fn step(slf: &Bound<'_, Self>, drive: Number<Drive>, measurement: Number<Measurement>) -> PyResult<f64> {
-        Ok(exclusive(slf)?.observer.step(drive.0, measurement.0))
+    fn step(slf: &Bound<'_, Self>, drive: f64, measurement: f64) -> PyResult<f64> {
+        Ok(exclusive(slf)?.observer.step(drive, measurement))
     }
 
     /// Takes arrays of drives and measurements, bit for bit like `step` in a loop; returns the positions, in `out` or a new array.
-    #[pyo3(signature = (drives, measurements, out=None))]
     fn run<'py>(
         slf: &Bound<'py, Self>,
-        drives: &Bound<'py, PyAny>,
-        measurements: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] drives: &Bound<'py, PyAny>,
+        #[py("ArrayLike")] measurements: &Bound<'py, PyAny>,
+        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         run_both(slf, [("drives", drives), ("measurements", measurements)], out, |this, x, y, positions| {
             this.observer.run(x, y, positions)
@@ -143,20 +143,21 @@ impl Observer {
     }
 
     /// Takes over what was driven before, oldest drive first, one per sampling interval, without measurements.
-    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let drives = vector("drives", drives)?;
         exclusive(slf)?.observer.follow(drives.as_slice()?).map_err(raise)
     }
 
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
+    #[py(-> "dict[str, Any]")]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let state = shared(slf)?.observer.state();
         Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         let state = saved(state)?;
         exclusive(slf)?.observer.set_state(&state).map_err(raise)
     }

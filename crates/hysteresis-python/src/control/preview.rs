@@ -3,6 +3,7 @@
 use hysteresis_control::feedforward::{PreviewCoefficients, smoothing_kernel};
 use hysteresis_control::linear::LinearDynamics;
 use hysteresis_core as core;
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::intern;
@@ -10,7 +11,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 
 use super::linear::part::{dynamics_object, linear_dynamics};
-use crate::convert::arguments::{numbers, whole};
+use crate::argument::Class;
+use crate::convert::arguments::whole;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, raise};
 use crate::convert::pickling::{Reduced, keywords, reduce};
@@ -84,12 +86,18 @@ impl Preview {
     }
 }
 
-#[pymethods]
+impl Class for Preview {
+    const CALLED: &'static str = "a mh.control.Preview";
+}
+
+#[methods]
 impl Preview {
     #[new]
-    #[pyo3(signature = (coefficients, ahead, dt=None))]
-    fn new(coefficients: &Bound<'_, PyAny>, ahead: &Bound<'_, PyAny>, dt: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        numbers!(dt);
+    fn new(
+        #[py("ArrayLike")] coefficients: &Bound<'_, PyAny>,
+        #[py("int")] ahead: &Bound<'_, PyAny>,
+        #[py(= None)] dt: Option<f64>,
+    ) -> PyResult<Self> {
         let coefficients = vector("coefficients", coefficients)?;
         let preview = core::Preview::new(coefficients.as_slice()?, whole("ahead", ahead)?);
         Ok(Self { preview: preview.map_err(raise)?, plain: None, made: None, dt })
@@ -132,16 +140,14 @@ impl Preview {
     /// >>> smoothed = preview.smoothed(3.7e-3)
     /// >>> preview.ahead, smoothed.ahead, smoothed.smoothing
     /// (4, 21, 0.0037)
-    fn smoothed(&self, seconds: &Bound<'_, PyAny>) -> PyResult<Self> {
-        numbers!(seconds);
+    fn smoothed(&self, seconds: f64) -> PyResult<Self> {
         self.behind_smoothing(seconds)
     }
 
     /// The error of the position for a sine of this frequency in Hz, relative to the sine, or to the smoothed one.
     ///
     /// Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for coefficients alone.
-    fn error(&self, frequency: &Bound<'_, PyAny>) -> PyResult<f64> {
-        numbers!(frequency);
+    fn error(&self, frequency: f64) -> PyResult<f64> {
         let expected = "error: expected a preview that was made by mpi_hyst.control.preview, got coefficients alone";
         self.made.as_ref().map(|made| made.error(frequency)).ok_or_else(|| PyValueError::new_err(expected))
     }

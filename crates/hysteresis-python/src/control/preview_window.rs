@@ -1,11 +1,12 @@
 //! Feed-forward through inverse dynamics, sample by sample.
 
 use hysteresis_control::feedforward::{PreviewCoefficients, PreviewOptions};
+use hysteresis_python_macros::function;
 use pyo3::prelude::*;
 
 use super::linear::part::LinearPart;
 use super::preview::Preview;
-use crate::convert::arguments::{numbers, samples};
+use crate::convert::arguments::samples;
 use crate::convert::errors::raise;
 
 /// Feed-forward through inverse dynamics, sample by sample: weights of a window of references of which some lie ahead.
@@ -51,20 +52,17 @@ use crate::convert::errors::raise;
 /// <Preview of 8 taps, ahead 4>
 /// >>> made.error(20.0) < 1e-10, made.error(100.0) < 1e-6
 /// (True, True)
-#[pyfunction]
-#[pyo3(signature = (dynamics, dt, *, ahead, window=None, degree=None, band=None, amplifier_bandwidth=None, dead_time=None))]
-#[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
+#[function]
 pub(crate) fn preview(
-    dynamics: Option<&Bound<'_, PyAny>>,
-    dt: &Bound<'_, PyAny>,
-    ahead: &Bound<'_, PyAny>,
-    window: Option<&Bound<'_, PyAny>>,
-    degree: Option<&Bound<'_, PyAny>>,
-    band: Option<&Bound<'_, PyAny>>,
-    amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
-    dead_time: Option<&Bound<'_, PyAny>>,
+    #[py("Dynamics | None")] dynamics: Option<&Bound<'_, PyAny>>,
+    dt: f64,
+    #[py(*, "int")] ahead: &Bound<'_, PyAny>,
+    #[py("int | None" = None)] window: Option<&Bound<'_, PyAny>>,
+    #[py("int | None" = None)] degree: Option<&Bound<'_, PyAny>>,
+    #[py(= None)] band: Option<f64>,
+    #[py(= None)] amplifier_bandwidth: Option<f64>,
+    #[py(= None)] dead_time: Option<f64>,
 ) -> PyResult<Preview> {
-    numbers!(dt, band, amplifier_bandwidth, dead_time);
     let chain = LinearPart { dynamics, amplifier_bandwidth, dead_time }.dynamics()?;
     let options = PreviewOptions {
         ahead: samples("ahead", ahead)?,

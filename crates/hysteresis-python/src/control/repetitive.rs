@@ -2,14 +2,15 @@
 
 use hysteresis_control::learning::{self, FeedbackLoop, RepetitiveOptions};
 use hysteresis_core::Sections;
+use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
 use super::feedback_loop::{linear_part, loop_keywords, truth, uncertainty, uncertainty_keywords};
 use super::filters::sections;
+use crate::argument::Class;
 use crate::convert::arguments::{count, numbers, whole};
 use crate::convert::errors::raise;
-use crate::convert::fast_number::{MeasuredError, Number, Reference};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 
@@ -76,33 +77,31 @@ impl RepetitiveControl {
     }
 }
 
-#[pymethods]
+impl Class for RepetitiveControl {
+    const CALLED: &'static str = "a mh.control.RepetitiveControl";
+}
+
+#[methods]
 impl RepetitiveControl {
     #[new]
-    #[pyo3(signature = (
-        period, *, kp, ki, slope, dynamics, dt, bandwidth=None, dead_time=None, gain=None, settle=None, limit=None,
-        filters=None, frequency_uncertainty=None, damping_uncertainty=None, slope_uncertainty=None
-    ), text_signature = "(period, *, kp, ki, slope, dynamics, dt, bandwidth=None, dead_time=0.0, gain=0.3, settle=1, \
-        limit=None, filters=(), frequency_uncertainty=0.05, damping_uncertainty=2.0, slope_uncertainty=1.0)")]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
-        period: &Bound<'_, PyAny>,
-        kp: &Bound<'_, PyAny>,
-        ki: &Bound<'_, PyAny>,
-        slope: &Bound<'_, PyAny>,
-        dynamics: &Bound<'_, PyAny>,
-        dt: &Bound<'_, PyAny>,
-        bandwidth: Option<&Bound<'_, PyAny>>,
-        dead_time: Option<&Bound<'_, PyAny>>,
-        gain: Option<&Bound<'_, PyAny>>,
-        settle: Option<&Bound<'_, PyAny>>,
-        limit: Option<&Bound<'_, PyAny>>,
-        filters: Option<&Bound<'_, PyAny>>,
-        frequency_uncertainty: Option<&Bound<'_, PyAny>>,
-        damping_uncertainty: Option<&Bound<'_, PyAny>>,
-        slope_uncertainty: Option<&Bound<'_, PyAny>>,
+        #[py("int")] period: &Bound<'_, PyAny>,
+        #[py(*)] kp: f64,
+        ki: f64,
+        slope: f64,
+        #[py("Dynamics")] dynamics: &Bound<'_, PyAny>,
+        dt: f64,
+        #[py(= None)] bandwidth: Option<f64>,
+        #[py(= 0.0)] dead_time: f64,
+        #[py("float" = 0.3)] gain: Option<&Bound<'_, PyAny>>,
+        #[py("int" = 1)] settle: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] limit: Option<f64>,
+        #[py("AnyFilter | Sequence[AnyFilter]" = ())] filters: Option<&Bound<'_, PyAny>>,
+        #[py("float" = 0.05)] frequency_uncertainty: Option<&Bound<'_, PyAny>>,
+        #[py("float" = 2.0)] damping_uncertainty: Option<&Bound<'_, PyAny>>,
+        #[py("float" = 1.0)] slope_uncertainty: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(kp, ki, slope, bandwidth, dead_time = 0.0, dt, gain, limit);
+        numbers!(gain);
         numbers!(frequency_uncertainty, damping_uncertainty, slope_uncertainty);
         let filters = filters.map_or(Ok(Sections::default()), |filters| sections(filters, dt))?;
         let feedback = FeedbackLoop { kp, ki, filters, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
@@ -120,21 +119,17 @@ impl RepetitiveControl {
     /// Takes the measured error of this sample and returns the correction of this sample's target.
     ///
     /// With the reference of this sample, errors that come from a reference that changes are not taken for divergence.
-    #[pyo3(signature = (error, reference=None))]
-    fn step(
-        slf: &Bound<'_, Self>,
-        error: Number<MeasuredError>,
-        reference: Option<Number<Reference>>,
-    ) -> PyResult<f64> {
+    fn step(slf: &Bound<'_, Self>, error: f64, #[py(= None)] reference: Option<f64>) -> PyResult<f64> {
         let mut this = exclusive(slf)?;
         Ok(match reference {
-            Some(reference) => this.control.step_with(reference.0, error.0),
-            None => this.control.step(error.0),
+            Some(reference) => this.control.step_with(reference, error),
+            None => this.control.step(error),
         })
     }
 
     /// "learning"; "fading": what was learned goes to zero; "stopped": learning has diverged, and corrects nothing until `restart`.
     #[getter]
+    #[py(-> "LearningPhase")]
     fn phase(&self) -> &'static str {
         self.control.phase().name()
     }
@@ -178,14 +173,12 @@ impl RepetitiveControl {
     /// By how much the error shrinks in a period at the worst frequency from the first harmonic up: max |Q - gain L M'|.
     ///
     /// M' is the loop with what is given here instead of what is believed. Below 1 the loop is stable with learning.
-    #[pyo3(signature = (*, dynamics=None, slope=None, dead_time=None))]
     fn convergence_rate(
         slf: &Bound<'_, Self>,
-        dynamics: Option<&Bound<'_, PyAny>>,
-        slope: Option<&Bound<'_, PyAny>>,
-        dead_time: Option<&Bound<'_, PyAny>>,
+        #[py(*, "Dynamics | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] slope: Option<f64>,
+        #[py(= None)] dead_time: Option<f64>,
     ) -> PyResult<f64> {
-        numbers!(slope, dead_time);
         let feedback = shared(slf)?.feedback.clone();
         let truth = truth(feedback, dynamics, slope, dead_time)?;
         shared(slf)?.control.convergence_rate(&truth).map_err(raise)
@@ -193,13 +186,14 @@ impl RepetitiveControl {
 
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
+    #[py(-> "dict[str, Any]")]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let state = shared(slf)?.control.state();
         Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         let state = saved(state)?;
         exclusive(slf)?.control.set_state(&state).map_err(raise)
     }

@@ -1,10 +1,9 @@
 //! The terms of a controller as an object.
 
 use hysteresis_core::Terms;
+use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
-
-use crate::convert::pickling::result_methods;
 
 /// What a sample of a `HybridController` was made of: positions in um, terms in volts.
 ///
@@ -78,7 +77,8 @@ impl From<Terms> for ControllerTerms {
     }
 }
 
-result_methods!(ControllerTerms {
+#[methods]
+impl ControllerTerms {
     fn __repr__(&self) -> String {
         let Self { error, feedforward, proportional, integral, bumpless, drive, .. } = self;
         format!(
@@ -86,4 +86,4 @@ result_methods!(ControllerTerms {
              {integral:?}, bumpless {bumpless:?}; error {error:?}>"
         )
     }
-});
+}

@@ -1,11 +1,11 @@
 //! `mpi_hyst.trajectories`.
 
 use hysteresis_control::trajectory::{self, MotionLimits, Trajectory};
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::scan::axis::ScanAxis;
-use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
 use crate::convert::pickling::{Reduced, keywords, reduce};
@@ -38,28 +38,20 @@ pub(crate) fn trajectory<'a>(object: &'a Bound<'_, PyAny>) -> Option<&'a dyn Tra
     }
 }
 
-/// The methods that all trajectories have, and its own.
-macro_rules! trajectory_methods {
-    ($class:ident { $($own:tt)* }) => {
-        #[pymethods]
-        impl $class {
-            /// Position, velocity and acceleration at 0, dt, 2 dt and so on: three arrays, in the unit of the position,
-            /// per second, and per second squared.
-            ///
-            /// For `seconds`; by default for one period, or until the end has come.
-            #[pyo3(signature = (dt, seconds=None))]
-            fn sample<'py>(&self, py: Python<'py>, dt: &Bound<'py, PyAny>, seconds: Option<&Bound<'py, PyAny>>) -> Motions<'py> {
-        numbers!(dt, seconds);
-                sample(py, &self.0, dt, seconds)
-            }
+// What all trajectories offer; those of a scan are in `scan::axis`.
+#[methods(Sine, RoundedTriangle, PointToPoint)]
+impl Each {
+    /// Position, velocity and acceleration at 0, dt, 2 dt and so on: three arrays, in the unit of the position,
+    /// per second, and per second squared.
+    ///
+    /// For `seconds`; by default for one period, or until the end has come.
+    fn sample<'py>(&self, py: Python<'py>, dt: f64, #[py(= None)] seconds: Option<f64>) -> Motions<'py> {
+        sample(py, &self.0, dt, seconds)
+    }
 
-            fn __eq__(&self, other: &Self) -> bool {
-                self.0 == other.0
-            }
-
-            $($own)*
-        }
-    };
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
 }
 
 /// r(t) = offset + amplitude sin(2 pi f t), with its derivatives.
@@ -85,12 +77,10 @@ macro_rules! trajectory_methods {
 #[pyclass(module = "mpi_hyst.trajectories", frozen)]
 pub(crate) struct Sine(pub(crate) trajectory::Sine);
 
-trajectory_methods!(Sine {
+#[methods]
+impl Sine {
     #[new]
-    #[pyo3(signature = (amplitude, frequency, *, offset=None),
-        text_signature = "(amplitude, frequency, *, offset=0.0)")]
-    fn new(amplitude: &Bound<'_, PyAny>, frequency: &Bound<'_, PyAny>, offset: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        numbers!(amplitude, frequency, offset = 0.0);
+    fn new(amplitude: f64, frequency: f64, #[py(*, = 0.0)] offset: f64) -> PyResult<Self> {
         trajectory::Sine::new(amplitude, frequency, offset).map(Self).map_err(raise)
     }
 
@@ -130,7 +120,7 @@ trajectory_methods!(Sine {
         let keywords = keywords!(py, offset = self.offset());
         reduce(py.get_type::<Self>().into_any(), (self.amplitude(), self.frequency()), keywords, None)
     }
-});
+}
 
 /// A triangle with rounded corners, with its derivatives: straight sides, and a smooth change of velocity at the turns.
 ///
@@ -161,12 +151,10 @@ trajectory_methods!(Sine {
 #[pyclass(module = "mpi_hyst.trajectories", frozen)]
 pub(crate) struct RoundedTriangle(pub(crate) trajectory::RoundedTriangle);
 
-trajectory_methods!(RoundedTriangle {
+#[methods]
+impl RoundedTriangle {
     #[new]
-    #[pyo3(signature = (amplitude, frequency, *, corner, offset=None),
-        text_signature = "(amplitude, frequency, *, corner, offset=0.0)")]
-    fn new(amplitude: &Bound<'_, PyAny>, frequency: &Bound<'_, PyAny>, corner: &Bound<'_, PyAny>, offset: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        numbers!(amplitude, frequency, corner, offset = 0.0);
+    fn new(amplitude: f64, frequency: f64, #[py(*)] corner: f64, #[py(= 0.0)] offset: f64) -> PyResult<Self> {
         trajectory::RoundedTriangle::new(amplitude, frequency, corner, offset).map(Self).map_err(raise)
     }
 
@@ -213,7 +201,7 @@ trajectory_methods!(RoundedTriangle {
         let keywords = keywords!(py, corner = self.corner(), offset = self.offset());
         reduce(py.get_type::<Self>().into_any(), (self.amplitude(), self.frequency()), keywords, None)
     }
-});
+}
 
 /// Moves from point to point with rests between, with their derivatives: S-curves, the fastest within the limits.
 ///
@@ -246,18 +234,16 @@ trajectory_methods!(RoundedTriangle {
 #[pyclass(module = "mpi_hyst.trajectories", frozen)]
 pub(crate) struct PointToPoint(pub(crate) trajectory::PointToPoint);
 
-trajectory_methods!(PointToPoint {
+#[methods]
+impl PointToPoint {
     #[new]
-    #[pyo3(signature = (points, *, velocity, acceleration, jerk, dwell=None),
-        text_signature = "(points, *, velocity, acceleration, jerk, dwell=0.0)")]
     fn new(
-        points: &Bound<'_, PyAny>,
-        velocity: &Bound<'_, PyAny>,
-        acceleration: &Bound<'_, PyAny>,
-        jerk: &Bound<'_, PyAny>,
-        dwell: Option<&Bound<'_, PyAny>>,
+        #[py("ArrayLike")] points: &Bound<'_, PyAny>,
+        #[py(*)] velocity: f64,
+        acceleration: f64,
+        jerk: f64,
+        #[py(= 0.0)] dwell: f64,
     ) -> PyResult<Self> {
-        numbers!(velocity, acceleration, jerk, dwell = 0.0);
         let limits = MotionLimits { velocity, acceleration, jerk };
         let points = vector("points", points)?;
         trajectory::PointToPoint::new(points.as_slice()?, limits, dwell).map(Self).map_err(raise)
@@ -317,4 +303,4 @@ trajectory_methods!(PointToPoint {
             keywords!(py, velocity = velocity, acceleration = acceleration, jerk = jerk, dwell = self.dwell());
         reduce(py.get_type::<Self>().into_any(), (self.points(py)?,), keywords, None)
     }
-});
+}

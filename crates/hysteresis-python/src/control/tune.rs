@@ -2,6 +2,7 @@
 
 use hysteresis_control::stage::{PEAK_SENSITIVITY, Stage};
 use hysteresis_control::tuning::Structure;
+use hysteresis_python_macros::function;
 use pyo3::prelude::*;
 
 use super::tuning::Tuning;
@@ -108,25 +109,19 @@ fn structure_named(structure: &Bound<'_, PyAny>) -> PyResult<Structure> {
 /// ((), True)
 /// >>> flexure.tune(1e-4, frequency_uncertainty=0.01).ki > tuning.ki  # the mode is better known
 /// True
-#[pyfunction]
-#[pyo3(signature = (stage, *, dt=None, peak_sensitivity=None, dynamics=None, amplifier_bandwidth=None, dead_time=None,
-    frequency_uncertainty=None, damping_uncertainty=None, structure=None),
-    text_signature = "(stage, *, dt=None, peak_sensitivity=1.7, dynamics=None, amplifier_bandwidth=None, dead_time=0.0, \
-    frequency_uncertainty=None, damping_uncertainty=None, structure=None)")]
-#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+#[function]
 pub(crate) fn tune(
     py: Python<'_>,
-    stage: &Bound<'_, PyAny>,
-    dt: Option<&Bound<'_, PyAny>>,
-    peak_sensitivity: Option<&Bound<'_, PyAny>>,
-    dynamics: Option<&Bound<'_, PyAny>>,
-    amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
-    dead_time: Option<&Bound<'_, PyAny>>,
-    frequency_uncertainty: Option<&Bound<'_, PyAny>>,
-    damping_uncertainty: Option<&Bound<'_, PyAny>>,
-    structure: Option<&Bound<'_, PyAny>>,
+    #[py("Model | Stage | Plant")] stage: &Bound<'_, PyAny>,
+    #[py(*, = None)] dt: Option<f64>,
+    #[py("float" = 1.7)] peak_sensitivity: Option<&Bound<'_, PyAny>>,
+    #[py("Dynamics | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
+    #[py("float | None" = None)] amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
+    #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
+    #[py("float | None" = None)] frequency_uncertainty: Option<&Bound<'_, PyAny>>,
+    #[py("float | None" = None)] damping_uncertainty: Option<&Bound<'_, PyAny>>,
+    #[py("Structure | None" = None)] structure: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Tuning> {
-    numbers!(dt);
     let parts = StageKeywords { dynamics, amplifier_bandwidth, dead_time, ..StageKeywords::default() };
     let (stage, dt) = match (stage.cast::<Plant>(), dt) {
         (Ok(plant), None) if parts.is_empty() => (shared(plant)?.plant.stage().clone(), shared(plant)?.plant.dt()),

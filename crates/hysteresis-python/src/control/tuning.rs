@@ -2,6 +2,7 @@
 
 use hysteresis_control::stage::{self, Stage};
 use hysteresis_control::tuning::{self, LoopFamily, TuningOptions};
+use hysteresis_python_macros::methods;
 use numpy::{Complex64, PyArray1};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -13,7 +14,7 @@ use super::filters::as_objects;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays;
 use crate::convert::errors::raise;
-use crate::convert::pickling::{Reduced, keywords, reduce, result_methods};
+use crate::convert::pickling::{Reduced, keywords, reduce};
 
 /// Filters and gains of the feedback, and how robust the loop is with them: made by `tune`.
 ///
@@ -63,7 +64,7 @@ impl Tuning {
     }
 }
 
-#[pymethods]
+#[methods]
 impl Tuning {
     /// Proportional gain (V/um); negative for active damping.
     #[getter]
@@ -85,6 +86,7 @@ impl Tuning {
 
     /// The filters before both gains: Notch, LowPass.
     #[getter]
+    #[py(-> "tuple[AnyFilter, ...]")]
     fn filters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         as_objects(py, &self.made.filters)
     }
@@ -92,6 +94,7 @@ impl Tuning {
     /// "proportional-integral" without filters; "low-pass", which keeps the loop away from a resonance; "active damping", a low-pass
     /// behind which a negative kp damps; "notch", for those lightly damped modes that need one.
     #[getter]
+    #[py(-> "Structure")]
     fn structure(&self) -> &'static str {
         self.made.structure.name()
     }
@@ -170,32 +173,29 @@ impl Tuning {
     /// >>> tuning = mh.control.tune(mh.paper.plant("A1"))
     /// >>> round(float(abs(tuning.open_loop([tuning.at_max_slope.crossover])[0])), 9)
     /// 1.0
-    #[pyo3(signature = (frequencies, slope=None))]
     fn open_loop<'py>(
         &self,
-        frequencies: &Bound<'py, PyAny>,
-        slope: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] frequencies: &Bound<'py, PyAny>,
+        #[py("float | None" = None)] slope: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
         self.response(frequencies, slope, LoopFamily::open_loop)
     }
 
     /// The sensitivity S = 1 / (1 + L), what the loop leaves of a disturbance: arguments as for `open_loop`.
-    #[pyo3(signature = (frequencies, slope=None))]
     fn sensitivity<'py>(
         &self,
-        frequencies: &Bound<'py, PyAny>,
-        slope: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] frequencies: &Bound<'py, PyAny>,
+        #[py("float | None" = None)] slope: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
         self.response(frequencies, slope, LoopFamily::sensitivity)
     }
 
     /// The complementary sensitivity T = L / (1 + L), what the feedback follows of a reference and of noise: arguments as for
     /// `open_loop`.
-    #[pyo3(signature = (frequencies, slope=None))]
     fn complementary_sensitivity<'py>(
         &self,
-        frequencies: &Bound<'py, PyAny>,
-        slope: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] frequencies: &Bound<'py, PyAny>,
+        #[py("float | None" = None)] slope: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
         self.response(frequencies, slope, LoopFamily::complementary_sensitivity)
     }
@@ -203,7 +203,10 @@ impl Tuning {
     /// The greatest abs(S) over all slopes of the hysteresis and all modes that may be: nowhere above `peak_sensitivity`.
     ///
     /// Frequencies are as for `open_loop`.
-    fn worst_sensitivity<'py>(&self, frequencies: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn worst_sensitivity<'py>(
+        &self,
+        #[py("ArrayLike")] frequencies: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let numbers = arrays::numbers("frequencies", frequencies)?;
         let worst = self.family()?.worst_sensitivity(&numbers).map_err(raise)?;
         Ok(PyArray1::from_vec(frequencies.py(), worst))
@@ -269,7 +272,8 @@ impl From<tuning::Margins> for Margins {
     }
 }
 
-result_methods!(Margins {
+#[methods]
+impl Margins {
     fn __repr__(&self) -> String {
         let Self { slope, gain_margin, phase_margin, crossover, peak_sensitivity, .. } = self;
         let margins = format!("gain margin {gain_margin:.3}, phase margin {phase_margin:.1} degrees");
@@ -277,4 +281,4 @@ result_methods!(Margins {
             "<Margins at slope {slope:.6}: {margins}, crossover {crossover:.3} Hz, peak sensitivity {peak_sensitivity:.3}>"
         )
     }
-});
+}

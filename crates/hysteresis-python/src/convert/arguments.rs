@@ -31,7 +31,9 @@ impl Given for Option<&Bound<'_, PyAny>> {
 }
 
 /// An argument whose default is not None: not given, or None, or a value.
+#[derive(Default)]
 pub(crate) enum OrNone<'py> {
+    #[default]
     NotGiven,
     Is(Bound<'py, PyAny>),
 }
@@ -59,6 +61,7 @@ impl<'py> OrNone<'py> {
 }
 
 /// An argument whose default is not None: not given, or a value, of which None is a wrong one.
+#[derive(Default)]
 pub(crate) struct OrDefault<'py>(pub(crate) Option<Bound<'py, PyAny>>);
 
 impl<'py> FromPyObject<'_, 'py> for OrDefault<'py> {

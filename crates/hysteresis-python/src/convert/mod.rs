@@ -3,7 +3,6 @@
 pub(crate) mod arguments;
 pub(crate) mod arrays;
 pub(crate) mod errors;
-pub(crate) mod fast_number;
 pub(crate) mod files;
 pub(crate) mod memory;
 pub(crate) mod objects;

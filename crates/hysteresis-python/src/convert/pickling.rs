@@ -1,13 +1,26 @@
 //! What pickle and deepcopy make an object of: a call that makes one like it, and the state from which it goes on.
 
 use hysteresis_control::binary::Binary;
+use hysteresis_python_macros::methods;
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyTuple};
-use pythonize::depythonize;
+use pyo3::types::{PyBytes, PyDict, PyTuple, PyType};
+use pythonize::{depythonize, pythonize};
 use serde::Deserialize;
 
 use super::errors::value;
+use crate::control::terms::ControllerTerms;
+use crate::control::tuning::Margins;
+use crate::identify::comparison::{ComparedModel, Comparison};
+use crate::identify::finding::Finding;
+use crate::identify::identification::Identification;
+use crate::identify::left_out::LeftOutLoop;
+use crate::identify::many_result::ManyIdentifications;
+use crate::identify::quality::Quality;
+use crate::plant::run::Metrics;
+use crate::realtime::report::{LoopReport, LoopTimes};
+use crate::signal::excitation::Excitation;
+use crate::signal::experiment::{ExperimentPart, ExperimentSegment};
 
 /// What `__reduce__` returns.
 pub(crate) type Reduced<'py> = PyResult<Bound<'py, PyTuple>>;
@@ -56,25 +69,32 @@ macro_rules! keywords {
 
 pub(crate) use keywords;
 
-/// The methods of a result, a frozen class of plain values: pickling by serde, and its own.
-macro_rules! result_methods {
-    ($class:ident { $($own:tt)* }) => {
-        #[pymethods]
-        impl $class {
-            #[classmethod]
-            fn _restored(_: &Bound<'_, pyo3::types::PyType>, values: &Bound<'_, PyAny>) -> PyResult<Self> {
-                Ok(pythonize::depythonize(values)?)
-            }
+// Results, frozen classes of plain values, are pickled by serde.
+#[methods(
+    ComparedModel,
+    Comparison,
+    ControllerTerms,
+    Excitation,
+    ExperimentPart,
+    ExperimentSegment,
+    Finding,
+    Identification,
+    LeftOutLoop,
+    LoopReport,
+    LoopTimes,
+    ManyIdentifications,
+    Margins,
+    Metrics,
+    Quality
+)]
+impl Each {
+    #[classmethod]
+    fn _restored(_: &Bound<'_, PyType>, values: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(depythonize(values)?)
+    }
 
-            fn __reduce__<'py>(&self, py: Python<'py>) -> $crate::convert::pickling::Reduced<'py> {
-                let make = py.get_type::<Self>().getattr(pyo3::intern!(py, "_restored"))?;
-                let values = pythonize::pythonize(py, self)?;
-                $crate::convert::pickling::reduce(make, (values,), $crate::convert::pickling::keywords!(py), None)
-            }
-
-            $($own)*
-        }
-    };
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let make = py.get_type::<Self>().getattr(intern!(py, "_restored"))?;
+        reduce(make, (pythonize(py, self)?,), keywords!(py), None)
+    }
 }
-
-pub(crate) use result_methods;

@@ -1,18 +1,20 @@
 //! What cross-validation chose and what it said of the rest; modes, amplifier and maps; what is left of a record.
 
 use hysteresis_control::linear::Dynamics;
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::identification::Identification;
 use super::intervals::Intervals;
-use super::options::{law_name, loop_shift_name};
+use super::options::loop_shift_name;
 use super::records::{checked, signals, skips};
+use crate::argument::Words;
 use crate::convert::arguments::whole;
 use crate::convert::errors;
 use crate::stage::parts::points;
 
-#[pymethods]
+#[methods]
 impl Identification {
     /// The modes of second-order dynamics from the lowest frequency up, each (frequency in Hz, damping ratio, gain); the gains
     /// sum to 1. Empty without such dynamics.
@@ -91,16 +93,14 @@ impl Identification {
     /// >>> found = mh.identify(u, y, operators=8, input_offset=0.0, dead_time=0.0)
     /// >>> bool(abs((found.residuals(u, y, record=0) ** 2).mean() ** 0.5 - found.fit.rmse) < 1e-12)
     /// True
-    #[pyo3(signature = (u, y, *, record=None, skip=None, dt=None),
-        text_signature = "($self, u, y, *, record=None, skip=0, dt=None)")]
     fn residuals<'py>(
         &self,
         py: Python<'py>,
-        u: &Bound<'py, PyAny>,
-        y: &Bound<'py, PyAny>,
-        record: Option<&Bound<'py, PyAny>>,
-        skip: Option<&Bound<'py, PyAny>>,
-        dt: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] u: &Bound<'py, PyAny>,
+        #[py("ArrayLike")] y: &Bound<'py, PyAny>,
+        #[py(*, "int | None" = None)] record: Option<&Bound<'py, PyAny>>,
+        #[py("Skip" = 0)] skip: Option<&Bound<'py, PyAny>>,
+        #[py("float | None" = None)] dt: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let place = record.map(|record| whole::<usize>("record", record)).transpose()?;
         let records = self.found.output_offsets.len();
@@ -131,14 +131,16 @@ impl Identification {
 
     /// What the weights might be: as given, or as cross-validation chose.
     #[getter]
+    #[py(-> "Literal['free', 'quadratic', 'split']")]
     fn weights_law(&self) -> &'static str {
-        law_name(self.found.weights)
+        self.found.weights.word()
     }
 
     /// What cross-validation said of every weight law: pairs (law, error) as in `cross_validation`; empty unless "auto".
     #[getter]
+    #[py(-> "list[tuple[Literal['free', 'quadratic', 'split'], float]]")]
     fn weights_validation(&self) -> Vec<(&'static str, f64)> {
-        self.found.weights_validation.iter().map(|one| (law_name(one.weights), one.typical_error())).collect()
+        self.found.weights_validation.iter().map(|one| (one.weights.word(), one.typical_error())).collect()
     }
 
     /// How smooth the weights were asked to be: as given, or as cross-validation chose.

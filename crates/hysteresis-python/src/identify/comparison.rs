@@ -1,18 +1,18 @@
 //! What a comparison of models hands over: a row for each model, and all of them as a table.
 
 use hysteresis_identify as identification;
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::{Deserialize, Serialize};
 
 use super::intervals::Intervals;
-use super::options::law_name;
 use super::quality::Quality;
 use super::records::{checked, signals};
+use crate::argument::Words;
 use crate::convert::arguments::{OrDefault, whole};
 use crate::convert::errors;
-use crate::convert::pickling::result_methods;
 
 /// What `compare` found: a row for each model, the simplest first.
 ///
@@ -40,7 +40,8 @@ pub(crate) struct Comparison(pub(super) identification::Comparison);
 #[derive(PartialEq, Serialize, Deserialize)]
 pub(crate) struct ComparedModel(identification::ComparedModel);
 
-result_methods!(ComparedModel {
+#[methods]
+impl ComparedModel {
     /// The name of the model, as `compare` lists them.
     #[getter]
     fn model(&self) -> &str {
@@ -49,8 +50,9 @@ result_methods!(ComparedModel {
 
     /// What its weights might be: as given, or as cross-validation chose.
     #[getter]
+    #[py(-> "Literal['free', 'quadratic', 'split']")]
     fn weights_law(&self) -> &'static str {
-        law_name(self.0.weights)
+        self.0.weights.word()
     }
 
     /// How many numbers were fitted: those of the weight law, of polynomial or loop shift, output offsets and creep under way of the
@@ -62,6 +64,7 @@ result_methods!(ComparedModel {
 
     /// The extensions in it: "creep", "loop shift", "dynamics", "maps". One that was "auto" is there if cross-validation kept it.
     #[getter]
+    #[py(-> "list[Literal['creep', 'loop shift', 'dynamics']]")]
     fn kept(&self) -> Vec<&'static str> {
         self.0.kept.iter().map(|extension| extension.name()).collect()
     }
@@ -126,13 +129,12 @@ result_methods!(ComparedModel {
     /// >>> row = mh.compare(u, y, operators=8).rows[0]
     /// >>> bool(abs((row.residuals(u, y) ** 2).mean() ** 0.5 - row.fit.rmse) < 1e-12)
     /// True
-    #[pyo3(signature = (u, y, *, record=None), text_signature = "($self, u, y, *, record=0)")]
     fn residuals<'py>(
         &self,
         py: Python<'py>,
-        u: &Bound<'py, PyAny>,
-        y: &Bound<'py, PyAny>,
-        record: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] u: &Bound<'py, PyAny>,
+        #[py("ArrayLike")] y: &Bound<'py, PyAny>,
+        #[py(*, "int" = 0)] record: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (place, records) = (record.map_or(Ok(0), |record| whole::<usize>("record", record))?, self.0.records());
         if place >= records {
@@ -155,9 +157,10 @@ result_methods!(ComparedModel {
             self.0.fit.range,
         )
     }
-});
+}
 
-result_methods!(Comparison {
+#[methods]
+impl Comparison {
     /// One row for each model, the simplest first.
     #[getter]
     fn rows(&self) -> Vec<ComparedModel> {
@@ -174,6 +177,7 @@ result_methods!(Comparison {
 
     /// The extensions that were not tried, each with the reason.
     #[getter]
+    #[py(-> "dict[str, str]")]
     fn omitted<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let omitted = PyDict::new(py);
         for (extension, reason) in &self.0.omitted {
@@ -198,8 +202,7 @@ result_methods!(Comparison {
     /// All of it as lines for a terminal; the errors in the unit of the output and in % of its peak-to-peak.
     ///
     /// `unit` is the name of that unit, for the header. A star marks the simplest model that predicts as well as the best.
-    #[pyo3(signature = (unit=OrDefault(None)), text_signature = "($self, unit='')")]
-    fn table(&self, unit: OrDefault<'_>) -> PyResult<String> {
+    fn table(&self, #[py("str" = "")] unit: OrDefault<'_>) -> PyResult<String> {
         Ok(self.0.table(&unit.word("unit", "a text", "")?))
     }
 
@@ -207,4 +210,4 @@ result_methods!(Comparison {
         let rows = self.0.models.iter().map(|row| format!("{} {:.4e}", row.name, row.held_out));
         format!("<Comparison: rms held out: {}>", rows.collect::<Vec<_>>().join(", "))
     }
-});
+}

@@ -1,12 +1,12 @@
 //! Diagnostics: records and a model in, findings by name out.
 
 use hysteresis_identify as identification;
+use hysteresis_python_macros::function;
 use pyo3::prelude::*;
 
 use super::finding::Finding;
 use super::intervals::Intervals;
 use super::records::{self, checked, signals, skips};
-use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise, record};
 use crate::model::object::model_of;
@@ -54,21 +54,17 @@ use crate::model::object::model_of;
 /// >>> y = actuator.forward().run(made.drive)
 /// >>> mh.diagnose(made.drive, y, actuator, skip=made.initialization_samples)
 /// []
-#[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
-#[pyo3(signature = (u, y, model, *, skip=None, dt=None, dead_time=None, times=None),
-    text_signature = "(u, y, model, *, skip=0, dt=None, dead_time=0.0, times=None)")]
+#[function]
 pub(crate) fn diagnose(
     py: Python<'_>,
-    u: &Bound<'_, PyAny>,
-    y: Option<&Bound<'_, PyAny>>,
-    model: &Bound<'_, PyAny>,
-    skip: Option<&Bound<'_, PyAny>>,
-    dt: Option<&Bound<'_, PyAny>>,
-    dead_time: Option<&Bound<'_, PyAny>>,
-    times: Option<&Bound<'_, PyAny>>,
+    #[py("Records")] u: &Bound<'_, PyAny>,
+    #[py("ArrayLike | None")] y: Option<&Bound<'_, PyAny>>,
+    #[py("Model")] model: &Bound<'_, PyAny>,
+    #[py(*, "Skip | Sequence[Skip]" = 0)] skip: Option<&Bound<'_, PyAny>>,
+    #[py("float | Sequence[float] | None" = None)] dt: Option<&Bound<'_, PyAny>>,
+    #[py(= 0.0)] dead_time: f64,
+    #[py("ArrayLike | Sequence[ArrayLike | None] | None" = None)] times: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<Finding>> {
-    numbers!(dead_time = 0.0);
     let model = model_of("model", model)?;
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = signals(u, y)?;
@@ -106,8 +102,11 @@ pub(crate) fn diagnose(
 /// >>> u = mh.signals.triangle(500.0, 1.0, seconds=3.0, rate=1000)
 /// >>> round(mh.results.loop_width(u, mh.paper.table_1_recovered().forward().run(u)), 2)  # um
 /// 0.49
-#[pyfunction]
-pub(crate) fn loop_width(u: &Bound<'_, PyAny>, y: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+#[function]
+pub(crate) fn loop_width(
+    #[py("ArrayLike")] u: &Bound<'_, PyAny>,
+    #[py("ArrayLike")] y: &Bound<'_, PyAny>,
+) -> PyResult<Option<f64>> {
     let (u, y) = (vector("u", u)?, vector("y", y)?);
     identification::loop_width(u.as_slice()?, y.as_slice()?).map_err(|error| raise(record(error)))
 }

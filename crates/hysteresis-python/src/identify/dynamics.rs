@@ -1,8 +1,9 @@
 //! Identification of dynamics: arguments in, a linear part with its uncertainty out.
 
+use hysteresis_python_macros::{function, methods};
 use std::ops::ControlFlow;
 
-use hysteresis_identify::{self as identification, DynamicsOptions, Error, Record};
+use hysteresis_identify::{self as identification, CreepModel, DynamicsOptions, Error, Record};
 use numpy::{PyArray1, PyArray2};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -10,11 +11,11 @@ use pyo3::types::PyType;
 use pythonize::{depythonize, pythonize};
 
 use super::finding::Finding;
-use super::options::{self, creep_model, setting};
+use super::options::{self, setting};
 use super::quality::Quality;
 use crate::control::linear::creep::Creep;
 use crate::control::linear::part::dynamics;
-use crate::convert::arguments::{numbers, samples};
+use crate::convert::arguments::samples;
 use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::{self, one_record};
 use crate::convert::memory::{FIT, check_room};
@@ -55,10 +56,11 @@ pub(crate) struct DynamicsIdentification {
     model: Py<PyAny>,
 }
 
-#[pymethods]
+#[methods]
 impl DynamicsIdentification {
     /// The hysteresis model that was given.
     #[getter]
+    #[py(-> "Model")]
     fn model(&self, py: Python<'_>) -> Py<PyAny> {
         self.model.clone_ref(py)
     }
@@ -71,6 +73,7 @@ impl DynamicsIdentification {
 
     /// The SecondOrder or FirstOrder that was fitted, of unit static gain.
     #[getter]
+    #[py(-> "Lag | None")]
     fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         self.found.dynamics.map(|found| dynamics(py, found)).transpose()
     }
@@ -156,6 +159,7 @@ impl DynamicsIdentification {
 
     /// Whether the result deserves trust: "green", "amber" or "red", the worst of `warnings`.
     #[getter]
+    #[py(-> "Literal['green', 'amber', 'red']")]
     fn verdict(&self) -> &'static str {
         self.found.verdict().name()
     }
@@ -179,7 +183,11 @@ impl DynamicsIdentification {
     }
 
     /// The output for the input `u` of the whole cascade, from the virgin state and at rest at its first value.
-    fn predict<'py>(&self, py: Python<'py>, u: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn predict<'py>(
+        &self,
+        py: Python<'py>,
+        #[py("ArrayLike")] u: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let predicted = self.found.predict(vector("u", u)?.as_slice()?);
         predicted.map(|y| PyArray1::from_vec(py, y)).map_err(|error| one_record(error, None))
     }
@@ -248,29 +256,26 @@ impl DynamicsIdentification {
 /// >>> found = mh.identify_dynamics(u, y, model, dt=1e-4)
 /// >>> round(found.dynamics.frequency, 3), round(found.dynamics.damping, 5), found.warnings
 /// (800.0, 0.05, [])
-#[pyfunction]
-#[pyo3(signature = (u, y, model, *, dt, order=None, dead_time=None, creep=None, skip=None),
-    text_signature = "(u, y, model, *, dt, order=2, dead_time='fit', creep=None, skip=0)")]
-#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+#[function]
 pub(crate) fn identify_dynamics(
     py: Python<'_>,
-    u: &Bound<'_, PyAny>,
-    y: &Bound<'_, PyAny>,
-    model: &Bound<'_, PyAny>,
-    dt: &Bound<'_, PyAny>,
-    order: Option<&Bound<'_, PyAny>>,
-    dead_time: Option<&Bound<'_, PyAny>>,
-    creep: Option<&Bound<'_, PyAny>>,
-    skip: Option<&Bound<'_, PyAny>>,
+    #[py("ArrayLike")] u: &Bound<'_, PyAny>,
+    #[py("ArrayLike")] y: &Bound<'_, PyAny>,
+    #[py("Model")] model: &Bound<'_, PyAny>,
+    #[py(*)] dt: f64,
+    #[py("Literal['auto', 1, 2]" = 2)] order: Option<&Bound<'_, PyAny>>,
+    #[py("Literal['fit'] | float" = "fit")] dead_time: Option<&Bound<'_, PyAny>>,
+    #[py("Literal['auto', 'log'] | int | ArrayLike | None" = None)] creep: CreepModel,
+    #[py("int" = 0)] skip: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<DynamicsIdentification> {
-    numbers!(dt);
     let compiled = compiled_of("model", model)?;
     let skip = skip.map_or(Ok(0), |skip| samples("skip", skip))?;
     let default = DynamicsOptions::new(dt);
     let options = DynamicsOptions {
         order: order.map_or(Ok(default.order), |order| options::order("order", "1 or 2", order))?,
-        dead_time: setting("dead_time", "a number of seconds", dead_time)?,
-        creep: creep_model(creep)?,
+        dead_time: dead_time
+            .map_or(Ok(default.dead_time), |given| setting("dead_time", "a number of seconds", given))?,
+        creep,
         ..default
     };
     // A copy: other threads may change the arrays while the interpreter is let go.

@@ -1,11 +1,11 @@
 //! What diagnostics find.
 
 use hysteresis_identify::{self as identification, Verdict};
+use hysteresis_python_macros::{function, methods};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::convert::errors::unexpected;
-use crate::convert::pickling::result_methods;
 
 /// What makes records or a result doubtful: a code, a sentence, a number with the limit that it passed, and what to do.
 ///
@@ -17,25 +17,30 @@ use crate::convert::pickling::result_methods;
 /// >>> found = mh.diagnose(u, -model.forward().run(u), model)  # a record that is wired the other way
 /// >>> found[0].code, found[0].severity
 /// ('wrong_sign', 'red')
-#[pyclass(module = "mpi_hyst.results", frozen, get_all)]
+#[pyclass(module = "mpi_hyst.results", frozen)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Finding {
     /// Which finding: one of the names that docs/findings.md explains.
+    #[pyo3(get)]
     code: String,
-    /// "amber": a number is doubtful, or another record would make the result better. "red": the result is not that of the
-    /// stage.
     severity: String,
     /// One sentence with the numbers in it.
+    #[pyo3(get)]
     message: String,
     /// The number that was compared.
+    #[pyo3(get)]
     value: f64,
     /// What it was compared with.
+    #[pyo3(get)]
     limit: f64,
     /// What to try next.
+    #[pyo3(get)]
     hint: String,
     /// The record that shows it most, or None where there is one record only or all count together.
+    #[pyo3(get)]
     record: Option<usize>,
     /// The sample of that record where it is, or where it ends; skipped samples count. None where it is no place.
+    #[pyo3(get)]
     sample: Option<usize>,
 }
 
@@ -47,13 +52,22 @@ impl From<identification::Finding> for Finding {
     }
 }
 
-result_methods!(Finding {
+#[methods]
+impl Finding {
+    /// "amber": a number is doubtful, or another record would make the result better. "red": the result is not that of the
+    /// stage.
+    #[getter]
+    #[py(-> "Literal['amber', 'red']")]
+    fn severity(&self) -> &str {
+        &self.severity
+    }
+
     fn __repr__(&self) -> String {
         let Self { code, severity, message, value, limit, record, .. } = self;
         let place = record.map_or_else(String::new, |record| format!("record {record}, "));
         format!("<Finding {code}, {severity}: {place}value {value:.3}, limit {limit:.3}: {message}>")
     }
-});
+}
 
 /// The verdict on findings: that of the worst of them, or "green" if there is none.
 ///
@@ -80,8 +94,9 @@ result_methods!(Finding {
 /// 'amber'
 /// >>> mh.results.verdict([])
 /// 'green'
-#[pyfunction]
-pub(crate) fn verdict(findings: &Bound<'_, PyAny>) -> PyResult<String> {
+#[function]
+#[py(-> "Literal['green', 'amber', 'red']")]
+pub(crate) fn verdict(#[py("Sequence[Finding]")] findings: &Bound<'_, PyAny>) -> PyResult<String> {
     let findings: Vec<PyRef<'_, Finding>> =
         findings.extract().map_err(|_| unexpected("findings", "a list of Finding", findings))?;
     let is = |name: &str| findings.iter().any(|finding| finding.severity == name);

@@ -2,6 +2,7 @@
 
 use hysteresis_core::Ratios;
 use hysteresis_identify::{self as identification, RecordError};
+use hysteresis_python_macros::methods;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -13,10 +14,9 @@ use super::quality::Quality;
 use super::records::{checked, signals, skips};
 use crate::control::linear::creep::Creep;
 use crate::control::linear::part::dynamics_object;
-use crate::convert::arguments::{OrDefault, numbers};
+use crate::convert::arguments::OrDefault;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, raise, record, warn};
-use crate::convert::pickling::result_methods;
 use crate::model::object::object;
 use crate::stage::loop_shift::LoopShift;
 use crate::stage::object::Stage;
@@ -52,9 +52,11 @@ impl Identification {
     }
 }
 
-result_methods!(Identification {
+#[methods]
+impl Identification {
     /// The hysteresis, with the output offset of the first record.
     #[getter]
+    #[py(-> "Model")]
     fn model(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         object(py, self.found.model.clone())
     }
@@ -80,6 +82,7 @@ result_methods!(Identification {
     /// The linear dynamics behind the hysteresis, of unit static gain, if there are any: FirstOrder or SecondOrder, or Modes if
     /// there are several.
     #[getter]
+    #[py(-> "Lag | Modes | None")]
     fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         dynamics_object(py, &self.found.linear_dynamics())
     }
@@ -265,6 +268,7 @@ result_methods!(Identification {
     ///
     /// Amber: some numbers are doubtful, or another record would make the result better. Red: this is not the stage.
     #[getter]
+    #[py(-> "Literal['green', 'amber', 'red']")]
     fn verdict(&self) -> &'static str {
         self.found.verdict().name()
     }
@@ -302,15 +306,15 @@ result_methods!(Identification {
     /// >>> predicted, std = found.predict(u, return_std=True)
     /// >>> predicted.shape == std.shape == u.shape, bool(0 < std.max() < 0.015)
     /// (True, True)
-    #[pyo3(signature = (u, *, dt=None, return_std=OrDefault(None)), text_signature = "($self, u, *, dt=None, return_std=False)")]
+    #[overload("(self, u: ArrayLike, *, dt: float | None=None, return_std: Literal[False]=False) -> Vector")]
+    #[overload("(self, u: ArrayLike, *, dt: None=None, return_std: Literal[True]) -> tuple[Vector, Vector]")]
     fn predict<'py>(
         &self,
         py: Python<'py>,
-        u: &Bound<'py, PyAny>,
-        dt: Option<&Bound<'py, PyAny>>,
-        return_std: OrDefault<'_>,
+        #[py("ArrayLike")] u: &Bound<'py, PyAny>,
+        #[py(*, = None)] dt: Option<f64>,
+        #[py("Literal[False]" = false)] return_std: OrDefault<'_>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        numbers!(dt);
         let return_std = return_std.flag("return_std")?;
         check_prediction(dt, return_std)?;
         let input = vector("u", u)?;
@@ -362,14 +366,13 @@ result_methods!(Identification {
     /// >>> rows = found.leave_one_loop_out(u, y)
     /// >>> len(rows), rows[0].start, rows[0].fitted.rmse < rows[0].left_out.rmse
     /// (10, 0, True)
-    #[pyo3(signature = (u, y=None, *, skip=None, dt=None), text_signature = "($self, u, y=None, *, skip=0, dt=None)")]
     fn leave_one_loop_out(
         &self,
         py: Python<'_>,
-        u: &Bound<'_, PyAny>,
-        y: Option<&Bound<'_, PyAny>>,
-        skip: Option<&Bound<'_, PyAny>>,
-        dt: Option<&Bound<'_, PyAny>>,
+        #[py("ArrayLike | Sequence[tuple[ArrayLike, ArrayLike]]")] u: &Bound<'_, PyAny>,
+        #[py("ArrayLike | None" = None)] y: Option<&Bound<'_, PyAny>>,
+        #[py(*, "Skip | Sequence[Skip]" = 0)] skip: Option<&Bound<'_, PyAny>>,
+        #[py("float | Sequence[float] | None" = None)] dt: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Vec<LeftOutLoop>> {
         // A copy: other threads may change the arrays while the interpreter is let go.
         let signals = signals(u, y)?;
@@ -397,4 +400,4 @@ result_methods!(Identification {
         });
         format!("<Identification: {verdict}, {partial}{modes}{dead_time}, fit {}>", self.fit().__repr__())
     }
-});
+}

@@ -1,20 +1,21 @@
 //! Identification: arguments in, a model and its errors out.
 
+use hysteresis_python_macros::function;
 use std::ops::ControlFlow;
 
 use hysteresis_core::Ratios;
-use hysteresis_identify::{self as identification, Options, Progress, Record, Setting, Stop};
+use hysteresis_identify::{
+    self as identification, AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, Loss, MapModel, ModelKind,
+    ModesModel, Options, Progress, Record, Setting, Stop, WeightLaw,
+};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
 use super::identification::Identification;
 use super::intervals::Intervals;
-use super::options::{
-    self as wanted, amplifier_model, creep_model, dynamics_model, kind, law, loop_shift_model, map_model, modes_model,
-    placed, setting, smooth,
-};
+use super::options::{Smoothness, placed};
 use super::records::{self, HeldOut, at_times, signals, skips};
-use crate::convert::arguments::{OrDefault, OrNone, callable};
+use crate::convert::arguments::callable;
 use crate::convert::errors::{self, one_record};
 
 /// Fits a model to measured records.
@@ -120,70 +121,49 @@ use crate::convert::errors::{self, one_record};
 /// >>> found = mh.identify(u, actuator.forward().run(u), input_offset=0.0, dead_time=0.0)
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
-#[pyfunction]
-#[pyo3(signature = (u, y=None, *, dt=None, times=None, model=None, operators=None, weights=None, ratios=None, input_offset=None,
-        dead_time=None, dynamics=OrNone::NotGiven, modes=None, creep=OrNone::NotGiven, loop_shift=OrNone::NotGiven,
-        amplifier=OrNone::NotGiven, input_map=OrNone::NotGiven, output_map=OrNone::NotGiven, thresholds=None, smoothness=None,
-        loss=None, skip=None, validate=None, progress=None, keep_partial=OrDefault(None)),
-    text_signature = "(u, y=None, *, dt=None, times=None, model='modified', operators=None, weights='auto', ratios='fit', \
-        input_offset='fit', dead_time='fit', dynamics='auto', modes='auto', creep='auto', loop_shift='auto', amplifier='auto', \
-        input_map='auto', output_map='auto', thresholds=None, smoothness='auto', loss='auto', skip=0, validate=None, \
-        progress=None, keep_partial=False)")]
-#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+#[function]
+#[gather(options: Options)]
 pub(crate) fn identify(
     py: Python<'_>,
-    u: &Bound<'_, PyAny>,
-    y: Option<&Bound<'_, PyAny>>,
-    dt: Option<&Bound<'_, PyAny>>,
-    times: Option<&Bound<'_, PyAny>>,
-    model: Option<&Bound<'_, PyAny>>,
-    operators: Option<&Bound<'_, PyAny>>,
-    weights: Option<&Bound<'_, PyAny>>,
-    ratios: Option<&Bound<'_, PyAny>>,
-    input_offset: Option<&Bound<'_, PyAny>>,
-    dead_time: Option<&Bound<'_, PyAny>>,
-    dynamics: OrNone<'_>,
-    modes: Option<&Bound<'_, PyAny>>,
-    creep: OrNone<'_>,
-    loop_shift: OrNone<'_>,
-    amplifier: OrNone<'_>,
-    input_map: OrNone<'_>,
-    output_map: OrNone<'_>,
-    thresholds: Option<&Bound<'_, PyAny>>,
-    smoothness: Option<&Bound<'_, PyAny>>,
-    loss: Option<&Bound<'_, PyAny>>,
-    skip: Option<&Bound<'_, PyAny>>,
-    validate: Option<&Bound<'_, PyAny>>,
-    progress: Option<Py<PyAny>>,
-    keep_partial: OrDefault<'_>,
+    #[py("Records")] u: &Bound<'_, PyAny>,
+    #[py("ArrayLike | None" = None)] y: Option<&Bound<'_, PyAny>>,
+    #[py(*, "float | Sequence[float] | None" = None)] dt: Option<&Bound<'_, PyAny>>,
+    #[py("ArrayLike | Sequence[ArrayLike | None] | None" = None)] times: Option<&Bound<'_, PyAny>>,
+    #[py(field, "Literal['modified', 'conventional']" = "modified")] model: ModelKind,
+    #[py("int | Literal['auto'] | None" = None)] operators: Option<&Bound<'_, PyAny>>,
+    #[py(field, "Literal['auto', 'free', 'quadratic', 'split']" = "auto")] weights: WeightLaw,
+    #[py(field, "Literal['fit'] | tuple[float, float, float]" = "fit")] ratios: Setting<Ratios>,
+    #[py(field, "Literal['fit'] | float" = "fit")] input_offset: Setting<f64>,
+    #[py(field, "Literal['fit'] | float" = "fit")] dead_time: Setting<f64>,
+    #[py(field, "Literal['auto', 1, 2] | None" = "auto")] dynamics: DynamicsModel,
+    #[py(field, "Literal['auto', 1, 2, 3]" = "auto")] modes: ModesModel,
+    #[py(field, "Literal['auto', 'log'] | int | ArrayLike | None" = "auto")] creep: CreepModel,
+    #[py(field, "Literal['auto'] | float | None" = "auto")] loop_shift: LoopShiftModel,
+    #[py(field, "Literal['auto'] | float | None" = "auto")] amplifier: AmplifierModel,
+    #[py(field, "Literal['auto', 'smooth'] | None" = "auto")] input_map: MapModel,
+    #[py(field, "Literal['auto', 'smooth'] | None" = "auto")] output_map: MapModel,
+    #[py("Literal['uniform', 'quantiles', 'geometric'] | ArrayLike | None" = None)] thresholds: Option<
+        &Bound<'_, PyAny>,
+    >,
+    #[py("Literal['auto'] | float" = "auto")] smoothness: Smoothness,
+    #[py(field, "Literal['auto', 'squares', 'robust']" = "auto")] loss: Loss,
+    #[py("Skip | Sequence[Skip]" = 0)] skip: Option<&Bound<'_, PyAny>>,
+    #[py("HeldOut | Sequence[HeldOut] | float | str | Sequence[Skip] | None" = None)] validate: Option<
+        &Bound<'_, PyAny>,
+    >,
+    #[py("Callable[[float, float], object] | None" = None)] progress: Option<Py<PyAny>>,
+    #[py(= false)] keep_partial: bool,
 ) -> PyResult<Identification> {
     callable("progress", progress.as_ref().map(|progress| progress.bind(py)))?;
-    let keep_partial = keep_partial.flag("keep_partial")?;
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = signals(u, y)?;
     let times = records::times(times, signals.len())?;
     let intervals = Intervals::from_python(dt, signals.len())?;
-    let default = Options::default();
     let options = Options {
-        model: model.map_or(Ok(default.model), kind)?,
-        weights: weights.map_or(Ok(default.weights), law)?,
         dt: intervals.common(),
-        dynamics: dynamics.or(default.dynamics, dynamics_model)?,
-        modes: modes.map_or(Ok(default.modes), modes_model)?,
-        creep: creep.or(default.creep, creep_model)?,
-        loop_shift: loop_shift.or(default.loop_shift, loop_shift_model)?,
-        amplifier: amplifier.or(default.amplifier, amplifier_model)?,
-        input_map: input_map.or(default.input_map, |map| map_model("input_map", map))?,
-        output_map: output_map.or(default.output_map, |map| map_model("output_map", map))?,
         thresholds: placed(thresholds, operators)?,
-        ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
-            Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),
-            Setting::Fit => Setting::Fit,
-        },
-        input_offset: setting("input_offset", "a number", input_offset)?,
-        dead_time: setting("dead_time", "a number", dead_time)?,
-        smoothness: smooth(smoothness)?,
-        loss: loss.map_or(Ok(default.loss), wanted::loss)?,
+        smoothness: smoothness.0,
+        ..options
     };
     let skips = skips(skip, signals.len(), &intervals)?;
     let held_out = validate.map(|validate| HeldOut::from_python(validate, signals.len(), &intervals)).transpose()?;

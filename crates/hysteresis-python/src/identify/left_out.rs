@@ -1,11 +1,11 @@
 //! Loops that were left out of a fit.
 
 use hysteresis_identify as identification;
+use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::quality::Quality;
-use crate::convert::pickling::result_methods;
 
 /// One loop of a record, predicted with weights that all loops asked for, and with those of all other loops.
 ///
@@ -48,7 +48,8 @@ impl From<&identification::LeftOutLoop> for LeftOutLoop {
     }
 }
 
-result_methods!(LeftOutLoop {
+#[methods]
+impl LeftOutLoop {
     fn __repr__(&self) -> String {
         let (fitted, left_out) = (self.fitted.rmse, self.left_out.rmse);
         format!(
@@ -56,4 +57,4 @@ result_methods!(LeftOutLoop {
             self.record, self.start, self.stop, self.amplitude
         )
     }
-});
+}

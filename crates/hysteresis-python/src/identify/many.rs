@@ -1,18 +1,20 @@
 //! Identification of many actuators: arrays in, small results out.
 
+use hysteresis_python_macros::function;
 use std::ops::ControlFlow;
 
 use hysteresis_core::Ratios;
-use hysteresis_identify::{self as identification, ManyRecords, Options, RecordError, Setting};
+use hysteresis_identify::{self as identification, ManyRecords, ModelKind, Options, RecordError, Setting, WeightLaw};
 use numpy::PyUntypedArrayMethods;
 use numpy::ndarray::{Ix2, IxDyn};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 
 use super::intervals::duration;
 use super::many_result::ManyIdentifications;
 use super::many_tasks::Tasks;
-use super::options::{kind, law, placed, setting, smooth};
-use crate::convert::arguments::{Given, callable, count};
+use super::options::{Smoothness, placed};
+use crate::convert::arguments::{callable, count};
 use crate::convert::arrays::array;
 use crate::convert::errors::{self, raise, record, unexpected};
 use crate::convert::memory::{FIT, check_room};
@@ -79,48 +81,32 @@ use crate::convert::memory::{FIT, check_room};
 /// >>> drive = inverse.step([2.0, 2.0, 2.0])  # V
 /// >>> bool(drive[1] < drive[0] < drive[2])
 /// True
-#[pyfunction]
-#[pyo3(signature = (u, Y, *, dt=None, model=None, operators=None, weights=None, ratios=None, input_offset=None, dead_time=None,
-        thresholds=None, smoothness=None, skip=None, threads=None, executor=None, progress=None),
-    text_signature = "(u, Y, *, dt=None, model='modified', operators=20, weights='auto', ratios='fit', input_offset='fit', \
-        dead_time='fit', thresholds=None, smoothness='auto', skip=0, threads=1, executor=None, progress=None)")]
-#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+#[function]
+#[gather(options: Options)]
 #[expect(non_snake_case, reason = "a matrix, by its usual name")]
 pub(crate) fn identify_many(
     py: Python<'_>,
-    u: &Bound<'_, PyAny>,
-    Y: &Bound<'_, PyAny>,
-    dt: Option<&Bound<'_, PyAny>>,
-    model: Option<&Bound<'_, PyAny>>,
-    operators: Option<&Bound<'_, PyAny>>,
-    weights: Option<&Bound<'_, PyAny>>,
-    ratios: Option<&Bound<'_, PyAny>>,
-    input_offset: Option<&Bound<'_, PyAny>>,
-    dead_time: Option<&Bound<'_, PyAny>>,
-    thresholds: Option<&Bound<'_, PyAny>>,
-    smoothness: Option<&Bound<'_, PyAny>>,
-    skip: Option<&Bound<'_, PyAny>>,
-    threads: Option<&Bound<'_, PyAny>>,
-    executor: Option<&Bound<'_, PyAny>>,
-    progress: Option<Py<PyAny>>,
+    #[py("ArrayLike")] u: &Bound<'_, PyAny>,
+    #[py("ArrayLike")] Y: &Bound<'_, PyAny>,
+    #[py(*, = None)] dt: Option<f64>,
+    #[py(field, "Literal['modified', 'conventional']" = "modified")] model: ModelKind,
+    #[py("int | Literal['auto'] | None" = 20)] operators: Option<&Bound<'_, PyAny>>,
+    #[py(field, "Literal['auto', 'free', 'quadratic', 'split']" = "auto")] weights: WeightLaw,
+    #[py(field, "Literal['fit'] | tuple[float, float, float]" = "fit")] ratios: Setting<Ratios>,
+    #[py(field, "Literal['fit'] | float" = "fit")] input_offset: Setting<f64>,
+    #[py(field, "Literal['fit'] | float" = "fit")] dead_time: Setting<f64>,
+    #[py("Literal['uniform', 'quantiles', 'geometric'] | ArrayLike | None" = None)] thresholds: Option<
+        &Bound<'_, PyAny>,
+    >,
+    #[py("Literal['auto'] | float" = "auto")] smoothness: Smoothness,
+    #[py("Skip" = 0)] skip: Option<&Bound<'_, PyAny>>,
+    #[py("int" = 1)] threads: Option<&Bound<'_, PyAny>>,
+    #[py("Executor | None" = None)] executor: Option<&Bound<'_, PyAny>>,
+    #[py("Callable[[float, int], object] | None" = None)] progress: Option<Py<PyAny>>,
 ) -> PyResult<ManyIdentifications> {
     callable("progress", progress.as_ref().map(|progress| progress.bind(py)))?;
-    let dt = dt.number("dt")?;
-    let default = Options::default();
-    let options = Options {
-        model: model.map_or(Ok(default.model), kind)?,
-        weights: weights.map_or(Ok(default.weights), law)?,
-        dt,
-        thresholds: placed(thresholds, operators)?.unrefined(),
-        ratios: match setting::<(f64, f64, f64)>("ratios", "three numbers (ra, rb, rc)", ratios)? {
-            Setting::Fixed((ra, rb, rc)) => Setting::Fixed(Ratios { ra, rb, rc }),
-            Setting::Fit => Setting::Fit,
-        },
-        input_offset: setting("input_offset", "a number", input_offset)?,
-        dead_time: setting("dead_time", "a number", dead_time)?,
-        smoothness: smooth(smoothness)?,
-        ..default
-    };
+    let options =
+        Options { dt: dt, thresholds: placed(thresholds, operators)?.unrefined(), smoothness: smoothness.0, ..options };
     let skip = match skip {
         None => 0,
         Some(skip) => duration("skip", skip, dt)?
@@ -144,14 +130,25 @@ pub(crate) fn identify_many(
         watch.unless_stopped(settled)?
     };
     let given = [
-        ("dt", dt.map(|dt| dt.into_pyobject(py)).transpose()?.map(Bound::into_any)),
-        ("ratios", ratios.cloned()),
-        ("input_offset", input_offset.cloned()),
-        ("dead_time", dead_time.cloned()),
+        ("dt", dt.map(|dt| dt.into_bound_py_any(py)).transpose()?),
+        (
+            "ratios",
+            held(&options.ratios).map(|ratios| (ratios.ra, ratios.rb, ratios.rc).into_bound_py_any(py)).transpose()?,
+        ),
+        ("input_offset", held(&options.input_offset).map(|offset| offset.into_bound_py_any(py)).transpose()?),
+        ("dead_time", held(&options.dead_time).map(|time| time.into_bound_py_any(py)).transpose()?),
         ("thresholds", thresholds.cloned()),
     ];
     let tasks = Tasks { executor, options: &settled, skip, threads };
     tasks.run(u, Y, signals.has_own_drives(), &given, &mut watch)
+}
+
+/// The value of a setting that is not searched for.
+fn held<T: Copy>(setting: &Setting<T>) -> Option<T> {
+    match setting {
+        Setting::Fixed(value) => Some(*value),
+        Setting::Fit => None,
+    }
 }
 
 /// Drives and positions, one actuator after the other.

@@ -4,7 +4,7 @@ use hysteresis_core::{self as core, Model, Offsets, Ratios};
 use hysteresis_identify::{self as identification, ActuatorFit, Error, ManyIdentifications as Found, Setting};
 
 use super::many_result::ManyIdentifications;
-use super::options::law_name;
+use crate::argument::Words;
 use crate::convert::errors::record;
 
 /// The operators of a model, as arrays.
@@ -42,12 +42,8 @@ impl ManyIdentifications {
             Setting::Fixed(smoothness) => smoothness,
             Setting::Fit => 0.0,
         };
-        let mut all = Self::empty(
-            options.model == identification::ModelKind::Modified,
-            law_name(options.weights),
-            smoothness,
-            dt,
-        );
+        let mut all =
+            Self::empty(options.model == identification::ModelKind::Modified, options.weights.word(), smoothness, dt);
         for (place, fit) in found.actuators.iter().enumerate() {
             all.push(place, fit, options.operators());
         }

@@ -2,6 +2,7 @@
 
 use hysteresis_core::{self as core, Model, Offsets, Ratios};
 use hysteresis_identify::Verdict;
+use hysteresis_python_macros::methods;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
@@ -10,7 +11,6 @@ use pyo3::types::{PyDict, PyList};
 use serde::{Deserialize, Serialize};
 
 use crate::convert::errors::{self, raise};
-use crate::convert::pickling::result_methods;
 use crate::model::object::{compiled_if_model, object};
 use crate::stream::actuators::ActuatorArray;
 
@@ -130,7 +130,8 @@ fn same(one: &[f64], other: &[f64]) -> bool {
     one.len() == other.len() && one.iter().zip(other).all(|(p, q)| p.to_bits() == q.to_bits())
 }
 
-result_methods!(ManyIdentifications {
+#[methods]
+impl ManyIdentifications {
     /// The weights w_i, an array of shape (M, n); of split models those above zero.
     #[getter]
     fn weights<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
@@ -200,6 +201,7 @@ result_methods!(ManyIdentifications {
     /// Whether each result deserves trust: "green", "amber" or "red", the worst of its findings; "red" for one that could not be
     /// fitted.
     #[getter]
+    #[py(-> "list[Literal['green', 'amber', 'red']]")]
     fn verdicts(&self) -> Vec<&'static str> {
         (0..self.actuators).map(|actuator| self.verdict_of(actuator).name()).collect()
     }
@@ -207,12 +209,14 @@ result_methods!(ManyIdentifications {
     /// What makes records or results doubtful: for each actuator a list of (code, severity, value). docs/findings.md explains the
     /// codes; `mpi_hyst.diagnose` of one actuator says more.
     #[getter]
+    #[py(-> "list[list[tuple[str, Literal['amber', 'red'], float]]]")]
     fn findings(&self) -> Vec<Vec<(String, String, f64)>> {
         self.findings.clone()
     }
 
     /// The actuators that could not be fitted, each with the reason.
     #[getter]
+    #[py(-> "dict[int, str]")]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let errors = PyDict::new(py);
         for (place, reason) in &self.errors {
@@ -223,6 +227,7 @@ result_methods!(ManyIdentifications {
 
     /// What the weights may be: as given, or as cross-validation chose for all actuators.
     #[getter]
+    #[py(-> "Literal['free', 'quadratic', 'split']")]
     fn weights_law(&self) -> &str {
         &self.law
     }
@@ -246,6 +251,7 @@ result_methods!(ManyIdentifications {
     }
 
     /// The model of each actuator; None for one that could not be fitted.
+    #[py(-> "list[Model | None]")]
     fn models(&self, py: Python<'_>) -> PyResult<Vec<Option<Py<PyAny>>>> {
         let model = |actuator| match self.reason_of(actuator) {
             Some(_) => Ok(None),
@@ -258,8 +264,11 @@ result_methods!(ManyIdentifications {
     ///
     /// `missing` is a model that takes the place of those that could not be fitted. Without one, these raise ValueError that names the
     /// first. Red fits are taken as they are, and a UserWarning names them.
-    #[pyo3(signature = (missing=None))]
-    fn actuator_array(&self, py: Python<'_>, missing: Option<&Bound<'_, PyAny>>) -> PyResult<ActuatorArray> {
+    fn actuator_array(
+        &self,
+        py: Python<'_>,
+        #[py("Model | None" = None)] missing: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<ActuatorArray> {
         if let Some(missing) = missing.filter(|missing| compiled_if_model(missing).is_none()) {
             return Err(errors::unexpected("missing", "a PrandtlIshlinskii or ModifiedPrandtlIshlinskii", missing));
         }
@@ -278,7 +287,8 @@ result_methods!(ManyIdentifications {
     }
 
     /// The model of one actuator. Raises ValueError for one that could not be fitted.
-    fn __getitem__(&self, py: Python<'_>, actuator: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+    #[py(-> "Model")]
+    fn __getitem__(&self, py: Python<'_>, #[py("int", /)] actuator: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
         let Ok(index) = actuator.extract::<isize>() else {
             return Err(PyTypeError::new_err("actuators are counted by whole numbers"));
         };
@@ -294,11 +304,21 @@ result_methods!(ManyIdentifications {
     }
 
     fn __eq__(&self, other: &Self) -> bool {
-        let plain = |all: &Self| (all.is_modified, all.actuators, all.law.clone(), all.errors.clone(), all.findings.clone());
+        let plain =
+            |all: &Self| (all.is_modified, all.actuators, all.law.clone(), all.errors.clone(), all.findings.clone());
         let numbers = |all: &Self| {
             let kept = [
-                &all.weights, &all.weights_negative, &all.thresholds, &all.ratios, &all.input_offsets, &all.output_offsets,
-                &all.dead_times, &all.rmse, &all.max_errors, &all.ranges, &all.noise,
+                &all.weights,
+                &all.weights_negative,
+                &all.thresholds,
+                &all.ratios,
+                &all.input_offsets,
+                &all.output_offsets,
+                &all.dead_times,
+                &all.rmse,
+                &all.max_errors,
+                &all.ranges,
+                &all.noise,
             ];
             kept.into_iter().flatten().copied().chain([all.smoothness]).chain(all.dt).collect::<Vec<f64>>()
         };
@@ -318,4 +338,4 @@ result_methods!(ManyIdentifications {
             self.operator_count(),
         )
     }
-});
+}

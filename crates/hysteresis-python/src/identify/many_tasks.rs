@@ -6,7 +6,7 @@ use pyo3::types::{PyDict, PySlice};
 
 use super::many::Watch;
 use super::many_result::ManyIdentifications;
-use super::options::law_name;
+use crate::argument::Words;
 use crate::convert::errors::{unexpected, wrong_type};
 
 /// So many actuators are one call: enough to be worth the tables that they share, few enough to go round.
@@ -86,7 +86,7 @@ impl<'py> Tasks<'_, 'py> {
         } else {
             keywords.set_item("operators", self.options.operators())?;
         }
-        keywords.set_item("weights", law_name(self.options.weights))?;
+        keywords.set_item("weights", self.options.weights.word())?;
         match self.options.smoothness {
             Setting::Fixed(smoothness) => keywords.set_item("smoothness", smoothness)?,
             Setting::Fit => keywords.set_item("smoothness", "auto")?,

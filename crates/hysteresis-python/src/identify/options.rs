@@ -1,5 +1,6 @@
-//! What the arguments of `identify` may be.
+//! What the options of an identification may be.
 
+use hysteresis_core::Ratios;
 use hysteresis_identify::{
     AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, Loss, MapModel, ModelKind, ModesModel, Order, Setting,
     Thresholds, WeightLaw,
@@ -7,47 +8,24 @@ use hysteresis_identify::{
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-use crate::convert::arguments::{count, is_word, unknown, word};
+use crate::argument::{Argument, Words};
+use crate::convert::arguments::{count, is_word};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, unexpected};
 
-pub(crate) fn kind(model: &Bound<'_, PyAny>) -> PyResult<ModelKind> {
-    let expected = "\"modified\" or \"conventional\"";
-    match word("model", expected, model)?.as_str() {
-        "modified" => Ok(ModelKind::Modified),
-        "conventional" => Ok(ModelKind::Conventional),
-        got => unknown("model", expected, got),
-    }
+impl Words for ModelKind {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("modified", Self::Modified), ("conventional", Self::Conventional)];
 }
 
-pub(crate) fn law(weights: &Bound<'_, PyAny>) -> PyResult<WeightLaw> {
-    let expected = "\"auto\", \"free\", \"quadratic\" or \"split\"";
-    match word("weights", expected, weights)?.as_str() {
-        "auto" => Ok(WeightLaw::Auto),
-        "free" => Ok(WeightLaw::Free),
-        "quadratic" => Ok(WeightLaw::Quadratic),
-        "split" => Ok(WeightLaw::Split),
-        got => unknown("weights", expected, got),
-    }
+impl Words for WeightLaw {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("auto", Self::Auto), ("free", Self::Free), ("quadratic", Self::Quadratic), ("split", Self::Split)];
 }
 
-pub(crate) fn law_name(weights: WeightLaw) -> &'static str {
-    match weights {
-        WeightLaw::Auto => "auto",
-        WeightLaw::Free => "free",
-        WeightLaw::Quadratic => "quadratic",
-        WeightLaw::Split => "split",
-    }
-}
-
-pub(crate) fn loss(loss: &Bound<'_, PyAny>) -> PyResult<Loss> {
-    let expected = "\"auto\", \"squares\" or \"robust\"";
-    match word("loss", expected, loss)?.as_str() {
-        "auto" => Ok(Loss::Auto),
-        "squares" => Ok(Loss::Squares),
-        "robust" => Ok(Loss::Robust),
-        got => unknown("loss", expected, got),
-    }
+impl Words for Loss {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("auto", Self::Auto), ("squares", Self::Squares), ("robust", Self::Robust)];
 }
 
 /// The operators with thresholds as given, or that many with uniform ones; as many as the records ask for without a number.
@@ -95,25 +73,27 @@ pub(crate) fn placed(
     }
 }
 
-/// A number, or "auto".
-pub(crate) fn smooth(value: Option<&Bound<'_, PyAny>>) -> PyResult<Setting<f64>> {
-    let Some(value) = value else { return Ok(Setting::Fit) };
-    if is_word(value, "auto") {
-        return Ok(Setting::Fit);
-    }
-    match value.extract() {
-        Ok(smoothness) => Ok(Setting::Fixed(smoothness)),
-        Err(_) => Err(unexpected("smoothness", "a number >= 0 or \"auto\"", value)),
+impl Argument<'_> for Setting<f64> {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        setting(name, "a number", value)
     }
 }
 
-/// "fit", or a value.
+impl Argument<'_> for Setting<Ratios> {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        match setting::<(f64, f64, f64)>(name, "three numbers (ra, rb, rc)", value)? {
+            Setting::Fixed((ra, rb, rc)) => Ok(Setting::Fixed(Ratios { ra, rb, rc })),
+            Setting::Fit => Ok(Setting::Fit),
+        }
+    }
+}
+
+/// "fit", or a value that is held.
 pub(crate) fn setting<'py, T: FromPyObjectOwned<'py>>(
     name: &str,
     expected: &str,
-    value: Option<&Bound<'py, PyAny>>,
+    value: &Bound<'py, PyAny>,
 ) -> PyResult<Setting<T>> {
-    let Some(value) = value else { return Ok(Setting::Fit) };
     if is_word(value, "fit") {
         return Ok(Setting::Fit);
     }
@@ -123,27 +103,48 @@ pub(crate) fn setting<'py, T: FromPyObjectOwned<'py>>(
     }
 }
 
-/// The linear dynamics to fit: none, of second order, a lag, or as the records tell.
-pub(crate) fn dynamics_model(dynamics: Option<&Bound<'_, PyAny>>) -> PyResult<DynamicsModel> {
-    match dynamics {
-        None => Ok(DynamicsModel::None),
-        Some(dynamics) if is_word(dynamics, "auto") => Ok(DynamicsModel::Auto),
-        Some(dynamics) => order("dynamics", "None, \"auto\", 1 or 2", dynamics).map(DynamicsModel::Order),
+/// How smooth the weights should be.
+pub(crate) struct Smoothness(pub(crate) Setting<f64>);
+
+impl Argument<'_> for Smoothness {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if is_word(value, "auto") {
+            return Ok(Self(Setting::Fit));
+        }
+        match value.extract() {
+            Ok(smoothness) => Ok(Self(Setting::Fixed(smoothness))),
+            Err(_) => Err(unexpected(name, "a number >= 0 or \"auto\"", value)),
+        }
     }
 }
 
-/// How many modes: a number, or as the records tell.
-pub(crate) fn modes_model(modes: &Bound<'_, PyAny>) -> PyResult<ModesModel> {
-    if is_word(modes, "auto") {
-        return Ok(ModesModel::Auto);
-    }
-    match modes.extract::<usize>() {
-        Ok(number) => Ok(ModesModel::Number(number)),
-        Err(_) => Err(unexpected("modes", "\"auto\", 1, 2 or 3", modes)),
+impl Argument<'_> for DynamicsModel {
+    const TAKES_NONE: bool = true;
+
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if value.is_none() {
+            Ok(Self::None)
+        } else if is_word(value, "auto") {
+            Ok(Self::Auto)
+        } else {
+            order(name, "None, \"auto\", 1 or 2", value).map(Self::Order)
+        }
     }
 }
 
-/// The order of linear dynamics, which the argument `name` is.
+impl Argument<'_> for ModesModel {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if is_word(value, "auto") {
+            return Ok(Self::Auto);
+        }
+        match value.extract::<usize>() {
+            Ok(number) => Ok(Self::Number(number)),
+            Err(_) => Err(unexpected(name, "\"auto\", 1, 2 or 3", value)),
+        }
+    }
+}
+
+/// The order of dynamics.
 pub(crate) fn order(name: &str, expected: &str, order: &Bound<'_, PyAny>) -> PyResult<Order> {
     match order.extract::<i64>() {
         Ok(1) => Ok(Order::First),
@@ -153,56 +154,77 @@ pub(crate) fn order(name: &str, expected: &str, order: &Bound<'_, PyAny>) -> PyR
     }
 }
 
-/// The creep to fit: none, log-type, a number of terms, their time constants, or as the records tell.
-pub(crate) fn creep_model(creep: Option<&Bound<'_, PyAny>>) -> PyResult<CreepModel> {
-    let Some(creep) = creep else { return Ok(CreepModel::None) };
-    if is_word(creep, "auto") {
-        return Ok(CreepModel::Auto);
-    }
-    if is_word(creep, "log") {
-        return Ok(CreepModel::Logarithmic { terms: None });
-    }
-    if creep.is_instance_of::<PyString>() {
-        let expected = "None, \"auto\", \"log\", a number of terms, or their time constants";
-        return Err(unexpected("creep", expected, creep));
-    }
-    match creep.extract::<usize>() {
-        Ok(terms) => Ok(CreepModel::Decades(terms)),
-        Err(_) => Ok(CreepModel::TimeConstants(numbers("creep", creep)?)),
+impl Argument<'_> for CreepModel {
+    const TAKES_NONE: bool = true;
+
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if value.is_none() {
+            return Ok(Self::None);
+        }
+        if is_word(value, "auto") {
+            return Ok(Self::Auto);
+        }
+        if is_word(value, "log") {
+            return Ok(Self::Logarithmic { terms: None });
+        }
+        if value.is_instance_of::<PyString>() {
+            let expected = "None, \"auto\", \"log\", a number of terms, or their time constants";
+            return Err(unexpected(name, expected, value));
+        }
+        match value.extract::<usize>() {
+            Ok(terms) => Ok(Self::Decades(terms)),
+            Err(_) => Ok(Self::TimeConstants(numbers(name, value)?)),
+        }
     }
 }
 
-/// The loop shift to fit: none, of a time constant, or as the records tell.
-pub(crate) fn loop_shift_model(shift: Option<&Bound<'_, PyAny>>) -> PyResult<LoopShiftModel> {
-    match shift {
-        None => Ok(LoopShiftModel::None),
-        Some(shift) if is_word(shift, "auto") => Ok(LoopShiftModel::Auto),
-        Some(shift) => match shift.extract() {
-            Ok(time_constant) => Ok(LoopShiftModel::Both(time_constant)),
-            Err(_) => Err(unexpected("loop_shift", "None, \"auto\" or a time constant in seconds", shift)),
-        },
+impl Argument<'_> for LoopShiftModel {
+    const TAKES_NONE: bool = true;
+
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if value.is_none() {
+            return Ok(Self::None);
+        }
+        if is_word(value, "auto") {
+            return Ok(Self::Auto);
+        }
+        match value.extract() {
+            Ok(time_constant) => Ok(Self::Both(time_constant)),
+            Err(_) => Err(unexpected(name, "None, \"auto\" or a time constant in seconds", value)),
+        }
     }
 }
 
-/// The amplifier to fit: none, of a bandwidth, or as the records tell.
-pub(crate) fn amplifier_model(amplifier: Option<&Bound<'_, PyAny>>) -> PyResult<AmplifierModel> {
-    match amplifier {
-        None => Ok(AmplifierModel::None),
-        Some(amplifier) if is_word(amplifier, "auto") => Ok(AmplifierModel::Auto),
-        Some(amplifier) => match amplifier.extract() {
-            Ok(bandwidth) => Ok(AmplifierModel::Bandwidth(bandwidth)),
-            Err(_) => Err(unexpected("amplifier", "None, \"auto\" or a bandwidth in Hz", amplifier)),
-        },
+impl Argument<'_> for AmplifierModel {
+    const TAKES_NONE: bool = true;
+
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if value.is_none() {
+            return Ok(Self::None);
+        }
+        if is_word(value, "auto") {
+            return Ok(Self::Auto);
+        }
+        match value.extract() {
+            Ok(bandwidth) => Ok(Self::Bandwidth(bandwidth)),
+            Err(_) => Err(unexpected(name, "None, \"auto\" or a bandwidth in Hz", value)),
+        }
     }
 }
 
-/// The map to fit, which the argument `name` is: none, a smooth one, or as the records tell.
-pub(crate) fn map_model(name: &str, map: Option<&Bound<'_, PyAny>>) -> PyResult<MapModel> {
-    match map {
-        None => Ok(MapModel::None),
-        Some(map) if is_word(map, "auto") => Ok(MapModel::Auto),
-        Some(map) if is_word(map, "smooth") => Ok(MapModel::Smooth),
-        Some(map) => Err(unexpected(name, "None, \"auto\" or \"smooth\"", map)),
+impl Argument<'_> for MapModel {
+    const TAKES_NONE: bool = true;
+
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if value.is_none() {
+            Ok(Self::None)
+        } else if is_word(value, "auto") {
+            Ok(Self::Auto)
+        } else if is_word(value, "smooth") {
+            Ok(Self::Smooth)
+        } else {
+            Err(unexpected(name, "None, \"auto\" or \"smooth\"", value))
+        }
     }
 }
 

@@ -1,10 +1,9 @@
 //! The errors of a fit.
 
 use hysteresis_identify as identification;
+use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
-
-use crate::convert::pickling::result_methods;
 
 /// The errors of a fit, each with its unit or base.
 ///
@@ -88,11 +87,12 @@ impl From<&identification::Quality> for Quality {
     }
 }
 
-result_methods!(Quality {
+#[methods]
+impl Quality {
     pub(crate) fn __repr__(&self) -> String {
         format!(
             "<Quality: max {:.4e} ({:.3} %), rms {:.4e} ({:.3} %) of range {:.4e}, {} samples>",
             self.max_error, self.max_error_percent, self.rmse, self.rmse_percent, self.range, self.samples
         )
     }
-});
+}

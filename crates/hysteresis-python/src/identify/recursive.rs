@@ -2,16 +2,15 @@
 
 use hysteresis_control::linear::LinearDynamics;
 use hysteresis_identify::{self as identification, RecursiveOptions, Setting};
+use hysteresis_python_macros::methods;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pythonize::{depythonize, pythonize};
 
-use super::options::setting;
 use crate::control::linear::part::{LinearPart, dynamics_object};
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise, wrong_type};
-use crate::convert::fast_number::{Number, U, Y};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::{model_of, object};
@@ -64,32 +63,20 @@ use crate::model::object::{model_of, object};
 #[pyclass(module = "mpi_hyst")]
 pub(crate) struct RecursiveIdentifier(pub(crate) identification::RecursiveIdentifier);
 
-#[pymethods]
+#[methods]
 impl RecursiveIdentifier {
     #[new]
-    #[pyo3(signature = (model, *, forgetting=None, output_offset=None, covariance=None, covariance_limit=None,
-        dynamics=None, dead_time=None, dt=None), text_signature = "(model, *, forgetting=1.0, output_offset='fit', covariance=1e12, \
-        covariance_limit=1e4, dynamics=None, dead_time=0.0, dt=None)")]
-    #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python class")]
     fn new(
-        model: &Bound<'_, PyAny>,
-        forgetting: Option<&Bound<'_, PyAny>>,
-        output_offset: Option<&Bound<'_, PyAny>>,
-        covariance: Option<&Bound<'_, PyAny>>,
-        covariance_limit: Option<&Bound<'_, PyAny>>,
-        dynamics: Option<&Bound<'_, PyAny>>,
-        dead_time: Option<&Bound<'_, PyAny>>,
-        dt: Option<&Bound<'_, PyAny>>,
+        #[py("Model")] model: &Bound<'_, PyAny>,
+        #[py(*, = 1.0)] forgetting: f64,
+        #[py("Literal['fit'] | float" = "fit")] output_offset: Setting<f64>,
+        #[py(= 1e12)] covariance: f64,
+        #[py(= 1e4)] covariance_limit: f64,
+        #[py("Dynamics | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
+        #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] dt: Option<f64>,
     ) -> PyResult<Self> {
-        let default = RecursiveOptions::default();
-        numbers!(
-            forgetting = default.forgetting,
-            covariance = default.covariance,
-            covariance_limit = default.covariance_limit,
-            dead_time,
-            dt
-        );
-        let output_offset = setting("output_offset", "a number", output_offset)?;
+        numbers!(dead_time);
         let dynamics = match (LinearPart { dynamics, amplifier_bandwidth: None, dead_time }.dynamics()?, dt) {
             (none, _) if none == LinearDynamics::none() => None,
             (dynamics, Some(dt)) => Some((dynamics, dt)),
@@ -105,18 +92,19 @@ impl RecursiveIdentifier {
     ///
     /// A sample that is not finite changes no weight and gives the last error again; a good u moves the operators all the
     /// same.
-    fn update(slf: &Bound<'_, Self>, u: Number<U>, y: Number<Y>) -> PyResult<f64> {
-        Ok(exclusive(slf)?.0.update(u.0, y.0))
+    fn update(slf: &Bound<'_, Self>, u: f64, y: f64) -> PyResult<f64> {
+        Ok(exclusive(slf)?.0.update(u, y))
     }
 
     /// Takes over the drives before, oldest first: operators and dynamics move, nothing is learned.
-    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let drives = vector("drives", drives)?;
         exclusive(slf)?.0.follow(drives.as_slice()?).map_err(raise)
     }
 
     /// The model as of the last sample: the given one with other weights and output offset.
     #[getter]
+    #[py(-> "Model")]
     fn model(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         object(py, self.0.model())
     }
@@ -127,6 +115,7 @@ impl RecursiveIdentifier {
     /// 1.25 (1 - forgetting)); nothing is forgotten meanwhile. "not_finite": input or output is NaN, infinite or beyond
     /// 1e100.
     #[getter]
+    #[py(-> "Literal['poor_excitation', 'not_finite'] | None")]
     fn frozen(&self) -> Option<&'static str> {
         self.0.frozen().map(identification::Frozen::name)
     }
@@ -162,13 +151,14 @@ impl RecursiveIdentifier {
 
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
+    #[py(-> "dict[str, Any]")]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let state = shared(slf)?.0.state();
         Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         let wrong = |error| errors::value("state", format_args!("expected what .state returned; {error}"));
         let state = depythonize(state).map_err(wrong)?;
         exclusive(slf)?.0.set_state(&state).map_err(raise)

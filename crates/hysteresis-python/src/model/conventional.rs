@@ -1,32 +1,28 @@
 //! The conventional model: immutable, comparable, hashable, picklable, and a file each.
 
 use hysteresis_core::{self as core, Offsets};
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use super::methods::{Argument, ZERO, model_methods};
 use super::object::PrandtlIshlinskii;
-use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
 use crate::convert::memory::{OPERATOR, check_room};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::convert::values::hash;
-use crate::stream::streams::{Forward, Inverse};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
-model_methods!(PrandtlIshlinskii {
+#[methods]
+impl PrandtlIshlinskii {
     #[new]
-    #[pyo3(signature = (weights, thresholds, *, input_offset=None, output_offset=None),
-        text_signature = "(weights, thresholds, *, input_offset=0.0, output_offset=0.0)")]
     fn new(
-        weights: &Bound<'_, PyAny>,
-        thresholds: &Bound<'_, PyAny>,
-        input_offset: Option<&Bound<'_, PyAny>>,
-        output_offset: Option<&Bound<'_, PyAny>>,
+        #[py("ArrayLike")] weights: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] thresholds: &Bound<'_, PyAny>,
+        #[py(*, = 0.0)] input_offset: f64,
+        #[py(= 0.0)] output_offset: f64,
     ) -> PyResult<Self> {
-        numbers!(input_offset = ZERO.input, output_offset = ZERO.output);
         let (weights, thresholds) = (vector("weights", weights)?, vector("thresholds", thresholds)?);
         let offsets = Offsets { input: input_offset, output: output_offset };
         check_room("weights", weights.as_slice()?.len(), OPERATOR)?;
@@ -64,7 +60,7 @@ model_methods!(PrandtlIshlinskii {
     }
 
     fn __repr__(&self) -> String {
-        format!("<PrandtlIshlinskii of {} operators>", self.operators())
+        format!("<PrandtlIshlinskii of {} operators>", self.model.weights().len())
     }
 
     fn __hash__(&self) -> u64 {
@@ -79,4 +75,4 @@ model_methods!(PrandtlIshlinskii {
         let positional = (self.weights(py)?, self.thresholds(py)?);
         reduce(py.get_type::<Self>().into_any(), positional, keywords, None)
     }
-});
+}

@@ -1,26 +1,24 @@
 //! The methods that both models have.
 
-use hysteresis_core::{self as core, CompiledModel, Error, Method, Model, Offsets};
+use hysteresis_core::{self as core, CompiledModel, Error, Method, Model};
+use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 
 use crate::convert::arguments::{self, pair, unknown, word};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::raise;
 use crate::convert::files::write_file;
+use crate::model::object::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+use crate::stream::bracket::Bracket;
 use crate::stream::made::Made;
 use crate::stream::streams::{Forward, Inverse, method_name};
-
-/// Where a model's own zero lies unless told.
-pub(super) const ZERO: Offsets = Offsets { input: 0.0, output: 0.0 };
-
-pub(crate) type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
 /// The forward model of `model`, compiled beforehand.
 pub(super) fn forward(
     model: &Bound<'_, PyAny>,
     compiled: &CompiledModel,
-    initial: Argument<'_, '_>,
-    method: Argument<'_, '_>,
+    initial: Option<&Bound<'_, PyAny>>,
+    method: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Forward> {
     let initial = initial.map(|initial| numbers("initial", initial)).transpose()?;
     let method = method_asked_for(method, initial.is_some())?;
@@ -35,9 +33,9 @@ pub(super) fn forward(
 pub(super) fn inverse(
     model: &Bound<'_, PyAny>,
     compiled: &CompiledModel,
-    limits: Argument<'_, '_>,
-    initial: Argument<'_, '_>,
-    method: Argument<'_, '_>,
+    limits: Option<&Bound<'_, PyAny>>,
+    initial: Option<&Bound<'_, PyAny>>,
+    method: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Inverse> {
     let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
     let initial = initial.map(|initial| numbers("initial", initial)).transpose()?;
@@ -67,7 +65,7 @@ pub(crate) fn inverse_at_rest(
 }
 
 /// The method that an argument names; with initial outputs only the bank is possible.
-pub(crate) fn method_asked_for(method: Argument<'_, '_>, has_initial: bool) -> PyResult<Option<Method>> {
+pub(crate) fn method_asked_for(method: Option<&Bound<'_, PyAny>>, has_initial: bool) -> PyResult<Option<Method>> {
     let Some(method) = method else { return Ok(None) };
     let expected = if has_initial { "\"bank\" or None beside initial" } else { "\"turning_points\", \"bank\" or None" };
     let possible: &[Method] = if has_initial { &[Method::Bank] } else { &[Method::TurningPoints, Method::Bank] };
@@ -83,101 +81,91 @@ pub(super) fn save(py: Python<'_>, model: &Model, path: &Bound<'_, PyAny>) -> Py
     write_file(py, path, &text)
 }
 
-/// The methods that both models have, and its own.
-macro_rules! model_methods {
-    ($class:ident { $($own:tt)* }) => {
-        #[pymethods]
-        impl $class {
-            /// The number of operators n.
-            #[getter]
-            fn operators(&self) -> usize {
-                self.model.weights().len()
-            }
+// What both models offer.
+#[methods(PrandtlIshlinskii, ModifiedPrandtlIshlinskii)]
+impl Each {
+    /// The number of operators n.
+    #[getter]
+    fn operators(&self) -> usize {
+        self.model.weights().len()
+    }
 
-            /// Subtracted from the input.
-            #[getter]
-            fn input_offset(&self) -> f64 {
-                self.model.offsets().input
-            }
+    /// Subtracted from the input.
+    #[getter]
+    fn input_offset(&self) -> f64 {
+        self.model.offsets().input
+    }
 
-            /// Added to the output.
-            #[getter]
-            fn output_offset(&self) -> f64 {
-                self.model.offsets().output
-            }
+    /// Added to the output.
+    #[getter]
+    fn output_offset(&self) -> f64 {
+        self.model.offsets().output
+    }
 
-            /// The least and the greatest slope dy/dx that the model can have: (w_0, sum of w_i) if no weight is negative.
-            ///
-            /// Of a split operator the smaller weight counts for the least, the greater for the greatest.
-            #[getter]
-            fn slope_range(&self) -> (f64, f64) {
-                self.model.slope_range()
-            }
+    /// The least and the greatest slope dy/dx that the model can have: (w_0, sum of w_i) if no weight is negative.
+    ///
+    /// Of a split operator the smaller weight counts for the least, the greater for the greatest.
+    #[getter]
+    fn slope_range(&self) -> (f64, f64) {
+        self.model.slope_range()
+    }
 
-            /// Whether the weight of the identity operators (all thresholds zero) outweighs all negative weights together.
-            #[getter]
-            fn invertible(&self) -> bool {
-                self.model.check_invertible().is_ok()
-            }
+    /// Whether the weight of the identity operators (all thresholds zero) outweighs all negative weights together.
+    #[getter]
+    fn invertible(&self) -> bool {
+        self.model.check_invertible().is_ok()
+    }
 
-            /// Why the model is not invertible, or None.
-            #[getter]
-            fn not_invertible_because(&self) -> Option<String> {
-                self.model.check_invertible().err().map(|error| error.to_string())
-            }
+    /// Why the model is not invertible, or None.
+    #[getter]
+    fn not_invertible_because(&self) -> Option<String> {
+        self.model.check_invertible().err().map(|error| error.to_string())
+    }
 
-            /// The forward model as a stream, at rest or from the operator outputs `initial`.
-            ///
-            /// `method` None takes "turning_points" where it can: what a sample costs hardly hangs on the number of operators. "bank"
-            /// computes all operators for a sample that leaves the line: with AVX2 it is several times faster for some tens of
-            /// operators where every sample is a jump, and slower on a smooth drive. Both give the same outputs, to
-            /// 1e-12 of the range, and either goes on from a `state` of the other.
-            ///
-            /// Raises ValueError for thresholds that are not nested if "turning_points" is asked for.
-            #[pyo3(signature = (initial=None, *, method=None))]
-            fn forward(
-                slf: &Bound<'_, Self>,
-                initial: Argument<'_, '_>,
-                method: Argument<'_, '_>,
-            ) -> PyResult<Forward> {
-                $crate::model::methods::forward(slf.as_any(), &slf.get().compiled, initial, method)
-            }
+    /// The forward model as a stream, at rest or from the operator outputs `initial`.
+    ///
+    /// `method` None takes "turning_points" where it can: what a sample costs hardly hangs on the number of operators. "bank"
+    /// computes all operators for a sample that leaves the line: with AVX2 it is several times faster for some tens of
+    /// operators where every sample is a jump, and slower on a smooth drive. Both give the same outputs, to
+    /// 1e-12 of the range, and either goes on from a `state` of the other.
+    ///
+    /// Raises ValueError for thresholds that are not nested if "turning_points" is asked for.
+    fn forward(
+        slf: &Bound<'_, Self>,
+        #[py("ArrayLike | None" = None)] initial: Option<&Bound<'_, PyAny>>,
+        #[py(*, "Literal['turning_points', 'bank'] | None" = None)] method: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Forward> {
+        forward(slf.as_any(), &slf.get().compiled, initial, method)
+    }
 
-            /// The exact inverse as a stream, the drive within `limits` (low, high).
-            ///
-            /// `method` as in `forward`; an inverse gains nothing by "bank".
-            ///
-            /// Raises NotInvertibleError if the model may not be invertible.
-            #[pyo3(signature = (limits=None, initial=None, *, method=None))]
-            fn inverse(
-                slf: &Bound<'_, Self>,
-                limits: Argument<'_, '_>,
-                initial: Argument<'_, '_>,
-                method: Argument<'_, '_>,
-            ) -> PyResult<Inverse> {
-                $crate::model::methods::inverse(slf.as_any(), &slf.get().compiled, limits, initial, method)
-            }
+    /// The exact inverse as a stream, the drive within `limits` (low, high).
+    ///
+    /// `method` as in `forward`; an inverse gains nothing by "bank".
+    ///
+    /// Raises NotInvertibleError if the model may not be invertible.
+    fn inverse(
+        slf: &Bound<'_, Self>,
+        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+        #[py("ArrayLike | None" = None)] initial: Option<&Bound<'_, PyAny>>,
+        #[py(*, "Literal['turning_points', 'bank'] | None" = None)] method: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Inverse> {
+        inverse(slf.as_any(), &slf.get().compiled, limits, initial, method)
+    }
 
-            /// How uncertain the output is when the history between the limits (low, high) is unknown.
-            ///
-            /// Raises ValueError for a model with a negative weight.
-            fn bracket(slf: &Bound<'_, Self>, limits: &Bound<'_, PyAny>) -> PyResult<$crate::stream::bracket::Bracket> {
-                let limits = $crate::convert::arguments::pair("limits", limits)?;
-                $crate::stream::bracket::Bracket::of(slf.as_any(), &slf.get().compiled, limits)
-            }
+    /// How uncertain the output is when the history between the limits (low, high) is unknown.
+    ///
+    /// Raises ValueError for a model with a negative weight.
+    fn bracket(slf: &Bound<'_, Self>, #[py("Sequence[float]")] limits: &Bound<'_, PyAny>) -> PyResult<Bracket> {
+        let limits = arguments::pair("limits", limits)?;
+        Bracket::of(slf.as_any(), &slf.get().compiled, limits)
+    }
 
-            /// Writes the model to a JSON file; the file appears only when it is complete.
-            fn save(&self, py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<()> {
-                $crate::model::methods::save(py, &self.model.clone().into(), path)
-            }
+    /// Writes the model to a JSON file; the file appears only when it is complete.
+    fn save(&self, py: Python<'_>, #[py("str | PathLike[str]")] path: &Bound<'_, PyAny>) -> PyResult<()> {
+        save(py, &self.model.clone().into(), path)
+    }
 
-            fn __eq__(&self, other: &Self) -> bool {
-                self.model == other.model
-            }
-
-            $($own)*
-        }
-    };
+    fn __eq__(&self, other: &Self) -> bool {
+        self.model == other.model
+    }
 }
-
-pub(super) use model_methods;

@@ -1,22 +1,23 @@
 //! The modified model: immutable, comparable, hashable, picklable, and a file each.
 
 use hysteresis_core::{self as core, CoupledPlay, Offsets, Ratios};
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use super::methods::{Argument, ZERO, model_methods};
 use super::object::ModifiedPrandtlIshlinskii;
-use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
 use crate::convert::memory::{OPERATOR, check_room};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::convert::values::hash;
-use crate::stream::streams::{Forward, Inverse};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
-fn split(model: core::ModifiedPrandtlIshlinskii, weights: Argument<'_, '_>) -> PyResult<ModifiedPrandtlIshlinskii> {
+fn split(
+    model: core::ModifiedPrandtlIshlinskii,
+    weights: Option<&Bound<'_, PyAny>>,
+) -> PyResult<ModifiedPrandtlIshlinskii> {
     let model = match weights {
         None => model,
         Some(weights) => {
@@ -32,22 +33,19 @@ impl ModifiedPrandtlIshlinskii {
     }
 }
 
-model_methods!(ModifiedPrandtlIshlinskii {
+#[methods]
+impl ModifiedPrandtlIshlinskii {
     #[new]
-    #[pyo3(signature = (weights, r, ra, rb, rc, *, input_offset=None, output_offset=None, weights_negative=None),
-        text_signature = "(weights, r, ra, rb, rc, *, input_offset=0.0, output_offset=0.0, weights_negative=None)")]
-    #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
     fn new(
-        weights: &Bound<'_, PyAny>,
-        r: &Bound<'_, PyAny>,
-        ra: &Bound<'_, PyAny>,
-        rb: &Bound<'_, PyAny>,
-        rc: &Bound<'_, PyAny>,
-        input_offset: Option<&Bound<'_, PyAny>>,
-        output_offset: Option<&Bound<'_, PyAny>>,
-        weights_negative: Option<&Bound<'_, PyAny>>,
+        #[py("ArrayLike")] weights: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] r: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] ra: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] rb: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] rc: &Bound<'_, PyAny>,
+        #[py(*, = 0.0)] input_offset: f64,
+        #[py(= 0.0)] output_offset: f64,
+        #[py("ArrayLike | None" = None)] weights_negative: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(input_offset = ZERO.input, output_offset = ZERO.output);
         let weights = vector("weights", weights)?;
         let (r, ra, rb, rc) = (vector("r", r)?, vector("ra", ra)?, vector("rb", rb)?, vector("rc", rc)?);
         check_room("weights", weights.as_slice()?.len(), OPERATOR)?;
@@ -74,25 +72,20 @@ model_methods!(ModifiedPrandtlIshlinskii {
     /// input_offset, output_offset : float
     /// weights_negative : array of n floats, optional
     #[staticmethod]
-    #[pyo3(signature = (weights, r, *, ra, rb, rc, input_offset=None, output_offset=None, weights_negative=None),
-        text_signature = "(weights, r, *, ra, rb, rc, input_offset=0.0, output_offset=0.0, weights_negative=None)")]
-    #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
     fn from_ratios(
-        weights: &Bound<'_, PyAny>,
-        r: &Bound<'_, PyAny>,
-        ra: &Bound<'_, PyAny>,
-        rb: &Bound<'_, PyAny>,
-        rc: &Bound<'_, PyAny>,
-        input_offset: Option<&Bound<'_, PyAny>>,
-        output_offset: Option<&Bound<'_, PyAny>>,
-        weights_negative: Option<&Bound<'_, PyAny>>,
+        #[py("ArrayLike")] weights: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] r: &Bound<'_, PyAny>,
+        #[py(*)] ra: f64,
+        rb: f64,
+        rc: f64,
+        #[py(= 0.0)] input_offset: f64,
+        #[py(= 0.0)] output_offset: f64,
+        #[py("ArrayLike | None" = None)] weights_negative: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(ra, rb, rc, input_offset = ZERO.input, output_offset = ZERO.output);
         let (weights, r) = (vector("weights", weights)?, vector("r", r)?);
         let offsets = Offsets { input: input_offset, output: output_offset };
         let ratios = Ratios { ra, rb, rc };
-        let model =
-            core::ModifiedPrandtlIshlinskii::from_ratios(weights.as_slice()?, r.as_slice()?, ratios, offsets);
+        let model = core::ModifiedPrandtlIshlinskii::from_ratios(weights.as_slice()?, r.as_slice()?, ratios, offsets);
         split(model.map_err(raise)?, weights_negative)
     }
 
@@ -151,15 +144,13 @@ model_methods!(ModifiedPrandtlIshlinskii {
     /// >>> table_2 = mh.paper.table_1_recovered().parametric_inverse()
     /// >>> bool(abs(table_2.weights - mh.paper.table_2().weights).max() < 5.1e-5)
     /// True
-    #[pyo3(signature = (ra=None, rb=None, rc=None), text_signature = "($self, ra=0.9, rb=0.35, rc=0.35)")]
-    fn parametric_inverse(&self, ra: Option<&Bound<'_, PyAny>>, rb: Option<&Bound<'_, PyAny>>, rc: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        numbers!(ra = Ratios::PAPER_INVERSE.ra, rb = Ratios::PAPER_INVERSE.rb, rc = Ratios::PAPER_INVERSE.rc);
+    fn parametric_inverse(&self, #[py(= 0.9)] ra: f64, #[py(= 0.35)] rb: f64, #[py(= 0.35)] rc: f64) -> PyResult<Self> {
         self.model.parametric_inverse(Ratios { ra, rb, rc }).map(Self::from).map_err(raise)
     }
 
     fn __repr__(&self) -> String {
         let split = if self.split() { ", split" } else { "" };
-        format!("<ModifiedPrandtlIshlinskii of {} operators{split}>", self.operators())
+        format!("<ModifiedPrandtlIshlinskii of {} operators{split}>", self.model.weights().len())
     }
 
     fn __hash__(&self) -> u64 {
@@ -178,4 +169,4 @@ model_methods!(ModifiedPrandtlIshlinskii {
         let positional = (self.weights(py)?, self.r(py)?, self.ra(py)?, self.rb(py)?, self.rc(py)?);
         reduce(py.get_type::<Self>().into_any(), positional, keywords, None)
     }
-});
+}

@@ -1,7 +1,7 @@
 //! Single operators.
 
 use hysteresis_core::{self as core, Process, Tracked};
-use numpy::PyArray1;
+use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 
 use crate::convert::arguments::numbers;
@@ -9,7 +9,7 @@ use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::stream::process::process_methods;
+use crate::stream::single_argument::Stepper;
 
 /// The play operator, equations (1)-(3): z(k) = max(x - r, min(x + r, z(k-1))).
 ///
@@ -48,10 +48,24 @@ pub(crate) struct Play(Tracked<core::Play>);
 #[pyclass(module = "mpi_hyst")]
 pub(crate) struct CoupledPlay(Tracked<core::CoupledPlay>);
 
-process_methods!(Play, 0 {
+impl Stepper for Play {
+    fn process(&self) -> &impl Process {
+        &self.0
+    }
+
+    fn process_mut(&mut self) -> &mut impl Process {
+        &mut self.0
+    }
+
+    fn rejected(&self) -> u64 {
+        self.0.rejected()
+    }
+}
+
+#[methods]
+impl Play {
     #[new]
-    fn new(r: &Bound<'_, PyAny>) -> PyResult<Self> {
-        numbers!(r);
+    fn new(r: f64) -> PyResult<Self> {
         Ok(Self(Tracked::new(core::Play::new(r).map_err(raise)?)))
     }
 
@@ -62,7 +76,7 @@ process_methods!(Play, 0 {
     }
 
     /// Takes over the inputs before, oldest first.
-    fn follow(slf: &Bound<'_, Self>, inputs: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] inputs: &Bound<'_, PyAny>) -> PyResult<()> {
         let inputs = vector("inputs", inputs)?;
         exclusive(slf)?.0.follow(inputs.as_slice()?).map_err(raise)
     }
@@ -74,7 +88,7 @@ process_methods!(Play, 0 {
     }
 
     #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_state(slf: &Bound<'_, Self>, #[py("float")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         numbers!(state);
         exclusive(slf)?.0.set_state(state).map_err(raise)
     }
@@ -91,17 +105,26 @@ process_methods!(Play, 0 {
     fn __repr__(&self) -> String {
         format!("Play(r={})", self.r())
     }
-});
+}
 
-process_methods!(CoupledPlay, 0 {
+impl Stepper for CoupledPlay {
+    fn process(&self) -> &impl Process {
+        &self.0
+    }
+
+    fn process_mut(&mut self) -> &mut impl Process {
+        &mut self.0
+    }
+
+    fn rejected(&self) -> u64 {
+        self.0.rejected()
+    }
+}
+
+#[methods]
+impl CoupledPlay {
     #[new]
-    fn new(
-        r: &Bound<'_, PyAny>,
-        ra: &Bound<'_, PyAny>,
-        rb: &Bound<'_, PyAny>,
-        rc: &Bound<'_, PyAny>,
-    ) -> PyResult<Self> {
-        numbers!(r, ra, rb, rc);
+    fn new(r: f64, ra: f64, rb: f64, rc: f64) -> PyResult<Self> {
         Ok(Self(Tracked::new(core::CoupledPlay::new(r, ra, rb, rc).map_err(raise)?)))
     }
 
@@ -130,7 +153,7 @@ process_methods!(CoupledPlay, 0 {
     }
 
     /// Takes over the inputs before, oldest first.
-    fn follow(slf: &Bound<'_, Self>, inputs: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] inputs: &Bound<'_, PyAny>) -> PyResult<()> {
         let inputs = vector("inputs", inputs)?;
         exclusive(slf)?.0.follow(inputs.as_slice()?).map_err(raise)
     }
@@ -142,7 +165,7 @@ process_methods!(CoupledPlay, 0 {
     }
 
     #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_state(slf: &Bound<'_, Self>, #[py("float")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         numbers!(state);
         exclusive(slf)?.0.set_state(state).map_err(raise)
     }
@@ -159,4 +182,4 @@ process_methods!(CoupledPlay, 0 {
     fn __repr__(&self) -> String {
         format!("CoupledPlay(r={}, ra={}, rb={}, rc={})", self.r(), self.ra(), self.rb(), self.rc())
     }
-});
+}

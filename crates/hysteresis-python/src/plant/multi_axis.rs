@@ -1,5 +1,6 @@
 //! Plants of several axes.
 
+use hysteresis_python_macros::methods;
 use hysteresis_simulate::plant;
 use numpy::ndarray::{Dim, Ix2};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
@@ -98,10 +99,13 @@ impl MultiAxisPlant {
     }
 }
 
-#[pymethods]
+#[methods]
 impl MultiAxisPlant {
     #[new]
-    fn new(plants: &Bound<'_, PyAny>, coupling: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn new(
+        #[py("Iterable[Plant]")] plants: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] coupling: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
         let py = plants.py();
         let plants = list_of::<Plant>("plants", "Plant", plants)?;
         let coupling = square("coupling", coupling, plants.len())?;
@@ -112,7 +116,7 @@ impl MultiAxisPlant {
     }
 
     /// Holds the drives for one sampling interval and returns the measurements at its end.
-    fn step<'py>(slf: &Bound<'py, Self>, drives: &Bound<'py, PyAny>) -> PyResult<Vector<'py>> {
+    fn step<'py>(slf: &Bound<'py, Self>, #[py("ArrayLike")] drives: &Bound<'py, PyAny>) -> PyResult<Vector<'py>> {
         Self::write(slf, drives)?;
         Ok(PyArray1::from_slice(slf.py(), shared(slf)?.plant.measured()))
     }
@@ -123,14 +127,17 @@ impl MultiAxisPlant {
     }
 
     /// Holds the drives for one sampling interval: `step` without the measurements, which `read` returns.
-    fn write(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn write(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let drives = vector("drives", drives)?;
         exclusive(slf)?.plant.step(drives.as_slice()?).map_err(raise)
     }
 
     /// Takes drives of shape (samples, N) and returns the rows of a record, (measured, position), both of that shape and at
     /// the moment at which the drives are put out.
-    fn run<'py>(slf: &Bound<'py, Self>, drives: &Bound<'py, PyAny>) -> PyResult<(Matrix<'py>, Matrix<'py>)> {
+    fn run<'py>(
+        slf: &Bound<'py, Self>,
+        #[py("ArrayLike")] drives: &Bound<'py, PyAny>,
+    ) -> PyResult<(Matrix<'py>, Matrix<'py>)> {
         let (py, axes) = (slf.py(), shared(slf)?.axes());
         let expected = format!("an array of shape (samples, {axes})");
         let drives = array::<Ix2>("drives", drives, format_args!("{expected}"))?;
@@ -160,6 +167,7 @@ impl MultiAxisPlant {
 
     /// The single plants, as copies in their present states.
     #[getter]
+    #[py(-> "tuple[Plant, ...]")]
     fn plants<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let pairs = self.plant.plants().iter().zip(&self.made_of);
         let copies =
@@ -212,13 +220,14 @@ impl MultiAxisPlant {
 
     /// Everything that the plants remember, as a dictionary to keep; set it to continue from there bit for bit, noise included.
     #[getter]
+    #[py(-> "dict[str, Any]")]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let state = shared(slf)?.plant.state();
         Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         let state = saved(state)?;
         exclusive(slf)?.plant.set_state(&state).map_err(raise)
     }

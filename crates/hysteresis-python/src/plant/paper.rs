@@ -1,5 +1,6 @@
 //! `mpi_hyst.paper`.
 
+use hysteresis_python_macros::function;
 use hysteresis_simulate::paper::{self, Benchmark};
 use pyo3::prelude::*;
 
@@ -16,7 +17,7 @@ use crate::model::object::ModifiedPrandtlIshlinskii;
 /// >>> import mpi_hyst as mh
 /// >>> mh.paper.table_1().operators
 /// 20
-#[pyfunction]
+#[function]
 pub(crate) fn table_1() -> ModifiedPrandtlIshlinskii {
     paper::table_1().into()
 }
@@ -30,7 +31,7 @@ pub(crate) fn table_1() -> ModifiedPrandtlIshlinskii {
 /// >>> import mpi_hyst as mh
 /// >>> print(f"{mh.paper.table_1_recovered().forward().step(500.0):+.4f} um")
 /// +3.0624 um
-#[pyfunction]
+#[function]
 pub(crate) fn table_1_recovered() -> ModifiedPrandtlIshlinskii {
     paper::table_1_recovered().into()
 }
@@ -42,7 +43,7 @@ pub(crate) fn table_1_recovered() -> ModifiedPrandtlIshlinskii {
 /// >>> import mpi_hyst as mh
 /// >>> float(mh.paper.table_2().weights[0])
 /// 234.9005
-#[pyfunction]
+#[function]
 pub(crate) fn table_2() -> ModifiedPrandtlIshlinskii {
     paper::table_2().into()
 }
@@ -85,9 +86,11 @@ fn benchmark(name: &Bound<'_, PyAny>) -> PyResult<Benchmark> {
 /// >>> run = mh.plant.simulate(PaperLaw(*mh.paper.gains("A1")), mh.paper.plant("A1"), reference)
 /// >>> bool(abs(run.metrics.max_error / 0.293 - 1.0) < 0.1)
 /// True
-#[pyfunction]
-#[pyo3(signature = (name, seed=None), text_signature = "(name, seed=0)")]
-pub(crate) fn plant(name: &Bound<'_, PyAny>, seed: Option<&Bound<'_, PyAny>>) -> PyResult<Plant> {
+#[function]
+pub(crate) fn plant(
+    #[py("Literal['A1', 'P3']")] name: &Bound<'_, PyAny>,
+    #[py("int" = 0)] seed: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Plant> {
     let seed = seed.map_or(Ok(0), |seed| whole::<u64>("seed", seed))?;
     Plant::of_seed(&benchmark(name)?.stage(), seed)
 }
@@ -104,8 +107,8 @@ pub(crate) fn plant(name: &Bound<'_, PyAny>, seed: Option<&Bound<'_, PyAny>>) ->
 /// >>> import mpi_hyst as mh
 /// >>> mh.paper.gains("A1")
 /// (60.0, 6000.0)
-#[pyfunction]
-pub(crate) fn gains(name: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+#[function]
+pub(crate) fn gains(#[py("Literal['A1', 'P3']")] name: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
     let gains = benchmark(name)?.gains();
     Ok((gains.kp, gains.ki))
 }

@@ -1,16 +1,16 @@
 //! Plants: an actuator between its converters.
 
 use hysteresis_control::stage;
+use hysteresis_python_macros::methods;
 use hysteresis_simulate::plant::{self, PlantOptions};
 use numpy::ndarray::Dim;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
-use crate::convert::arguments::{count, numbers, pair, whole};
+use crate::convert::arguments::{count, pair, whole};
 use crate::convert::arrays::{vector, zeros};
 use crate::convert::errors::{self, raise};
-use crate::convert::fast_number::{Drive, Number};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 use crate::stage::object::Stage;
@@ -95,31 +95,23 @@ impl Plant {
     }
 }
 
-#[pymethods]
+#[methods]
 impl Plant {
     #[new]
-    #[pyo3(
-        signature = (stage, *, dt, seed=None, dac_bits=None, adc_bits=None, adc_range=None, dynamics=None,
-            amplifier_bandwidth=None, creep=None, dead_time=None, noise=None, limits=None),
-        text_signature = "(stage, *, dt, seed=0, dac_bits=None, adc_bits=None, adc_range=None, dynamics=None, \
-            amplifier_bandwidth=None, creep=None, dead_time=0.0, noise=None, limits=None)"
-    )]
-    #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python class")]
     fn new(
-        stage: &Bound<'_, PyAny>,
-        dt: &Bound<'_, PyAny>,
-        seed: Option<&Bound<'_, PyAny>>,
-        dac_bits: Option<&Bound<'_, PyAny>>,
-        adc_bits: Option<&Bound<'_, PyAny>>,
-        adc_range: Option<&Bound<'_, PyAny>>,
-        dynamics: Option<&Bound<'_, PyAny>>,
-        amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
-        creep: Option<&Bound<'_, PyAny>>,
-        dead_time: Option<&Bound<'_, PyAny>>,
-        noise: Option<&Bound<'_, PyAny>>,
-        limits: Option<&Bound<'_, PyAny>>,
+        #[py("Model | Stage")] stage: &Bound<'_, PyAny>,
+        #[py(*)] dt: f64,
+        #[py("int" = 0)] seed: Option<&Bound<'_, PyAny>>,
+        #[py("int | None" = None)] dac_bits: Option<&Bound<'_, PyAny>>,
+        #[py("int | None" = None)] adc_bits: Option<&Bound<'_, PyAny>>,
+        #[py("Sequence[float] | None" = None)] adc_range: Option<&Bound<'_, PyAny>>,
+        #[py("Dynamics | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
+        #[py("float | None" = None)] amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
+        #[py("Creep | None" = None)] creep: Option<&Bound<'_, PyAny>>,
+        #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
+        #[py("float | None" = None)] noise: Option<&Bound<'_, PyAny>>,
+        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(dt);
         let parts = StageKeywords {
             dynamics,
             amplifier_bandwidth,
@@ -134,8 +126,8 @@ impl Plant {
     }
 
     /// Holds the drive for one sampling interval and returns the measurement at its end.
-    fn step(slf: &Bound<'_, Self>, drive: Number<Drive>) -> PyResult<f64> {
-        Ok(exclusive(slf)?.plant.step(drive.0))
+    fn step(slf: &Bound<'_, Self>, drive: f64) -> PyResult<f64> {
+        Ok(exclusive(slf)?.plant.step(drive))
     }
 
     /// The measurement of now: `measured`. With `write` a plant is used as hardware is, as `simulate` does with any object.
@@ -144,14 +136,17 @@ impl Plant {
     }
 
     /// Holds the drive for one sampling interval: `step` without the measurement, which `read` returns.
-    fn write(slf: &Bound<'_, Self>, drive: Number<Drive>) -> PyResult<()> {
-        exclusive(slf)?.plant.step(drive.0);
+    fn write(slf: &Bound<'_, Self>, drive: f64) -> PyResult<()> {
+        exclusive(slf)?.plant.step(drive);
         Ok(())
     }
 
     /// Takes an array of drives and returns the rows of a record, (measured, position): both at the moment at which the drive
     /// is put out.
-    fn run<'py>(slf: &Bound<'py, Self>, drives: &Bound<'py, PyAny>) -> PyResult<(Vector<'py>, Vector<'py>)> {
+    fn run<'py>(
+        slf: &Bound<'py, Self>,
+        #[py("ArrayLike")] drives: &Bound<'py, PyAny>,
+    ) -> PyResult<(Vector<'py>, Vector<'py>)> {
         let py = drives.py();
         let drives = vector("drives", drives)?;
         let samples = drives.as_slice()?;
@@ -169,7 +164,7 @@ impl Plant {
     }
 
     /// Takes over what was driven before, oldest drive first, one per sampling interval.
-    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let drives = vector("drives", drives)?;
         exclusive(slf)?.plant.follow(drives.as_slice()?).map_err(raise)
     }
@@ -248,13 +243,14 @@ impl Plant {
 
     /// Everything that the plant remembers, as a dictionary to keep; set it to continue from there bit for bit, noise included.
     #[getter]
+    #[py(-> "dict[str, Any]")]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let state = shared(slf)?.plant.state();
         Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         let state = saved(state)?;
         exclusive(slf)?.plant.set_state(&state).map_err(raise)
     }

@@ -1,5 +1,6 @@
 //! Closed loops: a controller, a plant, a reference, and how well the plant followed.
 
+use hysteresis_python_macros::methods;
 use hysteresis_simulate::metrics::{self, LoopRecord};
 use numpy::PyArray1;
 use pyo3::intern;
@@ -7,11 +8,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 use serde::{Deserialize, Serialize};
 
-use crate::convert::arguments::{numbers, pair};
+use crate::convert::arguments::pair;
 use crate::convert::arrays::{numbers, read_only};
 use crate::convert::errors::raise;
 use crate::convert::memory::{PASS, check_room};
-use crate::convert::pickling::{Reduced, keywords, reduce, result_methods};
+use crate::convert::pickling::{Reduced, keywords, reduce};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
@@ -88,7 +89,8 @@ impl From<metrics::Metrics> for Metrics {
     }
 }
 
-result_methods!(Metrics {
+#[methods]
+impl Metrics {
     fn __repr__(&self) -> String {
         format!(
             "<Metrics: measured error max {:.4e} rms {:.4e}, position error max {:.4e} rms {:.4e}, {} samples, {} \
@@ -102,7 +104,7 @@ result_methods!(Metrics {
             if self.missing_count > 0 { format!(", {} without a reading", self.missing_count) } else { String::new() }
         )
     }
-});
+}
 
 /// The samples of a closed loop and the errors in them: made by `simulate`, or from a record of your own.
 ///
@@ -135,19 +137,17 @@ result_methods!(Metrics {
 #[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct Run(pub(crate) metrics::Run);
 
-#[pymethods]
+#[methods]
 impl Run {
     #[new]
-    #[pyo3(signature = (reference, measured, position, drive, *, limits=None, period=None))]
     fn new(
-        reference: &Bound<'_, PyAny>,
-        measured: &Bound<'_, PyAny>,
-        position: &Bound<'_, PyAny>,
-        drive: &Bound<'_, PyAny>,
-        limits: Option<&Bound<'_, PyAny>>,
-        period: Option<&Bound<'_, PyAny>>,
+        #[py("ArrayLike")] reference: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] measured: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] position: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] drive: &Bound<'_, PyAny>,
+        #[py(*, "Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] period: Option<f64>,
     ) -> PyResult<Self> {
-        numbers!(period);
         let record = LoopRecord {
             reference: numbers("reference", reference)?,
             measured: numbers("measured", measured)?,

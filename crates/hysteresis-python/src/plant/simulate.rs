@@ -4,6 +4,7 @@ use hysteresis_control::StageController;
 use hysteresis_core::{
     CompiledModel, HybridController as Controller, Model, ModifiedPrandtlIshlinskii, check_all_finite,
 };
+use hysteresis_python_macros::function;
 use hysteresis_simulate::closed_loop::{Tracking, TrackingTask};
 use hysteresis_simulate::driven::Driven;
 use hysteresis_simulate::metrics;
@@ -18,7 +19,7 @@ use crate::control::controller::HybridController;
 use crate::control::observer::Observer;
 use crate::control::repetitive::RepetitiveControl;
 use crate::control::source::check_interval;
-use crate::convert::arguments::{callable, count, numbers};
+use crate::convert::arguments::{callable, count};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Place, raise, unexpected};
 use crate::convert::memory::{PASS, check_room};
@@ -111,27 +112,29 @@ use crate::identify::recursive::RecursiveIdentifier;
 /// >>> run = mh.plant.simulate(feedback, Bench(), mh.signals.sine(1.0, 5.0, seconds=0.2))
 /// >>> run.metrics.max_position_error < 0.4, run.metrics.missing_count
 /// (True, 0)
-#[pyfunction]
-#[pyo3(signature = (
-    controller, plant, reference, *, target=None, correction=None, observer=None, repetitive=None, identifier=None, model_update_interval=None,
-    period=None, progress=None
-), text_signature = "(controller, plant, reference, *, target=None, correction=None, observer=None, repetitive=None, identifier=None, \
-    model_update_interval=1000, period=None, progress=None)")]
-#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+#[function]
+#[overload(
+    "(controller: MultiAxisController, plant: MultiAxisPlant | AnyAxesPlant, reference: ArrayLike, *, target: ArrayLike | None=None, period: float | None=None, progress: Callable[[float], object] | None=None) -> list[Run]  # type: ignore[overload-overlap]"
+)]
+#[overload(
+    "(controller: AnyAxesController, plant: MultiAxisPlant | AnyAxesPlant, reference: ArrayLike, *, target: ArrayLike | None=None, period: float | None=None, progress: Callable[[float], object] | None=None) -> list[Run]"
+)]
+#[overload(
+    "(controller: AnyController, plant: AnyPlant, reference: ArrayLike, *, target: ArrayLike | None=None, correction: ArrayLike | None=None, observer: Observer | None=None, repetitive: RepetitiveControl | None=None, identifier: RecursiveIdentifier | None=None, model_update_interval: int=1000, period: float | None=None, progress: Callable[[float], object] | None=None) -> Run"
+)]
 pub(crate) fn simulate<'py>(
-    controller: &Bound<'py, PyAny>,
-    plant: &Bound<'py, PyAny>,
-    reference: &Bound<'py, PyAny>,
-    target: Option<&Bound<'py, PyAny>>,
-    correction: Option<&Bound<'py, PyAny>>,
-    observer: Option<&Bound<'py, PyAny>>,
-    repetitive: Option<&Bound<'py, PyAny>>,
-    identifier: Option<&Bound<'py, PyAny>>,
-    model_update_interval: Option<&Bound<'py, PyAny>>,
-    period: Option<&Bound<'py, PyAny>>,
-    progress: Option<&Bound<'py, PyAny>>,
+    #[py("AnyController")] controller: &Bound<'py, PyAny>,
+    #[py("AnyPlant")] plant: &Bound<'py, PyAny>,
+    #[py("ArrayLike")] reference: &Bound<'py, PyAny>,
+    #[py(*, "ArrayLike | None" = None)] target: Option<&Bound<'py, PyAny>>,
+    #[py("ArrayLike | None" = None)] correction: Option<&Bound<'py, PyAny>>,
+    #[py("Observer | None" = None)] observer: Option<&Bound<'py, PyAny>>,
+    #[py("RepetitiveControl | None" = None)] repetitive: Option<&Bound<'py, PyAny>>,
+    #[py("RecursiveIdentifier | None" = None)] identifier: Option<&Bound<'py, PyAny>>,
+    #[py("int" = 1000)] model_update_interval: Option<&Bound<'py, PyAny>>,
+    #[py(= None)] period: Option<f64>,
+    #[py("Callable[[float], object] | None" = None)] progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    numbers!(period);
     let model_update_interval =
         model_update_interval.map_or(Ok(1000), |number| count("model_update_interval", number))?;
     if has_axes(controller, plant, reference) {

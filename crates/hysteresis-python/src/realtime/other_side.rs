@@ -1,5 +1,6 @@
 //! What a loop may read from and write to, as Python names it.
 
+use hysteresis_python_macros::methods;
 use std::ffi::c_void;
 use std::path::{Path, PathBuf};
 
@@ -58,11 +59,14 @@ pub(crate) struct Functions {
     _kept: [Py<PyAny>; 2],
 }
 
-#[pymethods]
+#[methods]
 impl Functions {
     #[new]
-    #[pyo3(signature = (read, write, context=None), text_signature = "(read, write, context=0)")]
-    fn new(read: &Bound<'_, PyAny>, write: &Bound<'_, PyAny>, context: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    fn new(
+        #[py("object")] read: &Bound<'_, PyAny>,
+        #[py("object")] write: &Bound<'_, PyAny>,
+        #[py("int" = 0)] context: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
         Ok(Self {
             read: address("read", read)?,
             write: address("write", write)?,
@@ -76,7 +80,7 @@ impl Functions {
     }
 
     /// Itself: it never changes. It cannot be pickled, as its addresses are those of this process.
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'_, PyAny>) -> Bound<'py, Self> {
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, #[py("Any")] _memo: &Bound<'_, PyAny>) -> Bound<'py, Self> {
         slf
     }
 }
@@ -144,11 +148,10 @@ pub(crate) struct Udp {
     pub(super) local: String,
 }
 
-#[pymethods]
+#[methods]
 impl Udp {
     #[new]
-    #[pyo3(signature = (plant, *, local))]
-    fn new(plant: &Bound<'_, PyAny>, local: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn new(#[py("str")] plant: &Bound<'_, PyAny>, #[py(*, "str")] local: &Bound<'_, PyAny>) -> PyResult<Self> {
         let checked = |name, given| {
             let address = word(name, "\"host:port\"", given)?;
             let (host, port) = address.rsplit_once(':').unwrap_or_default();
@@ -164,6 +167,7 @@ impl Udp {
         format!("Udp({:?}, local={:?})", self.plant, self.local)
     }
 
+    #[py(-> "tuple[tuple[str], dict[str, str]]")]
     fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((&str,), Bound<'py, PyDict>)> {
         Ok(((&self.plant,), [("local", &self.local)].into_py_dict(py)?))
     }
@@ -196,10 +200,10 @@ pub(crate) struct SharedMemory {
     pub(super) path: PathBuf,
 }
 
-#[pymethods]
+#[methods]
 impl SharedMemory {
     #[new]
-    fn new(path: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn new(#[py("str | PathLike[str]")] path: &Bound<'_, PyAny>) -> PyResult<Self> {
         Ok(Self { path: arguments::path("path", path)? })
     }
 

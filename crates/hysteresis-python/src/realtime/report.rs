@@ -1,11 +1,10 @@
 //! What a loop did.
 
+use hysteresis_python_macros::methods;
 use hysteresis_realtime::{self as realtime, EndReason};
 use pyo3::prelude::*;
 use pythonize::pythonize;
 use serde::{Deserialize, Serialize};
-
-use crate::convert::pickling::result_methods;
 
 /// Times of a loop in seconds: how late samples began, how long they took, or how far apart they began.
 ///
@@ -21,7 +20,8 @@ use crate::convert::pickling::result_methods;
 #[derive(Serialize, Deserialize)]
 pub(crate) struct LoopTimes(realtime::Summary);
 
-result_methods!(LoopTimes {
+#[methods]
+impl LoopTimes {
     /// How many there were.
     #[getter]
     fn count(&self) -> u64 {
@@ -71,7 +71,7 @@ result_methods!(LoopTimes {
             "<LoopTimes: {count}, median {median:.2} us, p99 {p99:.2}, p99.9 {p999:.2}, p99.99 {p9999:.2}, max {max:.2}>"
         )
     }
-});
+}
 
 /// What a loop did, made by `run`.
 ///
@@ -87,10 +87,12 @@ result_methods!(LoopTimes {
 #[derive(Serialize, Deserialize)]
 pub(crate) struct LoopReport(pub(super) realtime::Report);
 
-result_methods!(LoopReport {
+#[methods]
+impl LoopReport {
     /// Why it went to rest: "time_over", "reference_over", "requested", "watchdog", "deadline_missed", "panicked"; or why it ended where
     /// it was: "write_failed".
     #[getter]
+    #[py(-> "Literal['time_over', 'reference_over', 'requested', 'watchdog', 'deadline_missed', 'panicked', 'write_failed']")]
     fn end(&self) -> &'static str {
         match self.0.end {
             EndReason::TimeOver => "time_over",
@@ -186,6 +188,7 @@ result_methods!(LoopReport {
 
     /// Whether learning in the loop went on: "learning", "fading" or "stopped"; None without learning.
     #[getter]
+    #[py(-> "LearningPhase | None")]
     fn learning_phase(&self) -> Option<&'static str> {
         self.0.learning.map(|learning| learning.phase.name())
     }
@@ -204,6 +207,7 @@ result_methods!(LoopReport {
 
     /// Everything, also all counts, what was asked for, what of it was in force, and the machine, as plain values. "datagrams" has, over
     /// UDP, how many were received, lost, late, malformed and refused, else None.
+    #[py(-> "dict[str, Any]")]
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         Ok(pythonize(py, self)?)
     }
@@ -212,4 +216,4 @@ result_methods!(LoopReport {
         let realtime::Deadlines { taken, missed, skipped, .. } = self.0.deadlines;
         format!("<LoopReport: {}, {taken} samples, {missed} missed, {skipped} skipped>", self.end())
     }
-});
+}

@@ -1,5 +1,6 @@
 //! A loop from Python: the interpreter is free while it runs.
 
+use hysteresis_python_macros::function;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -16,7 +17,7 @@ use super::other_side::{Functions, SharedMemory, Udp};
 use super::report::LoopReport;
 use super::stop::{Signals, Stop};
 use crate::control::source::check_interval;
-use crate::convert::arguments::{OrDefault, OrNone, callable, flag, numbers, path, whole, whole_number};
+use crate::convert::arguments::{OrDefault, OrNone, callable, flag, path, whole, whole_number};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Refusal, raise};
 use crate::convert::objects::{exclusive, instance};
@@ -113,37 +114,28 @@ impl Refusal for realtime::Error {
 /// >>> report = mh.realtime.run(stage, plant, reference, rest_drive=0.0, rest_rate=5e3, rate=1000, seconds=0.3)
 /// >>> report.end, report.at_rest, plant.drive
 /// ('time_over', True, 0.0)
-#[pyfunction]
-#[pyo3(signature = (
-    controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=OrDefault(None), misses=OrDefault(None), most_caught_up=None,
-    watchdog=OrNone::NotGiven, most_write_faults=None, spin=None, cpu=None, fifo=None, lock_memory=OrDefault(None), record=None, progress=None,
-    stop=None
-), text_signature = "(controller, io, reference, *, rest_drive, rest_rate, rate=None, seconds=None, repeat=True, misses='skip', \
-    most_caught_up=100, watchdog=(0.0, 0.1), most_write_faults=100, spin=0.0, cpu=None, fifo=None, \
-    lock_memory=False, record=None, progress=None, stop=None)")]
-#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+#[function]
 pub(crate) fn run<'py>(
-    controller: &Bound<'py, PyAny>,
-    io: &Bound<'py, PyAny>,
-    reference: &Bound<'py, PyAny>,
-    rest_drive: &Bound<'py, PyAny>,
-    rest_rate: &Bound<'py, PyAny>,
-    rate: Option<&Bound<'py, PyAny>>,
-    seconds: Option<&Bound<'py, PyAny>>,
-    repeat: OrDefault<'py>,
-    misses: OrDefault<'py>,
-    most_caught_up: Option<&Bound<'py, PyAny>>,
-    watchdog: OrNone<'py>,
-    most_write_faults: Option<&Bound<'py, PyAny>>,
-    spin: Option<&Bound<'py, PyAny>>,
-    cpu: Option<&Bound<'py, PyAny>>,
-    fifo: Option<&Bound<'py, PyAny>>,
-    lock_memory: OrDefault<'py>,
-    record: Option<&Bound<'py, PyAny>>,
-    progress: Option<&Bound<'py, PyAny>>,
-    stop: Option<&Bound<'py, PyAny>>,
+    #[py("HybridController | Stage")] controller: &Bound<'py, PyAny>,
+    #[py("Plant | Functions | Udp | SharedMemory | InputOutput")] io: &Bound<'py, PyAny>,
+    #[py("ArrayLike")] reference: &Bound<'py, PyAny>,
+    #[py(*)] rest_drive: f64,
+    rest_rate: f64,
+    #[py(= None)] rate: Option<f64>,
+    #[py(= None)] seconds: Option<f64>,
+    #[py("bool" = true)] repeat: OrDefault<'py>,
+    #[py("Literal['skip', 'catch_up', 'stop']" = "skip")] misses: OrDefault<'py>,
+    #[py("int" = 100)] most_caught_up: Option<&Bound<'py, PyAny>>,
+    #[py("tuple[float, float] | None" = (0.0, 0.1))] watchdog: OrNone<'py>,
+    #[py("int" = 100)] most_write_faults: Option<&Bound<'py, PyAny>>,
+    #[py(= 0.0)] spin: f64,
+    #[py("int | None" = None)] cpu: Option<&Bound<'py, PyAny>>,
+    #[py("int | None" = None)] fifo: Option<&Bound<'py, PyAny>>,
+    #[py("bool" = false)] lock_memory: OrDefault<'py>,
+    #[py("str | PathLike[str] | None" = None)] record: Option<&Bound<'py, PyAny>>,
+    #[py("Callable[[dict[str, Any]], object] | None" = None)] progress: Option<&Bound<'py, PyAny>>,
+    #[py("Stop | None" = None)] stop: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<LoopReport> {
-    numbers!(rest_drive, rest_rate, rate, seconds, spin = 0.0);
     let settings = Settings {
         seconds,
         misses: policy(&misses, most_caught_up)?,

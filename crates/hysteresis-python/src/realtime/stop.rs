@@ -1,5 +1,6 @@
 //! How a running loop is asked to end: by another thread, or by a signal that would else end the program.
 
+use hysteresis_python_macros::methods;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, Ordering};
 
@@ -27,7 +28,7 @@ use pyo3::types::{PyCFunction, PyDict, PyTuple};
 #[derive(Default)]
 pub(crate) struct Stop(pub(super) StopFlag);
 
-#[pymethods]
+#[methods]
 impl Stop {
     #[new]
     fn new() -> Self {
@@ -50,7 +51,7 @@ impl Stop {
     }
 
     /// Itself: a copy would stop nothing. It cannot be pickled, as its loop is one of this process.
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'_, PyAny>) -> Bound<'py, Self> {
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, #[py("Any")] _memo: &Bound<'_, PyAny>) -> Bound<'py, Self> {
         slf
     }
 }

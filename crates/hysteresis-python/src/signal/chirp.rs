@@ -1,11 +1,12 @@
 //! `mpi_hyst.signals.chirp`.
 
+use hysteresis_python_macros::function;
 use hysteresis_simulate::signals::{Chirp, Sweep};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use super::signals::{RATE, Samples};
-use crate::convert::arguments::{OrDefault, numbers, unknown};
+use super::signals::Samples;
+use crate::convert::arguments::{OrDefault, unknown};
 use crate::convert::errors::raise;
 
 /// A sine whose frequency sweeps: center + amplitude w(t / T) sin(phi(t)), from center to center without a jump.
@@ -38,23 +39,18 @@ use crate::convert::errors::raise;
 /// >>> u = mh.signals.chirp(2.0, 10.0, 2000.0, seconds=2.0, rate=10_000, center=5.0)
 /// >>> u.shape, float(u[0]), float(u[-1]), round(float(u.max()), 3)
 /// ((20000,), 5.0, 5.0, 7.0)
-#[pyfunction]
-#[pyo3(signature = (amplitude, start_frequency, stop_frequency, *, seconds, rate=None, center=None, sweep=OrDefault(None), taper=None),
-    text_signature = "(amplitude, start_frequency, stop_frequency, *, seconds, rate=10000.0, center=0.0, \
-        sweep='linear', taper=0.05)")]
-#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+#[function]
 pub(crate) fn chirp<'py>(
     py: Python<'py>,
-    amplitude: &Bound<'py, PyAny>,
-    start_frequency: &Bound<'py, PyAny>,
-    stop_frequency: &Bound<'py, PyAny>,
-    seconds: &Bound<'py, PyAny>,
-    rate: Option<&Bound<'py, PyAny>>,
-    center: Option<&Bound<'py, PyAny>>,
-    sweep: OrDefault<'_>,
-    taper: Option<&Bound<'py, PyAny>>,
+    amplitude: f64,
+    start_frequency: f64,
+    stop_frequency: f64,
+    #[py(*)] seconds: f64,
+    #[py(= 10000.0)] rate: f64,
+    #[py(= 0.0)] center: f64,
+    #[py("Literal['linear', 'logarithmic']" = "linear")] sweep: OrDefault<'_>,
+    #[py(= 0.05)] taper: f64,
 ) -> Samples<'py> {
-    numbers!(amplitude, start_frequency, stop_frequency, seconds, rate = RATE, center = 0.0, taper = Chirp::TAPER);
     let expected = "\"linear\" or \"logarithmic\"";
     let sweep = match sweep.word("sweep", expected, "linear")?.as_str() {
         "linear" => Sweep::Linear,

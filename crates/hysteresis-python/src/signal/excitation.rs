@@ -1,15 +1,14 @@
 //! `mpi_hyst.signals`: drives that make an actuator's memory known.
 
+use hysteresis_python_macros::{function, methods};
 use hysteresis_simulate::excitation::{Excitation as Made, ExcitationOptions, Shape};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::signals::RATE;
-use crate::convert::arguments::{OrDefault, count, numbers, unknown};
+use crate::convert::arguments::{OrDefault, count, unknown};
 use crate::convert::arrays::read_only;
 use crate::convert::errors::raise;
-use crate::convert::pickling::result_methods;
 
 /// An input to identify from: made by `excitation`.
 ///
@@ -34,7 +33,8 @@ impl From<Made> for Excitation {
     }
 }
 
-result_methods!(Excitation {
+#[methods]
+impl Excitation {
     /// The samples, from start to start.
     #[getter]
     fn drive<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
@@ -58,7 +58,7 @@ result_methods!(Excitation {
         let initialization = self.initialization_samples;
         format!("<Excitation: {samples} samples, {initialization} of them to initialize, {reversals} reversals>")
     }
-});
+}
 
 /// A drive to identify from: both limits, one cycle at full swing, then decaying reversals, within a slew limit.
 ///
@@ -99,22 +99,18 @@ result_methods!(Excitation {
 /// >>> found = mh.identify(made.drive, y, skip=made.initialization_samples, input_offset=0.0, dead_time=0.0)
 /// >>> [round(ratio, 4) for ratio in found.ratios]
 /// [0.95, 0.3, 0.35]
-#[pyfunction]
-#[pyo3(signature = (low, high, *, slew, rate=None, cycles=None, shape=OrDefault(None), center=None, start=None),
-    text_signature = "(low, high, *, slew, rate=10000.0, cycles=20, shape='triangle', center=None, start=None)")]
-#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+#[function]
 pub(crate) fn excitation(
     py: Python<'_>,
-    low: &Bound<'_, PyAny>,
-    high: &Bound<'_, PyAny>,
-    slew: &Bound<'_, PyAny>,
-    rate: Option<&Bound<'_, PyAny>>,
-    cycles: Option<&Bound<'_, PyAny>>,
-    shape: OrDefault<'_>,
-    center: Option<&Bound<'_, PyAny>>,
-    start: Option<&Bound<'_, PyAny>>,
+    low: f64,
+    high: f64,
+    #[py(*)] slew: f64,
+    #[py(= 10000.0)] rate: f64,
+    #[py("int" = 20)] cycles: Option<&Bound<'_, PyAny>>,
+    #[py("Literal['triangle', 'sine']" = "triangle")] shape: OrDefault<'_>,
+    #[py(= None)] center: Option<f64>,
+    #[py(= None)] start: Option<f64>,
 ) -> PyResult<Excitation> {
-    numbers!(low, high, slew, rate = RATE, center, start);
     let options = options((low, high), slew, rate, cycles, &shape, (center, start))?;
     py.detach(|| options.excitation()).map(Excitation::from).map_err(raise)
 }
@@ -158,22 +154,18 @@ pub(crate) fn excitation(
 /// True
 /// >>> bool(abs(stream.step(0.0)) < 0.001 * left)
 /// True
-#[pyfunction]
-#[pyo3(signature = (low, high, *, slew, rate=None, cycles=None, shape=OrDefault(None), center=None, start=None),
-    text_signature = "(low, high, *, slew, rate=10000.0, cycles=20, shape='triangle', center=None, start=None)")]
-#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+#[function]
 pub(crate) fn demagnetize<'py>(
     py: Python<'py>,
-    low: &Bound<'py, PyAny>,
-    high: &Bound<'py, PyAny>,
-    slew: &Bound<'py, PyAny>,
-    rate: Option<&Bound<'py, PyAny>>,
-    cycles: Option<&Bound<'py, PyAny>>,
-    shape: OrDefault<'_>,
-    center: Option<&Bound<'py, PyAny>>,
-    start: Option<&Bound<'py, PyAny>>,
+    low: f64,
+    high: f64,
+    #[py(*)] slew: f64,
+    #[py(= 10000.0)] rate: f64,
+    #[py("int" = 20)] cycles: Option<&Bound<'py, PyAny>>,
+    #[py("Literal['triangle', 'sine']" = "triangle")] shape: OrDefault<'_>,
+    #[py(= None)] center: Option<f64>,
+    #[py(= None)] start: Option<f64>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    numbers!(low, high, slew, rate = RATE, center, start);
     let options = options((low, high), slew, rate, cycles, &shape, (center, start))?;
     py.detach(|| options.demagnetizing()).map(|drive| PyArray1::from_vec(py, drive)).map_err(raise)
 }

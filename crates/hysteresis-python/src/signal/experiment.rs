@@ -1,5 +1,6 @@
 //! `mpi_hyst.signals.experiment`: the drives that tell a whole stage.
 
+use hysteresis_python_macros::{function, methods};
 use hysteresis_simulate::excitation::{ExperimentOptions, FastSignal, Part, Segment};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -9,7 +10,6 @@ use super::excitation::shape_of;
 use crate::convert::arguments::{OrDefault, count, numbers, pair, unknown};
 use crate::convert::arrays::read_only;
 use crate::convert::errors::raise;
-use crate::convert::pickling::result_methods;
 
 /// A stretch of a drive with a purpose of its own.
 ///
@@ -45,12 +45,13 @@ impl From<Segment> for ExperimentSegment {
     }
 }
 
-result_methods!(ExperimentSegment {
+#[methods]
+impl ExperimentSegment {
     fn __repr__(&self) -> String {
         let Self { name, start, stop, range: (low, high), .. } = self;
         format!("<ExperimentSegment {name}: samples {start} to {stop}, {low} to {high}>")
     }
-});
+}
 
 /// A drive to play and record in one go, at one sampling rate: made by `experiment`.
 ///
@@ -78,7 +79,8 @@ impl From<Part> for ExperimentPart {
     }
 }
 
-result_methods!(ExperimentPart {
+#[methods]
+impl ExperimentPart {
     /// "fast", "loops", or "experiment" if both are joined.
     #[getter]
     fn name(&self) -> &str {
@@ -114,7 +116,7 @@ result_methods!(ExperimentPart {
         let Self { name, rate, drive, segments, .. } = self;
         format!("<ExperimentPart {name}: {} samples at {rate} Hz, {} segments>", drive.len(), segments.len())
     }
-});
+}
 
 /// The drives from which a whole stage is identified, within limits and slew rate.
 ///
@@ -178,31 +180,26 @@ result_methods!(ExperimentPart {
 /// <ExperimentPart fast: 22009 samples at 10000 Hz, 4 segments>
 /// >>> print(*(segment.name for segment in loops.segments), sep=", ")
 /// start, settle, major, decaying, growing, inner, rests, fast major, fast decaying, return, end
-#[pyfunction]
-#[pyo3(signature = (low, high, *, slew, rate, fast_rate=None, frequencies=None, cycles=None, shape=OrDefault(None), center=None,
-        start=None, rest=None, fast_signal=OrDefault(None), fast_amplitude=None, fast_frequency=None, joined=OrDefault(None)),
-    text_signature = "(low, high, *, slew, rate, fast_rate=None, frequencies=(1.0, 10.0), cycles=20, shape='triangle', \
-        center=None, start=None, rest=10.0, fast_signal='chirp', fast_amplitude=None, fast_frequency=None, joined=False)")]
-#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+#[function]
 pub(crate) fn experiment(
     py: Python<'_>,
-    low: &Bound<'_, PyAny>,
-    high: &Bound<'_, PyAny>,
-    slew: &Bound<'_, PyAny>,
-    rate: &Bound<'_, PyAny>,
-    fast_rate: Option<&Bound<'_, PyAny>>,
-    frequencies: Option<&Bound<'_, PyAny>>,
-    cycles: Option<&Bound<'_, PyAny>>,
-    shape: OrDefault<'_>,
-    center: Option<&Bound<'_, PyAny>>,
-    start: Option<&Bound<'_, PyAny>>,
-    rest: Option<&Bound<'_, PyAny>>,
-    fast_signal: OrDefault<'_>,
-    fast_amplitude: Option<&Bound<'_, PyAny>>,
-    fast_frequency: Option<&Bound<'_, PyAny>>,
-    joined: OrDefault<'_>,
+    low: f64,
+    high: f64,
+    #[py(*)] slew: f64,
+    rate: f64,
+    #[py(= None)] fast_rate: Option<f64>,
+    #[py("tuple[float, float]" = (1.0, 10.0))] frequencies: Option<&Bound<'_, PyAny>>,
+    #[py("int" = 20)] cycles: Option<&Bound<'_, PyAny>>,
+    #[py("Literal['triangle', 'sine']" = "triangle")] shape: OrDefault<'_>,
+    #[py(= None)] center: Option<f64>,
+    #[py(= None)] start: Option<f64>,
+    #[py("float" = 10.0)] rest: Option<&Bound<'_, PyAny>>,
+    #[py("Literal['chirp', 'multisine']" = "chirp")] fast_signal: OrDefault<'_>,
+    #[py(= None)] fast_amplitude: Option<f64>,
+    #[py(= None)] fast_frequency: Option<f64>,
+    #[py("bool" = false)] joined: OrDefault<'_>,
 ) -> PyResult<Vec<ExperimentPart>> {
-    numbers!(low, high, slew, rate, fast_rate, center, start, rest, fast_amplitude, fast_frequency);
+    numbers!(rest);
     let fast_rate = fast_rate.unwrap_or(rate);
     let default = ExperimentOptions::new(low, high, slew, rate);
     let options = ExperimentOptions {

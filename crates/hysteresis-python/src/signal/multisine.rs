@@ -1,12 +1,13 @@
 //! `mpi_hyst.signals.multisine`.
 
 use hysteresis_control::sampling::MAX_SAMPLES;
+use hysteresis_python_macros::function;
 use hysteresis_simulate::signals::{Multisine, Phases};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::signals::Samples;
-use crate::convert::arguments::{count, numbers, whole};
+use crate::convert::arguments::{count, whole};
 use crate::convert::errors::{raise, unexpected, value};
 use crate::convert::memory::{SPECTRUM, check_room};
 
@@ -48,21 +49,17 @@ use crate::convert::memory::{SPECTRUM, check_room};
 /// >>> u = mh.signals.multisine(2.0, range(1, 400), samples=5000, periods=4, fade=500)
 /// >>> u.shape, float(u[0]), float(u[-1]), round(float(abs(u).max()), 6)
 /// ((21000,), 0.0, 0.0, 2.0)
-#[pyfunction]
-#[pyo3(signature = (amplitude, lines, *, samples, periods=None, seed=None, fade=None, center=None),
-    text_signature = "(amplitude, lines, *, samples, periods=1, seed=None, fade=0, center=0.0)")]
-#[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
+#[function]
 pub(crate) fn multisine<'py>(
     py: Python<'py>,
-    amplitude: &Bound<'py, PyAny>,
-    lines: &Bound<'py, PyAny>,
-    samples: &Bound<'py, PyAny>,
-    periods: Option<&Bound<'py, PyAny>>,
-    seed: Option<&Bound<'py, PyAny>>,
-    fade: Option<&Bound<'py, PyAny>>,
-    center: Option<&Bound<'py, PyAny>>,
+    amplitude: f64,
+    #[py("Sequence[int]")] lines: &Bound<'py, PyAny>,
+    #[py(*, "int")] samples: &Bound<'py, PyAny>,
+    #[py("int" = 1)] periods: Option<&Bound<'py, PyAny>>,
+    #[py("int | None" = None)] seed: Option<&Bound<'py, PyAny>>,
+    #[py("int" = 0)] fade: Option<&Bound<'py, PyAny>>,
+    #[py(= 0.0)] center: f64,
 ) -> Samples<'py> {
-    numbers!(amplitude, center = 0.0);
     // More than any signal may have stays more.
     let few = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
     let samples = count("samples", samples)?;

@@ -1,14 +1,11 @@
 //! `mpi_hyst.signals`.
 
+use hysteresis_python_macros::function;
 use hysteresis_simulate::signals::{self, Error, Wave};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use crate::convert::arguments::numbers;
 use crate::convert::errors::raise;
-
-/// Samples per second unless told, in Hz.
-pub(crate) const RATE: f64 = 1e4;
 
 /// What a signal is in Python.
 pub(super) type Samples<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
@@ -33,18 +30,15 @@ fn array(py: Python<'_>, samples: Result<Vec<f64>, Error>) -> Samples<'_> {
 /// >>> import mpi_hyst as mh
 /// >>> mh.signals.sine(500.0, 1.0, seconds=2.0, rate=10_000).shape
 /// (20000,)
-#[pyfunction]
-#[pyo3(signature = (amplitude, frequency, *, seconds, rate=None, offset=None),
-    text_signature = "(amplitude, frequency, *, seconds, rate=10000.0, offset=0.0)")]
+#[function]
 pub(crate) fn sine<'py>(
     py: Python<'py>,
-    amplitude: &Bound<'py, PyAny>,
-    frequency: &Bound<'py, PyAny>,
-    seconds: &Bound<'py, PyAny>,
-    rate: Option<&Bound<'py, PyAny>>,
-    offset: Option<&Bound<'py, PyAny>>,
+    amplitude: f64,
+    frequency: f64,
+    #[py(*)] seconds: f64,
+    #[py(= 10000.0)] rate: f64,
+    #[py(= 0.0)] offset: f64,
 ) -> Samples<'py> {
-    numbers!(amplitude, frequency, seconds, rate = RATE, offset = 0.0);
     array(py, signals::sine(Wave { amplitude, frequency, rate, offset }, seconds))
 }
 
@@ -64,18 +58,15 @@ pub(crate) fn sine<'py>(
 /// >>> import mpi_hyst as mh
 /// >>> mh.signals.triangle(2.0, 1.0, seconds=1.0, rate=4)
 /// array([ 0.,  2.,  0., -2.])
-#[pyfunction]
-#[pyo3(signature = (amplitude, frequency, *, seconds, rate=None, offset=None),
-    text_signature = "(amplitude, frequency, *, seconds, rate=10000.0, offset=0.0)")]
+#[function]
 pub(crate) fn triangle<'py>(
     py: Python<'py>,
-    amplitude: &Bound<'py, PyAny>,
-    frequency: &Bound<'py, PyAny>,
-    seconds: &Bound<'py, PyAny>,
-    rate: Option<&Bound<'py, PyAny>>,
-    offset: Option<&Bound<'py, PyAny>>,
+    amplitude: f64,
+    frequency: f64,
+    #[py(*)] seconds: f64,
+    #[py(= 10000.0)] rate: f64,
+    #[py(= 0.0)] offset: f64,
 ) -> Samples<'py> {
-    numbers!(amplitude, frequency, seconds, rate = RATE, offset = 0.0);
     array(py, signals::triangle(Wave { amplitude, frequency, rate, offset }, seconds))
 }
 
@@ -95,17 +86,14 @@ pub(crate) fn triangle<'py>(
 /// >>> import mpi_hyst as mh
 /// >>> mh.signals.decaying_triangle(1.0, 1.0, cycles=3, rate=4)[1::2]  # the reversals
 /// array([ 1.   , -1.   ,  0.875, -0.625,  0.375, -0.125])
-#[pyfunction]
-#[pyo3(signature = (amplitude, frequency, *, cycles, rate=None, offset=None),
-    text_signature = "(amplitude, frequency, *, cycles, rate=10000.0, offset=0.0)")]
+#[function]
 pub(crate) fn decaying_triangle<'py>(
     py: Python<'py>,
-    amplitude: &Bound<'py, PyAny>,
-    frequency: &Bound<'py, PyAny>,
-    cycles: &Bound<'py, PyAny>,
-    rate: Option<&Bound<'py, PyAny>>,
-    offset: Option<&Bound<'py, PyAny>>,
+    amplitude: f64,
+    frequency: f64,
+    #[py(*)] cycles: f64,
+    #[py(= 10000.0)] rate: f64,
+    #[py(= 0.0)] offset: f64,
 ) -> Samples<'py> {
-    numbers!(amplitude, frequency, cycles, rate = RATE, offset = 0.0);
     array(py, signals::decaying_triangle(Wave { amplitude, frequency, rate, offset }, cycles))
 }

@@ -5,6 +5,7 @@ use hysteresis_control::filters::sections;
 use hysteresis_control::learning::{FeedbackLoop, LearningOptions, RepetitiveOptions};
 use hysteresis_control::stage::PEAK_SENSITIVITY;
 use hysteresis_core::Sections;
+use hysteresis_python_macros::methods;
 use hysteresis_simulate::closed_loop::{Tracking, TrackingTask};
 use pyo3::prelude::*;
 
@@ -54,7 +55,7 @@ impl Stage {
     }
 }
 
-#[pymethods]
+#[methods]
 impl Stage {
     /// Filters and gains of the feedback for every slope of the hysteresis: as `control.tune`.
     ///
@@ -65,33 +66,27 @@ impl Stage {
     /// >>> tuning = stage.tune(1e-4, structure="active damping")
     /// >>> tuning.kp < 0.0, tuning.explanation.split(".")[0]
     /// (True, 'A low-pass and a negative proportional gain damp the resonance actively')
-    #[pyo3(signature = (dt, peak_sensitivity=None, *, frequency_uncertainty=None, damping_uncertainty=None, structure=None),
-        text_signature = "($self, dt, peak_sensitivity=1.7, *, frequency_uncertainty=None, damping_uncertainty=None, \
-        structure=None)")]
     fn tune(
         &self,
         py: Python<'_>,
-        dt: &Bound<'_, PyAny>,
-        peak_sensitivity: Option<&Bound<'_, PyAny>>,
-        frequency_uncertainty: Option<&Bound<'_, PyAny>>,
-        damping_uncertainty: Option<&Bound<'_, PyAny>>,
-        structure: Option<&Bound<'_, PyAny>>,
+        dt: f64,
+        #[py("float" = 1.7)] peak_sensitivity: Option<&Bound<'_, PyAny>>,
+        #[py(*, "float | None" = None)] frequency_uncertainty: Option<&Bound<'_, PyAny>>,
+        #[py("float | None" = None)] damping_uncertainty: Option<&Bound<'_, PyAny>>,
+        #[py("Structure | None" = None)] structure: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Tuning> {
-        numbers!(dt);
         let demands = Demands { peak_sensitivity, frequency_uncertainty, damping_uncertainty, structure };
         demands.tune(py, self.0.clone(), dt)
     }
 
     /// The window of references that leads through the inverse of amplifier, modes and dead time: as `control.preview`.
-    #[pyo3(signature = (dt, ahead=None, *, window=None, degree=None))]
     fn preview(
         &self,
-        dt: &Bound<'_, PyAny>,
-        ahead: Option<&Bound<'_, PyAny>>,
-        window: Option<&Bound<'_, PyAny>>,
-        degree: Option<&Bound<'_, PyAny>>,
+        dt: f64,
+        #[py("int | None" = None)] ahead: Option<&Bound<'_, PyAny>>,
+        #[py(*, "int | None" = None)] window: Option<&Bound<'_, PyAny>>,
+        #[py("int | None" = None)] degree: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Preview> {
-        numbers!(dt);
         let options = PreviewOptions {
             ahead: ahead.map_or_else(|| self.ahead(dt), |ahead| samples("ahead", ahead))?,
             window: window.map(|window| samples("window", window)).transpose()?,
@@ -158,27 +153,21 @@ impl Stage {
     /// >>> run = mh.plant.simulate(whole, changed, mh.signals.sine(1.0, 20.0, seconds=1.5, rate=10e3))
     /// >>> whole.divergence_count, whole.learning_phase
     /// (1, 'stopped')
-    #[pyo3(signature = (dt, limits=None, feedforward=OrDefault(None), *, kp=None, ki=None, ahead=None, smoothing=None, drift=None,
-        period=None, frequency_uncertainty=None, damping_uncertainty=None),
-        text_signature = "($self, dt, limits=None, feedforward='inverse', *, kp=None, ki=None, ahead=None, \
-        smoothing=None, drift=None, period=None, frequency_uncertainty=None, damping_uncertainty=None)")]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn controller(
         &self,
         py: Python<'_>,
-        dt: &Bound<'_, PyAny>,
-        limits: Option<&Bound<'_, PyAny>>,
-        feedforward: OrDefault<'_>,
-        kp: Option<&Bound<'_, PyAny>>,
-        ki: Option<&Bound<'_, PyAny>>,
-        ahead: Option<&Bound<'_, PyAny>>,
-        smoothing: Option<&Bound<'_, PyAny>>,
-        drift: Option<&Bound<'_, PyAny>>,
-        period: Option<&Bound<'_, PyAny>>,
-        frequency_uncertainty: Option<&Bound<'_, PyAny>>,
-        damping_uncertainty: Option<&Bound<'_, PyAny>>,
+        dt: f64,
+        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+        #[py("Literal['inverse', 'preview', 'given']" = "inverse")] feedforward: OrDefault<'_>,
+        #[py(*, = None)] kp: Option<f64>,
+        #[py(= None)] ki: Option<f64>,
+        #[py("int | None" = None)] ahead: Option<&Bound<'_, PyAny>>,
+        #[py("float | Literal['modes'] | None" = None)] smoothing: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] drift: Option<f64>,
+        #[py("int | None" = None)] period: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] frequency_uncertainty: Option<f64>,
+        #[py(= None)] damping_uncertainty: Option<f64>,
     ) -> PyResult<HybridController> {
-        numbers!(dt, kp, ki, drift, frequency_uncertainty, damping_uncertainty);
         let wishes = Wishes {
             gains: (kp, ki),
             ahead: ahead.map(|ahead| samples("ahead", ahead)).transpose()?,
@@ -193,41 +182,29 @@ impl Stage {
     }
 
     /// An observer of this stage: as `control.Observer`.
-    #[pyo3(signature = (dt, *, drift, noise=None))]
-    fn observer(
-        &self,
-        dt: &Bound<'_, PyAny>,
-        drift: &Bound<'_, PyAny>,
-        noise: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Observer> {
-        numbers!(dt, drift, noise);
+    fn observer(&self, dt: f64, #[py(*)] drift: f64, #[py(= None)] noise: Option<f64>) -> PyResult<Observer> {
         Observer::of(self.0.clone(), dt, drift, noise)
     }
 
     /// Learning from period to period around this stage: as `control.IterativeLearning`, tuned gains unless given. The slope may be
     /// any of the hysteresis.
-    #[pyo3(signature = (target, dt, *, bandwidth=None, kp=None, ki=None, min_gain=None, target_limits=None, noise=None,
-        frequency_uncertainty=None, damping_uncertainty=None, settle=None, on_demand=OrDefault(None)),
-        text_signature = "($self, target, dt, *, bandwidth=None, kp=None, ki=None, min_gain=0.15, target_limits=None, \
-        noise=None, frequency_uncertainty=None, damping_uncertainty=None, settle=None, on_demand=False)")]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn iterative_learning(
         &self,
-        target: &Bound<'_, PyAny>,
-        dt: &Bound<'_, PyAny>,
-        bandwidth: Option<&Bound<'_, PyAny>>,
-        kp: Option<&Bound<'_, PyAny>>,
-        ki: Option<&Bound<'_, PyAny>>,
-        min_gain: Option<&Bound<'_, PyAny>>,
-        target_limits: Option<&Bound<'_, PyAny>>,
-        noise: Option<&Bound<'_, PyAny>>,
-        frequency_uncertainty: Option<&Bound<'_, PyAny>>,
-        damping_uncertainty: Option<&Bound<'_, PyAny>>,
-        settle: Option<&Bound<'_, PyAny>>,
-        on_demand: OrDefault<'_>,
+        #[py("ArrayLike")] target: &Bound<'_, PyAny>,
+        dt: f64,
+        #[py(*, = None)] bandwidth: Option<f64>,
+        #[py(= None)] kp: Option<f64>,
+        #[py(= None)] ki: Option<f64>,
+        #[py("float" = 0.15)] min_gain: Option<&Bound<'_, PyAny>>,
+        #[py("Sequence[float] | None" = None)] target_limits: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] noise: Option<f64>,
+        #[py(= None)] frequency_uncertainty: Option<f64>,
+        #[py(= None)] damping_uncertainty: Option<f64>,
+        #[py("int | None" = None)] settle: Option<&Bound<'_, PyAny>>,
+        #[py("bool" = false)] on_demand: OrDefault<'_>,
     ) -> PyResult<IterativeLearning> {
         let on_demand = on_demand.flag("on_demand")?;
-        numbers!(dt, bandwidth, kp, ki, min_gain, noise, frequency_uncertainty, damping_uncertainty);
+        numbers!(min_gain);
         let options = LearningOptions {
             bandwidth,
             min_gain: min_gain.unwrap_or(LearningOptions::default().min_gain),
@@ -246,25 +223,20 @@ impl Stage {
 
     /// Learning in the running loop around this stage: as `control.RepetitiveControl`, tuned gains unless given. The slope may be any of
     /// the hysteresis.
-    #[pyo3(signature = (period, dt, *, bandwidth=None, kp=None, ki=None, gain=None, settle=None, limit=None,
-        frequency_uncertainty=None, damping_uncertainty=None),
-        text_signature = "($self, period, dt, *, bandwidth=None, kp=None, ki=None, gain=0.3, settle=1, limit=None, \
-        frequency_uncertainty=None, damping_uncertainty=None)")]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn repetitive_control(
         &self,
-        period: &Bound<'_, PyAny>,
-        dt: &Bound<'_, PyAny>,
-        bandwidth: Option<&Bound<'_, PyAny>>,
-        kp: Option<&Bound<'_, PyAny>>,
-        ki: Option<&Bound<'_, PyAny>>,
-        gain: Option<&Bound<'_, PyAny>>,
-        settle: Option<&Bound<'_, PyAny>>,
-        limit: Option<&Bound<'_, PyAny>>,
-        frequency_uncertainty: Option<&Bound<'_, PyAny>>,
-        damping_uncertainty: Option<&Bound<'_, PyAny>>,
+        #[py("int")] period: &Bound<'_, PyAny>,
+        dt: f64,
+        #[py(*, = None)] bandwidth: Option<f64>,
+        #[py(= None)] kp: Option<f64>,
+        #[py(= None)] ki: Option<f64>,
+        #[py("float" = 0.3)] gain: Option<&Bound<'_, PyAny>>,
+        #[py("int" = 1)] settle: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] limit: Option<f64>,
+        #[py(= None)] frequency_uncertainty: Option<f64>,
+        #[py(= None)] damping_uncertainty: Option<f64>,
     ) -> PyResult<RepetitiveControl> {
-        numbers!(dt, bandwidth, kp, ki, gain, limit, frequency_uncertainty, damping_uncertainty);
+        numbers!(gain);
         let default = RepetitiveOptions::default();
         let options = RepetitiveOptions {
             bandwidth,
@@ -277,42 +249,33 @@ impl Stage {
     }
 
     /// This stage between converters, with the noise of its sensor: as `plant.Plant`.
-    #[pyo3(signature = (dt, seed=None, *, dac_bits=None, adc_bits=None, adc_range=None),
-        text_signature = "($self, dt, seed=0, *, dac_bits=None, adc_bits=None, adc_range=None)")]
     fn plant(
         &self,
-        dt: &Bound<'_, PyAny>,
-        seed: Option<&Bound<'_, PyAny>>,
-        dac_bits: Option<&Bound<'_, PyAny>>,
-        adc_bits: Option<&Bound<'_, PyAny>>,
-        adc_range: Option<&Bound<'_, PyAny>>,
+        dt: f64,
+        #[py("int" = 0)] seed: Option<&Bound<'_, PyAny>>,
+        #[py(*, "int | None" = None)] dac_bits: Option<&Bound<'_, PyAny>>,
+        #[py("int | None" = None)] adc_bits: Option<&Bound<'_, PyAny>>,
+        #[py("Sequence[float] | None" = None)] adc_range: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Plant> {
-        numbers!(dt);
         Plant::of(&self.0, dt, &Converters { seed, dac_bits, adc_bits, adc_range })
     }
 
     /// Lets this stage follow a reference under its own controller: `plant(dt, seed)` and `controller(dt, limits, feedforward)`.
     ///
     /// `period` of the reference in samples makes `settled` of the run leave out the first.
-    #[pyo3(signature = (reference, dt, *, limits=None, feedforward=OrDefault(None), kp=None, ki=None, seed=None, period=None,
-        progress=None),
-        text_signature = "($self, reference, dt, *, limits=None, feedforward='preview', kp=None, ki=None, seed=0, \
-        period=None, progress=None)")]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn simulate(
         &self,
         py: Python<'_>,
-        reference: &Bound<'_, PyAny>,
-        dt: &Bound<'_, PyAny>,
-        limits: Option<&Bound<'_, PyAny>>,
-        feedforward: OrDefault<'_>,
-        kp: Option<&Bound<'_, PyAny>>,
-        ki: Option<&Bound<'_, PyAny>>,
-        seed: Option<&Bound<'_, PyAny>>,
-        period: Option<&Bound<'_, PyAny>>,
-        progress: Option<&Bound<'_, PyAny>>,
+        #[py("ArrayLike | Trajectory")] reference: &Bound<'_, PyAny>,
+        dt: f64,
+        #[py(*, "Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+        #[py("Literal['inverse', 'preview']" = "preview")] feedforward: OrDefault<'_>,
+        #[py(= None)] kp: Option<f64>,
+        #[py(= None)] ki: Option<f64>,
+        #[py("int" = 0)] seed: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] period: Option<f64>,
+        #[py("Callable[[float], object] | None" = None)] progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Run> {
-        numbers!(dt, kp, ki, period);
         let limits = checked_limits(&self.0, limits)?;
         let reference = reference::samples("reference", reference, dt)?;
         let task = TrackingTask::new(&reference, period).map_err(raise)?;
@@ -330,11 +293,13 @@ impl Stage {
     }
 
     /// The linear part (amplifier, modes) as a `control.StateSpace` of the package control; its dead time is not part of it.
+    #[py(-> "Any")]
     fn to_control<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.state_space(py)?.get().to_control(py)
     }
 
     /// The linear part (amplifier, modes) as a `scipy.signal.StateSpace`; its dead time is not part of it.
+    #[py(-> "Any")]
     fn to_scipy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.state_space(py)?.get().to_scipy(py)
     }

@@ -3,15 +3,16 @@
 use hysteresis_control::binary::Binary;
 use hysteresis_control::stage;
 use hysteresis_export::{HeaderOptions, Kind, MockUp, Settings, Source};
+use hysteresis_python_macros::{function, methods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 
 use super::object::Stage;
-use crate::convert::arguments::{numbers, two, word};
+use crate::convert::arguments::{two, word};
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::objects::instance;
 
-#[pymethods]
+#[methods]
 impl Stage {
     /// The stage as bytes, which `from_bytes` and the C library read: smaller than its file. Every number is there bit for bit.
     ///
@@ -29,44 +30,40 @@ impl Stage {
     ///
     /// Raises ValueError for bytes that are cut off, changed, longer, of something else or of another release.
     #[classmethod]
-    fn from_bytes(_: &Bound<'_, PyType>, bytes: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn from_bytes(_: &Bound<'_, PyType>, #[py("bytes")] bytes: &Bound<'_, PyAny>) -> PyResult<Self> {
         let bytes = bytes.extract().map_err(|_| unexpected("bytes", "the bytes that `to_bytes` gave", bytes))?;
         stage::Stage::from_bytes(bytes).map(Self).map_err(raise)
     }
 }
 
 /// The text of a header of constants: `mpi_hyst.export.c_header` writes it to a file.
-#[pyfunction]
-#[pyo3(signature = (stage, name, dt=None, sha256=None))]
+#[function]
 pub(crate) fn c_header_text(
-    stage: &Bound<'_, PyAny>,
-    name: &Bound<'_, PyAny>,
-    dt: Option<&Bound<'_, PyAny>>,
-    sha256: Option<&str>,
+    #[py("Stage")] stage: &Bound<'_, PyAny>,
+    #[py("str")] name: &Bound<'_, PyAny>,
+    #[py(= None)] dt: Option<f64>,
+    #[py(= None)] sha256: Option<String>,
 ) -> PyResult<String> {
-    numbers!(dt);
     let (stage, name) = (instance::<Stage>("stage", "a mh.Stage", stage)?, &word("name", "a text", name)?);
-    hysteresis_export::c_header(&stage.get().0, &HeaderOptions { name, dt, sha256 }).map_err(raise)
+    hysteresis_export::c_header(&stage.get().0, &HeaderOptions { name, dt, sha256: sha256.as_deref() }).map_err(raise)
 }
 
 /// A name of C made of any text: letters, digits and underscores, no digit first.
-#[pyfunction]
-pub(crate) fn c_name(text: &str) -> String {
-    hysteresis_export::c_name(text)
+#[function]
+pub(crate) fn c_name(text: String) -> PyResult<String> {
+    Ok(hysteresis_export::c_name(&text))
 }
 
 /// The texts of a functional mock-up unit: identifier, description, settings, stage. `mpi_hyst.export.fmu` packs them.
-#[pyfunction]
-#[pyo3(signature = (stage, kind, name, dt, feedforward, gains=None))]
+#[function]
 pub(crate) fn fmu_texts(
-    stage: &Bound<'_, PyAny>,
-    kind: &Bound<'_, PyAny>,
-    name: &Bound<'_, PyAny>,
-    dt: &Bound<'_, PyAny>,
-    feedforward: &Bound<'_, PyAny>,
-    gains: Option<&Bound<'_, PyAny>>,
+    #[py("Stage")] stage: &Bound<'_, PyAny>,
+    #[py("str")] kind: &Bound<'_, PyAny>,
+    #[py("str")] name: &Bound<'_, PyAny>,
+    dt: f64,
+    #[py("str")] feedforward: &Bound<'_, PyAny>,
+    #[py("tuple[float, float] | None" = None)] gains: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<(String, String, String, String)> {
-    numbers!(dt);
     let gains = gains.map(|gains| two("gains", "(kp, ki)", gains)).transpose()?;
     let kind = Kind::of(&word("kind", "\"forward\", \"inverse\" or \"controller\"", kind)?).map_err(raise)?;
     let feedforward = Source::of(&word("feedforward", "\"inverse\" or \"preview\"", feedforward)?).map_err(raise)?;

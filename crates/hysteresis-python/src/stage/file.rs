@@ -1,5 +1,6 @@
 //! Files of models and stages.
 
+use hysteresis_python_macros::function;
 use std::path::{Path, PathBuf};
 
 use hysteresis_control::stage;
@@ -37,22 +38,31 @@ use crate::stream::array_file;
 /// >>> mh.paper.table_1().save(path)
 /// >>> mh.load(path) == mh.paper.table_1()
 /// True
-#[pyfunction]
-pub(crate) fn load(py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+#[function]
+#[py(-> "Model | Stage")]
+pub(crate) fn load(py: Python<'_>, #[py("str | PathLike[str]")] path: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
     let path = arguments::path("path", path)?;
     loaded(py, &path, &files::read(&path)?)
 }
 
 /// The bytes of a file, and no more of them than `load` would read.
-#[pyfunction]
-pub(crate) fn read_bytes(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyBytes>> {
+#[function]
+pub(crate) fn read_bytes<'py>(
+    py: Python<'py>,
+    #[py("str | PathLike[str]")] path: PathBuf,
+) -> PyResult<Bound<'py, PyBytes>> {
     Ok(PyBytes::new(py, &py.detach(|| files::bytes(&path))?))
 }
 
 /// As `load`, of a file that was read already: a pipe can be read only once.
-#[pyfunction]
-pub(crate) fn load_from(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyResult<Py<PyAny>> {
-    loaded(py, &path, &files::text(&path, data)?)
+#[function]
+#[py(-> "Model | Stage")]
+pub(crate) fn load_from(
+    py: Python<'_>,
+    #[py("str | PathLike[str]")] path: PathBuf,
+    data: &Bound<'_, PyBytes>,
+) -> PyResult<Py<PyAny>> {
+    loaded(py, &path, &files::text(&path, data.as_bytes().to_vec())?)
 }
 
 fn loaded(py: Python<'_>, path: &Path, text: &str) -> PyResult<Py<PyAny>> {

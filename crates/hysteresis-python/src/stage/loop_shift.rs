@@ -1,9 +1,10 @@
 //! The loop shift of a stage.
 
 use hysteresis_control::stage;
+use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 
-use crate::convert::arguments::{numbers, two};
+use crate::convert::arguments::two;
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::convert::values::hash;
@@ -52,17 +53,16 @@ use crate::convert::values::hash;
 #[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct LoopShift(pub(crate) stage::LoopShift);
 
-#[pymethods]
+#[methods]
 impl LoopShift {
     #[new]
     fn new(
-        center: &Bound<'_, PyAny>,
-        half_range: &Bound<'_, PyAny>,
-        amplitudes: &Bound<'_, PyAny>,
-        time_constant: &Bound<'_, PyAny>,
-        limit: &Bound<'_, PyAny>,
+        center: f64,
+        half_range: f64,
+        #[py("Sequence[float]")] amplitudes: &Bound<'_, PyAny>,
+        time_constant: f64,
+        limit: f64,
     ) -> PyResult<Self> {
-        numbers!(center, half_range, time_constant, limit);
         let amplitudes = two("amplitudes", "(c_1, c_2)", amplitudes)?.into();
         stage::LoopShift::new(center, half_range, amplitudes, time_constant, limit).map(Self).map_err(raise)
     }

@@ -1,6 +1,7 @@
 //! The class `Stage`.
 
 use hysteresis_control::stage::{self, Identified, RecordSource};
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -14,34 +15,29 @@ use super::precompensate::{Keywords, checked_limits, precompensate};
 use super::streams::{StageForward, StageInverse};
 use crate::control::linear::creep::Creep;
 use crate::control::linear::part::dynamics_object;
-use crate::convert::arguments::{self, numbers};
+use crate::convert::arguments::{self};
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::files;
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::ModifiedPrandtlIshlinskii;
 use crate::stream::bracket::Bracket;
 
-#[pymethods]
+#[methods]
 impl Stage {
     #[new]
-    #[pyo3(signature = (hysteresis, *, limits=None, slew=None, dead_time=None, amplifier_bandwidth=None, dynamics=None,
-        creep=None, loop_shift=None, input_map=None, output_map=None, noise=None, units=None),
-        text_signature = "(hysteresis, *, limits=None, slew=None, dead_time=0.0, amplifier_bandwidth=None, dynamics=None, \
-        creep=None, loop_shift=None, input_map=None, output_map=None, noise=None, units=('V', 'um'))")]
-    #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
     fn new(
-        hysteresis: &Bound<'_, PyAny>,
-        limits: Option<&Bound<'_, PyAny>>,
-        slew: Option<&Bound<'_, PyAny>>,
-        dead_time: Option<&Bound<'_, PyAny>>,
-        amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
-        dynamics: Option<&Bound<'_, PyAny>>,
-        creep: Option<&Bound<'_, PyAny>>,
-        loop_shift: Option<&Bound<'_, PyAny>>,
-        input_map: Option<&Bound<'_, PyAny>>,
-        output_map: Option<&Bound<'_, PyAny>>,
-        noise: Option<&Bound<'_, PyAny>>,
-        units: Option<&Bound<'_, PyAny>>,
+        #[py("Model")] hysteresis: &Bound<'_, PyAny>,
+        #[py(*, "Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+        #[py("float | None" = None)] slew: Option<&Bound<'_, PyAny>>,
+        #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
+        #[py("float | None" = None)] amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
+        #[py("Dynamics | Any | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
+        #[py("Creep | None" = None)] creep: Option<&Bound<'_, PyAny>>,
+        #[py("LoopShift | None" = None)] loop_shift: Option<&Bound<'_, PyAny>>,
+        #[py("MapPoints | None" = None)] input_map: Option<&Bound<'_, PyAny>>,
+        #[py("MapPoints | None" = None)] output_map: Option<&Bound<'_, PyAny>>,
+        #[py("float | None" = None)] noise: Option<&Bound<'_, PyAny>>,
+        #[py("tuple[str, str]" = ("V", "um"))] units: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let keywords = StageKeywords {
             limits,
@@ -91,6 +87,7 @@ impl Stage {
 
     /// The modes and lags behind the hysteresis: FirstOrder, SecondOrder, Modes, StateSpace, a tuple of them in series, or None.
     #[getter]
+    #[py(-> "Any")]
     fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         dynamics_object(py, &self.0.parts().dynamics)
     }
@@ -135,6 +132,7 @@ impl Stage {
     /// What identification knows of the stage, as a dictionary: ranges, sampling intervals, errors, covariance, warnings,
     /// names and SHA-256 of the records. None for a stage that was made from its parts.
     #[getter]
+    #[py(-> "dict[str, Any] | None")]
     fn identified<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.0.parts().identified.as_ref().map(|identified| dictionary(py, identified)).transpose()
     }
@@ -190,16 +188,17 @@ impl Stage {
     }
 
     /// The whole chain, sample by sample, at rest.
-    fn forward(&self, dt: &Bound<'_, PyAny>) -> PyResult<StageForward> {
-        numbers!(dt);
+    fn forward(&self, dt: f64) -> PyResult<StageForward> {
         Ok(StageForward { stream: self.0.forward(dt).map_err(raise)?, stage: self.0.clone(), dt })
     }
 
     /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest; `limits` must lie within the
     /// stage's, by default `drive_range`.
-    #[pyo3(signature = (dt, limits=None))]
-    fn inverse(&self, dt: &Bound<'_, PyAny>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<StageInverse> {
-        numbers!(dt);
+    fn inverse(
+        &self,
+        dt: f64,
+        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<StageInverse> {
         let limits = checked_limits(&self.0, limits)?;
         Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
     }
@@ -216,8 +215,10 @@ impl Stage {
 
     /// How uncertain the position is when the history between the limits is unknown, without loop shift, creep and
     /// dynamics.
-    #[pyo3(signature = (limits=None))]
-    fn bracket(slf: &Bound<'_, Self>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<Bracket> {
+    fn bracket(
+        slf: &Bound<'_, Self>,
+        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Bracket> {
         let this = &slf.get().0;
         let limits = checked_limits(this, limits)?;
         if this.limits(limits).map_err(raise)?.is_none() {
@@ -261,25 +262,22 @@ impl Stage {
     /// -----
     /// UserWarning
     ///     If limits or slew rate held drives back.
-    #[pyo3(signature = (reference, dt, *, limits=None, start=None, history=None, lead_in=None))]
-    #[expect(clippy::too_many_arguments, reason = "one per argument of the Python function")]
     fn precompensate<'py>(
         &self,
         py: Python<'py>,
-        reference: &Bound<'py, PyAny>,
-        dt: &Bound<'py, PyAny>,
-        limits: Option<Bound<'py, PyAny>>,
-        start: Option<Bound<'py, PyAny>>,
-        history: Option<Bound<'py, PyAny>>,
-        lead_in: Option<Bound<'py, PyAny>>,
+        #[py("ArrayLike | Trajectory")] reference: &Bound<'py, PyAny>,
+        dt: f64,
+        #[py(*, "Sequence[float] | None" = None)] limits: Option<Bound<'py, PyAny>>,
+        #[py("float | None" = None)] start: Option<Bound<'py, PyAny>>,
+        #[py("ArrayLike | None" = None)] history: Option<Bound<'py, PyAny>>,
+        #[py("float | None" = None)] lead_in: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        numbers!(dt);
         let found = precompensate(&self.0, reference, dt, &Keywords { limits, start, history, lead_in })?;
         Ok(PyArray1::from_vec(py, found.drive))
     }
 
     /// Writes the stage to a JSON file; the file appears only when it is complete.
-    fn save(&self, py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, #[py("str | PathLike[str]")] path: &Bound<'_, PyAny>) -> PyResult<()> {
         let path = arguments::path("path", path)?;
         let mut text = self.0.to_json();
         text.push('\n');
@@ -291,8 +289,11 @@ impl Stage {
     /// The lag of amplifier, dynamics and dead time together was identified: parts that change it raise a ValueError, as the
     /// dead time holds the lag of all that was not fitted. Another hysteresis or map drops all that was identified,
     /// another loop shift or other linear parts its errors and warnings.
-    #[pyo3(signature = (**changes))]
-    fn replace<'py>(slf: &Bound<'py, Self>, changes: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
+    #[py(-> "Stage")]
+    fn replace<'py>(
+        slf: &Bound<'py, Self>,
+        #[py(**, "Any")] changes: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let keywords = PyDict::new(slf.py());
         for name in KEYWORDS {
             keywords.set_item(name, slf.getattr(name)?)?;
@@ -314,7 +315,7 @@ impl Stage {
     }
 
     /// A copy that says from which records it was identified: a list of (name, SHA-256 or None).
-    fn with_records(&self, records: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn with_records(&self, #[py("Sequence[tuple[str, str | None]]")] records: &Bound<'_, PyAny>) -> PyResult<Self> {
         let expected = "a list of (name, SHA-256 or None)";
         let records: Vec<(String, Option<String>)> =
             records.extract().map_err(|_| unexpected("records", expected, records))?;

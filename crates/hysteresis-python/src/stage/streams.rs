@@ -3,6 +3,7 @@
 use hysteresis_control::binary::{Binary, Sampled};
 use hysteresis_control::stage::{self, StageParts};
 use hysteresis_core::{self as core, Process};
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -10,13 +11,12 @@ use pyo3::types::PyBytes;
 use pythonize::pythonize;
 
 use super::object::Stage;
-use crate::convert::arguments::numbers;
 use crate::convert::arrays;
 use crate::convert::errors::{Place, raise, value};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, keywords, reduce, saved_or_bytes};
 use crate::model::object::{compiled_of, model_of};
-use crate::stream::process::process_methods;
+use crate::stream::single_argument::Stepper;
 
 /// The position of a stage, sample by sample: made by `stage.forward(dt)`.
 ///
@@ -75,64 +75,73 @@ fn history(drives: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     arrays::numbers("drives", drives)
 }
 
-/// The methods that both streams of a stage have, and their own.
-macro_rules! stage_stream {
-    ($class:ident { $($own:tt)* }) => {
-        process_methods!($class, stream {
-            /// The sampling interval in seconds.
-            #[getter]
-            fn dt(&self) -> f64 {
-                self.dt
-            }
+// What both streams of a stage offer.
+#[methods(StageForward, StageInverse)]
+impl Each {
+    /// The sampling interval in seconds.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.dt
+    }
 
-            /// What `state` says, as bytes: `state` takes them too.
-            fn state_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
-                Ok(PyBytes::new(slf.py(), &shared(slf)?.sampled().to_bytes()))
-            }
+    /// What `state` says, as bytes: `state` takes them too.
+    fn state_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
+        Ok(PyBytes::new(slf.py(), &shared(slf)?.sampled().to_bytes()))
+    }
 
-            /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit.
-            #[getter]
-            fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-                let state = shared(slf)?.sampled();
-                Ok(pythonize(slf.py(), &state)?)
-            }
+    /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for bit.
+    #[getter]
+    #[py(-> "dict[str, Any]")]
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let state = shared(slf)?.sampled();
+        Ok(pythonize(slf.py(), &state)?)
+    }
 
-            #[setter]
-            fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-                let state: Sampled<_> = saved_or_bytes(state)?;
-                let mut this = exclusive(slf)?;
-                let dt = this.dt;
-                let place = Place::part("state", "state.dt");
-                let state = state.at(dt).map_err(|got| value(place, format_args!("expected {dt:?}, got {got:?}")))?;
-                this.stream.set_state(&state).map_err(raise)
-            }
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any] | bytes")] state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let state: Sampled<_> = saved_or_bytes(state)?;
+        let mut this = exclusive(slf)?;
+        let dt = this.dt;
+        let place = Place::part("state", "state.dt");
+        let state = state.at(dt).map_err(|got| value(place, format_args!("expected {dt:?}, got {got:?}")))?;
+        this.stream.set_state(&state).map_err(raise)
+    }
 
-            /// Takes over what was driven before, oldest drive first, one per sampling interval.
-            fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
-                let drives = history(drives)?;
-                exclusive(slf)?.stream.follow(&drives).map_err(raise)
-            }
+    /// Takes over what was driven before, oldest drive first, one per sampling interval.
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
+        let drives = history(drives)?;
+        exclusive(slf)?.stream.follow(&drives).map_err(raise)
+    }
 
-            /// At rest since forever at a drive: creep and modes at their ends, the hysteresis virgin but for the way there.
-            /// Returns the position.
-            fn settle(slf: &Bound<'_, Self>, drive: &Bound<'_, PyAny>) -> PyResult<f64> {
-                numbers!(drive);
-                Ok(exclusive(slf)?.stream.settle(drive))
-            }
+    /// At rest since forever at a drive: creep and modes at their ends, the hysteresis virgin but for the way there.
+    /// Returns the position.
+    fn settle(slf: &Bound<'_, Self>, drive: f64) -> PyResult<f64> {
+        Ok(exclusive(slf)?.stream.settle(drive))
+    }
 
-            fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-                Self::set_state(slf, state)
-            }
-
-            $($own)*
-        });
-    };
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
 }
 
-stage_stream!(StageForward {
+impl Stepper for StageForward {
+    fn process(&self) -> &impl Process {
+        &self.stream
+    }
+
+    fn process_mut(&mut self) -> &mut impl Process {
+        &mut self.stream
+    }
+
+    fn rejected(&self) -> u64 {
+        self.stream.rejected()
+    }
+}
+
+#[methods]
+impl StageForward {
     /// Holds a drive for one sampling interval and returns the position at its end, just before the next drive.
-    fn advance(slf: &Bound<'_, Self>, drive: &Bound<'_, PyAny>) -> PyResult<f64> {
-        numbers!(drive);
+    fn advance(slf: &Bound<'_, Self>, drive: f64) -> PyResult<f64> {
         Ok(exclusive(slf)?.stream.advance(drive))
     }
 
@@ -157,13 +166,28 @@ stage_stream!(StageForward {
         let stage = Bound::new(py, Stage(this.stage.clone()))?;
         reduce(stage.getattr(intern!(py, "forward"))?, (this.dt,), keywords!(py), Some(Self::state(slf)?))
     }
-});
+}
 
-stage_stream!(StageInverse {
+impl Stepper for StageInverse {
+    fn process(&self) -> &impl Process {
+        &self.stream
+    }
+
+    fn process_mut(&mut self) -> &mut impl Process {
+        &mut self.stream
+    }
+
+    fn rejected(&self) -> u64 {
+        self.stream.rejected()
+    }
+}
+
+#[methods]
+impl StageInverse {
     /// Goes on with another model of the same thresholds and input offset as the hysteresis, without a jump of the drive.
     ///
     /// Raises ValueError that names what differs; the stream is as before then.
-    fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_model(slf: &Bound<'_, Self>, #[py("Model")] model: &Bound<'_, PyAny>) -> PyResult<()> {
         let (compiled, hysteresis) = (compiled_of("model", model)?, model_of("model", model)?.into());
         let mut this = exclusive(slf)?;
         let stage = stage::Stage::new(StageParts { hysteresis, ..this.stage.parts().clone() }).map_err(raise)?;
@@ -209,4 +233,4 @@ stage_stream!(StageInverse {
         let arguments = (this.dt, this.stream.limits());
         reduce(stage.getattr(intern!(py, "_inverse"))?, arguments, keywords!(py), Some(Self::state(slf)?))
     }
-});
+}

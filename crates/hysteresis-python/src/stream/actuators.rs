@@ -1,6 +1,7 @@
 //! Arrays of actuators: the models, each compiled once for all its streams.
 
 use hysteresis_core::{self as core, ActuatorError, CompiledModel, Error, Method, StreamArray};
+use hysteresis_python_macros::methods;
 use numpy::PyUntypedArrayMethods;
 use numpy::ndarray::IxDyn;
 use pyo3::intern;
@@ -14,7 +15,7 @@ use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise, wrong_type};
 use crate::convert::files::{read, write_file};
 use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::model::methods::{Argument, forward_at_rest, inverse_at_rest, method_asked_for};
+use crate::model::methods::{forward_at_rest, inverse_at_rest, method_asked_for};
 use crate::model::object::{compiled_if_model, compiled_of, model_of, object};
 
 /// Many actuators side by side, as in a deformable mirror: actuator m has the model models[m] and its own memory.
@@ -103,10 +104,10 @@ impl ActuatorArray {
     }
 }
 
-#[pymethods]
+#[methods]
 impl ActuatorArray {
     #[new]
-    pub(crate) fn new(models: &Bound<'_, PyAny>) -> PyResult<Self> {
+    pub(crate) fn new(#[py("Iterable[Model]")] models: &Bound<'_, PyAny>) -> PyResult<Self> {
         let py = models.py();
         let Ok(items) = models.try_iter() else {
             let got = models.get_type().name()?;
@@ -134,6 +135,7 @@ impl ActuatorArray {
 
     /// The model of every actuator.
     #[getter]
+    #[py(-> "tuple[Model, ...]")]
     fn models(&self, py: Python<'_>) -> Py<PyTuple> {
         self.models.clone_ref(py)
     }
@@ -154,8 +156,10 @@ impl ActuatorArray {
     /// array([ 5., -5.,  1.])
     /// >>> forward.method
     /// ['bank', 'bank', 'bank']
-    #[pyo3(signature = (*, method=None))]
-    fn forward(slf: &Bound<'_, Self>, method: Argument<'_, '_>) -> PyResult<ForwardArray> {
+    fn forward(
+        slf: &Bound<'_, Self>,
+        #[py(*, "Literal['turning_points', 'bank'] | None" = None)] method: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<ForwardArray> {
         let method = method_asked_for(method, false)?;
         let stream = |(actuator, compiled)| {
             forward_at_rest(compiled, method).map_err(|error| raise(ActuatorError { actuator, error }))
@@ -172,8 +176,11 @@ impl ActuatorArray {
     /// the whole range.
     ///
     /// Raises NotInvertibleError that names the first actuator whose model may not be invertible.
-    #[pyo3(signature = (limits=None, *, method=None))]
-    fn inverse(slf: &Bound<'_, Self>, limits: Argument<'_, '_>, method: Argument<'_, '_>) -> PyResult<InverseArray> {
+    fn inverse(
+        slf: &Bound<'_, Self>,
+        #[py("ArrayLike | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+        #[py(*, "Literal['turning_points', 'bank'] | None" = None)] method: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<InverseArray> {
         let given = Limits::from_python(limits, slf.get().compiled.len())?;
         let method = method_asked_for(method, false)?;
         let stream = slf.get().inverses(&given, method)?;
@@ -192,7 +199,12 @@ impl ActuatorArray {
     /// >>> repaired = mirror.set_model(-1, stiff)
     /// >>> repaired.models == (soft, soft, stiff), mirror.models == (soft,) * 3
     /// (True, True)
-    fn set_model(&self, py: Python<'_>, actuator: &Bound<'_, PyAny>, model: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn set_model(
+        &self,
+        py: Python<'_>,
+        #[py("int")] actuator: &Bound<'_, PyAny>,
+        #[py("Model")] model: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
         let (count, place) = (self.compiled.len().cast_signed(), actuator.extract::<isize>());
         let Some(place) = place.ok().filter(|place| (-count..count).contains(place)) else {
             let expected = format!("a whole number from {} to {}", -count, count - 1);
@@ -205,7 +217,7 @@ impl ActuatorArray {
     }
 
     /// Writes the models to a JSON file, each model once; the file appears only when it is complete.
-    fn save(&self, py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, #[py("str | PathLike[str]")] path: &Bound<'_, PyAny>) -> PyResult<()> {
         let path = path_of("path", path)?;
         let models =
             self.models.bind(py).iter().map(|model| model_of("models", &model)).collect::<PyResult<Vec<_>>>()?;
@@ -216,7 +228,7 @@ impl ActuatorArray {
     ///
     /// Raises OSError if the file cannot be read, ValueError if it is no such file.
     #[staticmethod]
-    fn load(py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn load(py: Python<'_>, #[py("str | PathLike[str]")] path: &Bound<'_, PyAny>) -> PyResult<Self> {
         let path = path_of("path", path)?;
         let models = array_file::models(&read(&path)?).map_err(|message| errors::file(&path, &message))?;
         let models = models.into_iter().map(|model| object(py, model)).collect::<PyResult<Vec<_>>>()?;
@@ -224,6 +236,8 @@ impl ActuatorArray {
     }
 
     /// The model of one actuator, which counts from the end if it is negative; an array of those that a slice names.
+    #[overload("(self, actuator: SupportsIndex, /) -> Model")]
+    #[overload("(self, actuator: slice, /) -> ActuatorArray")]
     fn __getitem__<'py>(&self, py: Python<'py>, actuator: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let found = self.models.bind(py).as_any().get_item(actuator)?;
         if actuator.is_instance_of::<PySlice>() {

@@ -1,6 +1,7 @@
 //! How uncertain the outputs of an array are when its history is unknown, and the sequence that makes them certain.
 
 use hysteresis_core::{self as core, ActuatorError, Bound as Domain, BracketState, CompiledModel, Process};
+use hysteresis_python_macros::methods;
 use hysteresis_simulate::excitation::{ActuatorDrive, demagnetizing_array};
 use numpy::ndarray::{Array2, Ix1, Ix2};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
@@ -10,13 +11,12 @@ use pythonize::pythonize;
 
 use super::actuators::{ActuatorArray, Limits};
 use super::stream_arrays::{MadeOf, columns, in_state, states};
-use crate::convert::arguments::{OrDefault, count, numbers};
+use crate::convert::arguments::{OrDefault, count};
 use crate::convert::arrays::{each, zeros};
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{exclusive, shared};
 use crate::convert::pickling::{Reduced, saved};
 use crate::signal::excitation::shape_of;
-use crate::signal::signals::RATE;
 
 /// How uncertain the outputs of many actuators are when their history is unknown: made by `array.bracket(limits)`.
 ///
@@ -48,10 +48,14 @@ impl BracketArray {
     }
 }
 
-#[pymethods]
+#[methods]
 impl BracketArray {
     /// Takes one drive for each actuator, an array of shape (M,); the lowest and the highest outputs that there can be.
-    fn step<'py>(slf: &Bound<'py, Self>, drive: &Bound<'py, PyAny>) -> PyResult<LowAndHigh<'py, Ix1>> {
+    #[py(-> "tuple[Vector, Vector]")]
+    fn step<'py>(
+        slf: &Bound<'py, Self>,
+        #[py("ArrayLike")] drive: &Bound<'py, PyAny>,
+    ) -> PyResult<LowAndHigh<'py, Ix1>> {
         let actuators = slf.len()?;
         let drives = columns::<Ix1>("drive", drive, actuators, format_args!("an array of shape ({actuators},)"))?;
         let (low, high) = (zeros(slf.py(), Ix1(actuators))?, zeros(slf.py(), Ix1(actuators))?);
@@ -62,7 +66,11 @@ impl BracketArray {
     }
 
     /// Takes rows of drives, an array of shape (samples, M), bit for bit like `step` in a loop.
-    fn run<'py>(slf: &Bound<'py, Self>, drives: &Bound<'py, PyAny>) -> PyResult<LowAndHigh<'py, Ix2>> {
+    #[py(-> "tuple[Matrix, Matrix]")]
+    fn run<'py>(
+        slf: &Bound<'py, Self>,
+        #[py("ArrayLike")] drives: &Bound<'py, PyAny>,
+    ) -> PyResult<LowAndHigh<'py, Ix2>> {
         let drives = rows(drives, slf.len()?)?;
         let (low, high) = (zeros(slf.py(), drives.dims())?, zeros(slf.py(), drives.dims())?);
         let (mut lowest, mut highest) = (low.readwrite(), high.readwrite());
@@ -72,13 +80,14 @@ impl BracketArray {
     }
 
     /// Takes over what was driven before, an array of shape (samples, M), oldest drives first.
-    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let drives = rows(drives, slf.len()?)?;
         exclusive(slf)?.brackets.follow(drives.as_slice()?).map_err(raise)
     }
 
     /// The lowest and the highest outputs that there can be now.
     #[getter]
+    #[py(-> "tuple[Vector, Vector]")]
     fn outputs<'py>(&self, py: Python<'py>) -> LowAndHigh<'py, Ix1> {
         (self.each(py, |bracket| bracket.outputs().0), self.each(py, |bracket| bracket.outputs().1))
     }
@@ -104,6 +113,7 @@ impl BracketArray {
 
     /// Everything that is remembered, as a list of M dictionaries to keep; set it to continue from there bit for bit.
     #[getter]
+    #[py(-> "list[dict[str, Any]]")]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyList>> {
         let states: Vec<_> = shared(slf)?.brackets.brackets().iter().map(core::Bracket::state).collect();
         let states = states.iter().map(|state| Ok(pythonize(slf.py(), state)?));
@@ -111,7 +121,7 @@ impl BracketArray {
     }
 
     #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_state(slf: &Bound<'_, Self>, #[py("list[dict[str, Any]]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         let given = states(state, slf.len()?)?.into_iter().enumerate();
         let plain = given.map(|(m, state)| saved(&state).map_err(|error| in_state(state.py(), m, error)));
         let plain = plain.collect::<PyResult<Vec<BracketState>>>()?;
@@ -169,14 +179,14 @@ fn check_limits((low, high): (f64, f64)) -> Result<(), core::Error> {
     if low < high { Ok(()) } else { Err(wrong) }
 }
 
-#[pymethods]
+#[methods]
 impl ActuatorArray {
     /// How uncertain the outputs are when the history of the drives, between `limits`, is unknown.
     ///
     /// `limits` of the drives: (low, high) for all, or an array of shape (M, 2), a row for each actuator.
     ///
     /// Raises ValueError that names the first actuator whose model has a negative weight.
-    fn bracket(slf: &Bound<'_, Self>, limits: &Bound<'_, PyAny>) -> PyResult<BracketArray> {
+    fn bracket(slf: &Bound<'_, Self>, #[py("ArrayLike")] limits: &Bound<'_, PyAny>) -> PyResult<BracketArray> {
         let compiled = slf.get().compiled();
         let (given, each) = limits_of(limits, compiled.len())?;
         let wrong = |ActuatorError { actuator, error }| given.error(actuator, error);
@@ -225,20 +235,16 @@ impl ActuatorArray {
     /// >>> drives, left = mirror.demagnetize(limits, slew=2000.0, rate=1000.0)
     /// >>> bool((left < 0.02 * mirror.bracket(limits).width).all())
     /// True
-    #[pyo3(signature = (limits, *, slew, rate=None, cycles=None, shape=OrDefault(None), center=None, start=None),
-        text_signature = "($self, limits, *, slew, rate=10000.0, cycles=20, shape='triangle', center=None, start=None)")]
-    #[expect(clippy::too_many_arguments, reason = "one per keyword of the Python function")]
     fn demagnetize<'py>(
         slf: &Bound<'py, Self>,
-        limits: &Bound<'py, PyAny>,
-        slew: &Bound<'py, PyAny>,
-        rate: Option<&Bound<'py, PyAny>>,
-        cycles: Option<&Bound<'py, PyAny>>,
-        shape: OrDefault<'_>,
-        center: Option<&Bound<'py, PyAny>>,
-        start: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike")] limits: &Bound<'py, PyAny>,
+        #[py(*, "ArrayLike")] slew: &Bound<'py, PyAny>,
+        #[py(= 10000.0)] rate: f64,
+        #[py("int" = 20)] cycles: Option<&Bound<'py, PyAny>>,
+        #[py("Literal['triangle', 'sine']" = "triangle")] shape: OrDefault<'_>,
+        #[py("ArrayLike | None" = None)] center: Option<&Bound<'py, PyAny>>,
+        #[py("ArrayLike | None" = None)] start: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<DrivesAndLeft<'py>> {
-        numbers!(rate = RATE);
         let (py, compiled) = (slf.py(), slf.get().compiled());
         let actuators = compiled.len();
         let (given, limits) = limits_of(limits, actuators)?;

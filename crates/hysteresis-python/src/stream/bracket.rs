@@ -1,11 +1,11 @@
 //! How uncertain the output of a model is when its history is unknown.
 
 use hysteresis_core::{self as core, CompiledModel};
+use hysteresis_python_macros::methods;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
-use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
 use crate::convert::objects::{exclusive, shared};
@@ -46,16 +46,15 @@ impl Bracket {
     }
 }
 
-#[pymethods]
+#[methods]
 impl Bracket {
     /// Takes a drive; the lowest and the highest output that there can be.
-    fn step(slf: &Bound<'_, Self>, drive: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
-        numbers!(drive);
+    fn step(slf: &Bound<'_, Self>, drive: f64) -> PyResult<(f64, f64)> {
         Ok(exclusive(slf)?.bracket.step(drive))
     }
 
     /// Takes over what was driven before, oldest drive first.
-    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let drives = vector("drives", drives)?;
         exclusive(slf)?.bracket.follow(drives.as_slice()?).map_err(raise)
     }
@@ -86,13 +85,14 @@ impl Bracket {
 
     /// Everything that is remembered, as a dictionary to keep; set it to continue from there bit for bit.
     #[getter]
+    #[py(-> "dict[str, Any]")]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let state = shared(slf)?.bracket.state();
         Ok(pythonize(slf.py(), &state)?)
     }
 
     #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         let state = saved(state)?;
         exclusive(slf)?.bracket.set_state(&state).map_err(raise)
     }

@@ -1,48 +1,38 @@
-//! What every operator and stream offers, written once, but for `step` and `peek`: those are in `single_argument`.
+//! What every operator, filter and stream offers, but for `step` and `peek`: those are in `single_argument`.
 
-/// The Python methods of a class around a `Process`, its field `$field`: those that all have, and its own.
-macro_rules! process_methods {
-    ($class:ident, $field:tt { $($own:tt)* }) => {
-        impl $crate::stream::single_argument::Stepper for $class {
-            fn process(&self) -> &impl Process {
-                &self.$field
-            }
+use hysteresis_core::Process;
+use hysteresis_python_macros::methods;
+use numpy::PyArray1;
+use pyo3::prelude::*;
 
-            fn process_mut(&mut self) -> &mut impl Process {
-                &mut self.$field
-            }
-        }
+use super::blocks::{self, Single};
+use super::single_argument::Stepper;
+use super::streams::{Forward, Inverse};
+use crate::control::filter_stream::Filter;
+use crate::convert::objects::exclusive;
+use crate::model::operators::{CoupledPlay, Play};
+use crate::stage::streams::{StageForward, StageInverse};
 
-        #[pymethods]
-        impl $class {
-            /// Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array.
-            #[pyo3(signature = (input, out=None))]
-            fn run<'py>(
-                slf: &Bound<'py, Self>,
-                input: &Bound<'py, PyAny>,
-                out: Option<&Bound<'py, PyAny>>,
-            ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-                $crate::stream::blocks::run(input, out, |block| {
-                    let mut process = $crate::convert::objects::exclusive(slf)?;
-                    block.through(slf.py(), &mut $crate::stream::blocks::Single(&mut process.$field))
-                })
-            }
+#[methods(Play, CoupledPlay, Filter, Forward, Inverse, StageForward, StageInverse)]
+impl Each {
+    /// Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array.
+    fn run<'py>(
+        slf: &Bound<'py, Self>,
+        #[py("ArrayLike")] input: &Bound<'py, PyAny>,
+        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        blocks::run(input, out, |block| block.through(slf.py(), &mut Single(exclusive(slf)?.process_mut())))
+    }
 
-            /// Back to the start: at rest, or at the initial outputs that were given.
-            fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
-                $crate::convert::objects::exclusive(slf)?.$field.reset();
-                Ok(())
-            }
+    /// Back to the start: at rest, or at the initial outputs that were given.
+    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.process_mut().reset();
+        Ok(())
+    }
 
-            /// How many samples were not finite, or beyond 1e100.
-            #[getter]
-            fn rejected(&self) -> u64 {
-                self.$field.rejected()
-            }
-
-            $($own)*
-        }
-    };
+    /// How many samples were not finite, or beyond 1e100.
+    #[getter]
+    fn rejected(&self) -> u64 {
+        Stepper::rejected(self)
+    }
 }
-
-pub(crate) use process_methods;

@@ -20,6 +20,8 @@ use crate::convert::objects::{exclusive, shared};
 pub(crate) trait Stepper: PyClass<Frozen = False> {
     fn process(&self) -> &impl Process;
     fn process_mut(&mut self) -> &mut impl Process;
+    /// How many samples were not finite, or beyond 1e100.
+    fn rejected(&self) -> u64;
 }
 
 type Method = unsafe extern "C" fn(*mut ffi::PyObject, *mut ffi::PyObject) -> *mut ffi::PyObject;

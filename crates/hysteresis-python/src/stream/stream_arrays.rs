@@ -1,5 +1,6 @@
 //! Streams of arrays: many streams side by side.
 
+use hysteresis_python_macros::methods;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -16,6 +17,7 @@ use pythonize::pythonize;
 use super::blocks::apply;
 use super::rows::{Peek, Rows, Step};
 use super::streams::{from_python, method_name};
+use crate::argument::Argument;
 use crate::convert::arguments::{count, whole};
 use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise};
@@ -169,165 +171,161 @@ pub(crate) fn in_state(py: Python<'_>, actuator: usize, error: PyErr) -> PyErr {
 /// How many threads may share out the actuators.
 struct Threads(usize);
 
-impl FromPyObject<'_, '_> for Threads {
-    type Error = PyErr;
-
-    fn extract(threads: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
-        count("threads", &threads).map(Self)
+impl Argument<'_> for Threads {
+    fn from_argument(name: &'static str, threads: &Bound<'_, PyAny>) -> PyResult<Self> {
+        count(name, threads).map(Self)
     }
 }
 
-/// The methods that both streams of arrays have, and its own.
-macro_rules! stream_array_methods {
-    ($class:ident { $($own:tt)* }) => {
-        #[pymethods]
-        impl $class {
-            /// Takes one sample for each actuator, an array of shape (M,), and gives the outputs in `out` or a new array.
-            ///
-            /// A C-contiguous float64 array is read in place; with `out` no array is allocated then.
-            #[pyo3(signature = (input, out=None))]
-            fn step<'py>(
-                slf: &Bound<'py, Self>,
-                input: &Bound<'py, PyAny>,
-                out: Option<&Bound<'py, PyAny>>,
-            ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-                let actuators = shared(slf)?.stream.len();
-                let samples = one_each(input, actuators)?;
-                apply(samples, out, |block| block.through(slf.py(), &mut Step(&mut exclusive(slf)?.stream)))
-            }
+// What both streams of arrays offer.
+#[methods(ForwardArray, InverseArray)]
+impl Each {
+    /// Takes one sample for each actuator, an array of shape (M,), and gives the outputs in `out` or a new array.
+    ///
+    /// A C-contiguous float64 array is read in place; with `out` no array is allocated then.
+    fn step<'py>(
+        slf: &Bound<'py, Self>,
+        #[py("ArrayLike")] input: &Bound<'py, PyAny>,
+        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let actuators = shared(slf)?.stream.len();
+        let samples = one_each(input, actuators)?;
+        apply(samples, out, |block| block.through(slf.py(), &mut Step(&mut exclusive(slf)?.stream)))
+    }
 
-            /// What `step` would give, without taking the samples.
-            #[pyo3(signature = (input, out=None))]
-            fn peek<'py>(
-                slf: &Bound<'py, Self>,
-                input: &Bound<'py, PyAny>,
-                out: Option<&Bound<'py, PyAny>>,
-            ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-                let actuators = shared(slf)?.stream.len();
-                let samples = one_each(input, actuators)?;
-                apply(samples, out, |block| block.through(slf.py(), &mut Peek(&shared(slf)?.stream)))
-            }
+    /// What `step` would give, without taking the samples.
+    fn peek<'py>(
+        slf: &Bound<'py, Self>,
+        #[py("ArrayLike")] input: &Bound<'py, PyAny>,
+        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let actuators = shared(slf)?.stream.len();
+        let samples = one_each(input, actuators)?;
+        apply(samples, out, |block| block.through(slf.py(), &mut Peek(&shared(slf)?.stream)))
+    }
 
-            /// Takes rows of samples, an array of shape (samples, M), bit for bit like `step` in a loop, into `out` or a
-            /// new array.
-            ///
-            /// With `threads` > 1 that many threads share out the actuators: the same bits, sooner, where many samples
-            /// are known beforehand.
-            #[pyo3(signature = (input, out=None, threads=Threads(1)), text_signature = "($self, input, out=None, threads=1)")]
-            fn run<'py>(
-                slf: &Bound<'py, Self>,
-                input: &Bound<'py, PyAny>,
-                out: Option<&Bound<'py, PyAny>>,
-                threads: Threads,
-            ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-                let actuators = shared(slf)?.stream.len();
-                let samples = rows(input, actuators)?;
-                apply(samples, out, |block| {
-                    block.through(slf.py(), &mut Rows::new(&mut exclusive(slf)?.stream, threads.0))
-                })
-            }
+    /// Takes rows of samples, an array of shape (samples, M), bit for bit like `step` in a loop, into `out` or a
+    /// new array.
+    ///
+    /// With `threads` > 1 that many threads share out the actuators: the same bits, sooner, where many samples
+    /// are known beforehand.
+    fn run<'py>(
+        slf: &Bound<'py, Self>,
+        #[py("ArrayLike")] input: &Bound<'py, PyAny>,
+        #[py("Matrix | None" = None)] out: Option<&Bound<'py, PyAny>>,
+        #[py("int" = 1)] threads: Threads,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let actuators = shared(slf)?.stream.len();
+        let samples = rows(input, actuators)?;
+        apply(samples, out, |block| block.through(slf.py(), &mut Rows::new(&mut exclusive(slf)?.stream, threads.0)))
+    }
 
-            /// Takes over rows of drives that were put out before, oldest row first.
-            fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
-                let mut restored = shared(slf)?.stream.clone();
-                let rows = columns::<Ix2>("drives", drives, restored.len(), format_args!("an array of shape (samples, {})", restored.len()))?;
-                let rows = rows.as_array();
-                for (actuator, stream) in restored.streams_mut().iter_mut().enumerate() {
-                    let drives = rows.column(actuator).to_vec();
-                    stream.follow(&drives).map_err(|error| raise(ActuatorError { actuator, error }))?;
-                }
-                exclusive(slf)?.stream = restored;
-                Ok(())
-            }
-
-            /// Every actuator back to rest.
-            fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
-                exclusive(slf)?.stream.reset();
-                Ok(())
-            }
-
-            /// Everything that the streams remember, as a list of M dictionaries to keep; set it to continue from there
-            /// bit for bit. Each is the `state` of a single stream of its model, of either `method`.
-            #[getter]
-            fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyList>> {
-                let states: Vec<_> = shared(slf)?.stream.streams().iter().map(|stream| stream.state()).collect();
-                let states = states.iter().map(|state| Ok(pythonize(slf.py(), state)?));
-                PyList::new(slf.py(), states.collect::<PyResult<Vec<_>>>()?)
-            }
-
-            #[setter]
-            fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-                let (py, actuators) = (slf.py(), shared(slf)?.stream.len());
-                let states = states(state, actuators)?.into_iter().enumerate();
-                let states = states.map(|(m, state)| from_python(&state).map_err(|error| in_state(py, m, error)));
-                let states = states.collect::<PyResult<Vec<_>>>()?;
-                let mut restored = shared(slf)?.stream.clone();
-                for (m, (stream, state)) in restored.streams_mut().iter_mut().zip(states).enumerate() {
-                    stream.set_state(&state).map_err(|error| in_state(py, m, raise(error)))?;
-                }
-                exclusive(slf)?.stream = restored;
-                Ok(())
-            }
-
-            /// How each actuator is evaluated, "turning_points" or "bank": a list of M words.
-            #[getter]
-            fn method(&self) -> Vec<&'static str> {
-                self.stream.streams().iter().map(|stream| method_name(stream.method())).collect()
-            }
-
-            /// How many samples of each actuator were not finite, or beyond 1e100.
-            #[getter]
-            fn rejected<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
-                PyArray1::from_iter(py, self.stream.streams().iter().map(|stream| stream.rejected()))
-            }
-
-            /// One actuator goes on with the weights and the output offset of another model of the same thresholds and
-            /// input offset, as a stream of it would.
-            ///
-            /// Raises ValueError that names what differs; the stream is as before then.
-            fn set_model(
-                slf: &Bound<'_, Self>,
-                actuator: &Bound<'_, PyAny>,
-                model: &Bound<'_, PyAny>,
-            ) -> PyResult<()> {
-                let (actuator, compiled) = (whole::<usize>("actuator", actuator)?, compiled_of("model", model)?);
-                let mut this = exclusive(slf)?;
-                let actuators = this.stream.len();
-                let Some(stream) = this.stream.streams_mut().get_mut(actuator) else {
-                    let expected = format!("a number below {actuators}");
-                    return Err(errors::value("actuator", format_args!("expected {expected}, got {actuator}")));
-                };
-                stream.set_model(&compiled).map_err(raise)?;
-                this.made.set_model(actuator, model);
-                Ok(())
-            }
-
-            fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-                Self::set_state(slf, state)
-            }
-
-            fn __len__(&self) -> usize {
-                self.stream.len()
-            }
-
-            fn __repr__(&self) -> String {
-                let methods = BTreeSet::from_iter(self.method()).into_iter().collect::<Vec<_>>().join(" and ");
-                format!("<{} of {} actuators by {methods}>", stringify!($class), self.stream.len())
-            }
-
-            $($own)*
+    /// Takes over rows of drives that were put out before, oldest row first.
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
+        let mut restored = shared(slf)?.stream.clone();
+        let rows = columns::<Ix2>(
+            "drives",
+            drives,
+            restored.len(),
+            format_args!("an array of shape (samples, {})", restored.len()),
+        )?;
+        let rows = rows.as_array();
+        for (actuator, stream) in restored.streams_mut().iter_mut().enumerate() {
+            let drives = rows.column(actuator).to_vec();
+            stream.follow(&drives).map_err(|error| raise(ActuatorError { actuator, error }))?;
         }
-    };
+        exclusive(slf)?.stream = restored;
+        Ok(())
+    }
+
+    /// Every actuator back to rest.
+    fn reset(slf: &Bound<'_, Self>) -> PyResult<()> {
+        exclusive(slf)?.stream.reset();
+        Ok(())
+    }
+
+    /// Everything that the streams remember, as a list of M dictionaries to keep; set it to continue from there
+    /// bit for bit. Each is the `state` of a single stream of its model, of either `method`.
+    #[getter]
+    #[py(-> "list[dict[str, Any]]")]
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyList>> {
+        let states: Vec<_> = shared(slf)?.stream.streams().iter().map(|stream| stream.state()).collect();
+        let states = states.iter().map(|state| Ok(pythonize(slf.py(), state)?));
+        PyList::new(slf.py(), states.collect::<PyResult<Vec<_>>>()?)
+    }
+
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, #[py("list[dict[str, Any]]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (py, actuators) = (slf.py(), shared(slf)?.stream.len());
+        let states = states(state, actuators)?.into_iter().enumerate();
+        let states = states.map(|(m, state)| from_python(&state).map_err(|error| in_state(py, m, error)));
+        let states = states.collect::<PyResult<Vec<_>>>()?;
+        let mut restored = shared(slf)?.stream.clone();
+        for (m, (stream, state)) in restored.streams_mut().iter_mut().zip(states).enumerate() {
+            stream.set_state(&state).map_err(|error| in_state(py, m, raise(error)))?;
+        }
+        exclusive(slf)?.stream = restored;
+        Ok(())
+    }
+
+    /// How each actuator is evaluated, "turning_points" or "bank": a list of M words.
+    #[getter]
+    #[py(-> "list[Literal['turning_points', 'bank']]")]
+    fn method(&self) -> Vec<&'static str> {
+        self.stream.streams().iter().map(|stream| method_name(stream.method())).collect()
+    }
+
+    /// How many samples of each actuator were not finite, or beyond 1e100.
+    #[getter]
+    fn rejected<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+        PyArray1::from_iter(py, self.stream.streams().iter().map(|stream| stream.rejected()))
+    }
+
+    /// One actuator goes on with the weights and the output offset of another model of the same thresholds and
+    /// input offset, as a stream of it would.
+    ///
+    /// Raises ValueError that names what differs; the stream is as before then.
+    fn set_model(
+        slf: &Bound<'_, Self>,
+        #[py("int")] actuator: &Bound<'_, PyAny>,
+        #[py("Model")] model: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let (actuator, compiled) = (whole::<usize>("actuator", actuator)?, compiled_of("model", model)?);
+        let mut this = exclusive(slf)?;
+        let actuators = this.stream.len();
+        let Some(stream) = this.stream.streams_mut().get_mut(actuator) else {
+            let expected = format!("a number below {actuators}");
+            return Err(errors::value("actuator", format_args!("expected {expected}, got {actuator}")));
+        };
+        stream.set_model(&compiled).map_err(raise)?;
+        this.made.set_model(actuator, model);
+        Ok(())
+    }
+
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
+
+    fn __len__(&self) -> usize {
+        self.stream.len()
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let methods = BTreeSet::from_iter(self.method()).into_iter().collect::<Vec<_>>().join(" and ");
+        Ok(format!("<{} of {} actuators by {methods}>", py.get_type::<Self>().name()?, self.stream.len()))
+    }
 }
 
-stream_array_methods!(ForwardArray {
+#[methods]
+impl ForwardArray {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let this = shared(slf)?;
         this.made.reduce(slf.py(), "forward", Self::state(slf)?.into_any())
     }
-});
+}
 
-stream_array_methods!(InverseArray {
+#[methods]
+impl InverseArray {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let this = shared(slf)?;
         this.made.reduce(slf.py(), "inverse", Self::state(slf)?.into_any())
@@ -346,4 +344,4 @@ stream_array_methods!(InverseArray {
         let rows: Vec<[f64; 2]> = limits?.into_iter().map(<[f64; 2]>::from).collect();
         Some(Array2::from(rows).into_pyarray(py))
     }
-});
+}

@@ -1,13 +1,14 @@
 //! Streams of models: forward and exact inverse.
 
 use hysteresis_core::{self as core, Method, Process, StreamState};
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyBool;
 use pythonize::{depythonize, pythonize};
 
 use super::made::Made;
-use super::process::process_methods;
+use super::single_argument::Stepper;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{exclusive, shared};
@@ -74,55 +75,70 @@ pub(crate) fn from_python(state: &Bound<'_, PyAny>) -> PyResult<StreamState> {
     Ok(plain)
 }
 
-/// The methods of a stream of a model: those of a process, those that both streams have, and its own.
-macro_rules! stream_methods {
-    ($class:ident { $($own:tt)* }) => {
-        process_methods!($class, stream {
-            /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for
-            /// bit.
-            ///
-            /// A stream of the other `method` takes it too, and goes on with the same outputs to 1e-12 of the range. Turning
-            /// points cannot tell operator outputs that no drive leads to, as `initial` may be: then ValueError is raised, and
-            /// the stream is as before.
-            #[getter]
-            fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-                let state = shared(slf)?.stream.state();
-                Ok(pythonize(slf.py(), &state)?)
-            }
+// What both streams of a model offer.
+#[methods(Forward, Inverse)]
+impl Each {
+    /// Everything that the stream remembers, as a dictionary to keep; set it to continue from there bit for
+    /// bit.
+    ///
+    /// A stream of the other `method` takes it too, and goes on with the same outputs to 1e-12 of the range. Turning
+    /// points cannot tell operator outputs that no drive leads to, as `initial` may be: then ValueError is raised, and
+    /// the stream is as before.
+    #[getter]
+    #[py(-> "dict[str, Any]")]
+    fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let state = shared(slf)?.stream.state();
+        Ok(pythonize(slf.py(), &state)?)
+    }
 
-            #[setter]
-            fn set_state(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-                let state = from_python(state)?;
-                exclusive(slf)?.stream.set_state(&state).map_err(raise)
-            }
+    #[setter]
+    fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let state = from_python(state)?;
+        exclusive(slf)?.stream.set_state(&state).map_err(raise)
+    }
 
-            fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-                Self::set_state(slf, state)
-            }
+    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        Self::set_state(slf, state)
+    }
 
-            /// The reversals of the model's input that still determine its output, oldest first; empty for a bank.
-            #[getter]
-            fn memory<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-                PyArray1::from_vec(py, self.stream.turning_points())
-            }
+    /// The reversals of the model's input that still determine its output, oldest first; empty for a bank.
+    #[getter]
+    fn memory<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, self.stream.turning_points())
+    }
 
-            /// "turning_points" (nested thresholds, from rest) or "bank" (anything else, or if asked for).
-            #[getter]
-            fn method(&self) -> &'static str {
-                method_name(self.stream.method())
-            }
-
-            $($own)*
-        });
-    };
+    /// "turning_points" (nested thresholds, from rest) or "bank" (anything else, or if asked for).
+    #[getter]
+    #[py(-> "Literal['turning_points', 'bank']")]
+    fn method(&self) -> &'static str {
+        method_name(self.stream.method())
+    }
 }
 
-stream_methods!(Forward {
+impl Stepper for Forward {
+    fn process(&self) -> &impl Process {
+        &self.stream
+    }
+
+    fn process_mut(&mut self) -> &mut impl Process {
+        &mut self.stream
+    }
+
+    fn rejected(&self) -> u64 {
+        self.stream.rejected()
+    }
+}
+
+#[methods]
+impl Forward {
     /// Goes on with the weights and the output offset of another model of the same thresholds and input offset: input and
     /// memory stay, the output is that of the new model.
     ///
     /// Raises ValueError that names what differs; the stream is as before then.
-    fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_model(
+        slf: &Bound<'_, Self>,
+        #[py("PrandtlIshlinskii | ModifiedPrandtlIshlinskii")] model: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
         let compiled = compiled_of("model", model)?;
         let mut this = exclusive(slf)?;
         this.stream.set_model(&compiled).map_err(raise)?;
@@ -131,7 +147,7 @@ stream_methods!(Forward {
     }
 
     /// Takes over what was put in before, oldest input first.
-    fn follow(slf: &Bound<'_, Self>, inputs: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] inputs: &Bound<'_, PyAny>) -> PyResult<()> {
         let inputs = vector("inputs", inputs)?;
         exclusive(slf)?.stream.follow(inputs.as_slice()?).map_err(raise)
     }
@@ -144,9 +160,24 @@ stream_methods!(Forward {
     fn __repr__(&self) -> String {
         format!("<Forward by {}>", self.method())
     }
-});
+}
 
-stream_methods!(Inverse {
+impl Stepper for Inverse {
+    fn process(&self) -> &impl Process {
+        &self.stream
+    }
+
+    fn process_mut(&mut self) -> &mut impl Process {
+        &mut self.stream
+    }
+
+    fn rejected(&self) -> u64 {
+        self.stream.rejected()
+    }
+}
+
+#[methods]
+impl Inverse {
     /// Goes on with the weights and the output offset of another model of the same thresholds and input offset, without a
     /// jump of the drive: the drive and the memory stay, the next target is met by the new model.
     ///
@@ -164,7 +195,10 @@ stream_methods!(Inverse {
     /// >>> inverse.set_model(mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0]))
     /// >>> inverse.step(5.0), inverse.step(4.0)  # 5.0 is the new output at the drive 4.0
     /// (4.0, 3.0)
-    fn set_model(slf: &Bound<'_, Self>, model: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_model(
+        slf: &Bound<'_, Self>,
+        #[py("PrandtlIshlinskii | ModifiedPrandtlIshlinskii")] model: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
         let compiled = compiled_of("model", model)?;
         let mut this = exclusive(slf)?;
         this.stream.set_model(&compiled).map_err(raise)?;
@@ -173,7 +207,7 @@ stream_methods!(Inverse {
     }
 
     /// Takes over what was driven before, oldest drive first.
-    fn follow(slf: &Bound<'_, Self>, drives: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let drives = vector("drives", drives)?;
         exclusive(slf)?.stream.follow(drives.as_slice()?).map_err(raise)
     }
@@ -201,4 +235,4 @@ stream_methods!(Inverse {
             None => format!("<Inverse by {}>", self.method()),
         }
     }
-});
+}

@@ -1,11 +1,12 @@
 //! Creep.
 
 use hysteresis_control::linear::{self, Stream};
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::response::response;
-use crate::convert::arguments::{count, numbers};
+use crate::convert::arguments::count;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, raise, unexpected};
 use crate::convert::pickling::{Reduced, keywords, reduce};
@@ -39,10 +40,13 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 #[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct Creep(pub(crate) linear::Creep);
 
-#[pymethods]
+#[methods]
 impl Creep {
     #[new]
-    fn new(amplitudes: &Bound<'_, PyAny>, time_constants: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn new(
+        #[py("ArrayLike")] amplitudes: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] time_constants: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
         let (amplitudes, times) = (vector("amplitudes", amplitudes)?, vector("time_constants", time_constants)?);
         linear::Creep::new(amplitudes.as_slice()?, times.as_slice()?).map(Self).map_err(raise)
     }
@@ -64,13 +68,7 @@ impl Creep {
     /// >>> mh.plant.Creep.logarithmic(0.01, start=0.1, end=10.0, terms=2).amplitudes
     /// array([0.01, 0.01])
     #[staticmethod]
-    fn logarithmic(
-        gamma: &Bound<'_, PyAny>,
-        start: &Bound<'_, PyAny>,
-        end: &Bound<'_, PyAny>,
-        terms: &Bound<'_, PyAny>,
-    ) -> PyResult<Self> {
-        numbers!(gamma, start, end);
+    fn logarithmic(gamma: f64, start: f64, end: f64, #[py("int")] terms: &Bound<'_, PyAny>) -> PyResult<Self> {
         let counted = count("terms", terms)?;
         let terms = u16::try_from(counted)
             .map_err(|_| errors::value("terms", format_args!("expected at most 65535, got {counted}")))?;
@@ -91,8 +89,7 @@ impl Creep {
 
     /// The response to `u` from rest at zero, each input held for `dt` seconds: y[k] is the output at the moment at which
     /// u[k] is put out.
-    fn response<'py>(&self, u: &Bound<'py, PyAny>, dt: &Bound<'py, PyAny>) -> Vector<'py> {
-        numbers!(dt);
+    fn response<'py>(&self, #[py("ArrayLike")] u: &Bound<'py, PyAny>, dt: f64) -> Vector<'py> {
         response(Stream::new(self.0.block(dt).map_err(raise)?, 0.0), u)
     }
 

@@ -1,10 +1,9 @@
 //! A lag, and a resonance.
 
-use hysteresis_control::linear;
+use hysteresis_control::linear::{self, LinearDynamics};
+use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 
-use super::response::dynamics_methods;
-use crate::convert::arguments::numbers;
 use crate::convert::errors::raise;
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::convert::values::hash;
@@ -34,10 +33,17 @@ use crate::convert::values::hash;
 #[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct SecondOrder(pub(crate) linear::SecondOrder);
 
-dynamics_methods!(SecondOrder, |this| this.0.into(), {
+impl SecondOrder {
+    /// As a part of dynamics in series.
+    pub(crate) fn dynamics(&self) -> LinearDynamics {
+        self.0.into()
+    }
+}
+
+#[methods]
+impl SecondOrder {
     #[new]
-    fn new(frequency: &Bound<'_, PyAny>, damping: &Bound<'_, PyAny>) -> PyResult<Self> {
-        numbers!(frequency, damping);
+    fn new(frequency: f64, damping: f64) -> PyResult<Self> {
         linear::SecondOrder::new(frequency, damping).map(Self).map_err(raise)
     }
 
@@ -68,7 +74,7 @@ dynamics_methods!(SecondOrder, |this| this.0.into(), {
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
         reduce(py.get_type::<Self>().into_any(), (self.frequency(), self.damping()), keywords!(py), None)
     }
-});
+}
 
 /// A first-order lag of unit static gain: tau y' + y = u, tau = 1 / (2 pi f).
 ///
@@ -91,10 +97,17 @@ dynamics_methods!(SecondOrder, |this| this.0.into(), {
 #[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct FirstOrder(pub(crate) linear::FirstOrder);
 
-dynamics_methods!(FirstOrder, |this| this.0.into(), {
+impl FirstOrder {
+    /// As a part of dynamics in series.
+    pub(crate) fn dynamics(&self) -> LinearDynamics {
+        self.0.into()
+    }
+}
+
+#[methods]
+impl FirstOrder {
     #[new]
-    fn new(frequency: &Bound<'_, PyAny>) -> PyResult<Self> {
-        numbers!(frequency);
+    fn new(frequency: f64) -> PyResult<Self> {
         linear::FirstOrder::new(frequency).map(Self).map_err(raise)
     }
 
@@ -106,8 +119,7 @@ dynamics_methods!(FirstOrder, |this| this.0.into(), {
     /// >>> round(mh.plant.FirstOrder.from_time_constant(1e-3).frequency, 3)
     /// 159.155
     #[staticmethod]
-    fn from_time_constant(time_constant: &Bound<'_, PyAny>) -> PyResult<Self> {
-        numbers!(time_constant);
+    fn from_time_constant(time_constant: f64) -> PyResult<Self> {
         linear::FirstOrder::from_time_constant(time_constant).map(Self).map_err(raise)
     }
 
@@ -138,4 +150,4 @@ dynamics_methods!(FirstOrder, |this| this.0.into(), {
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
         reduce(py.get_type::<Self>().into_any(), (self.frequency(),), keywords!(py), None)
     }
-});
+}

@@ -1,13 +1,12 @@
 //! Antiresonances, and modes in parallel.
 
-use hysteresis_control::linear;
+use hysteresis_control::linear::{self, LinearDynamics};
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use super::lags::SecondOrder;
-use super::response::dynamics_methods;
-use crate::convert::arguments::numbers;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{Place, raise, unexpected};
 use crate::convert::pickling::{Reduced, keywords, reduce};
@@ -39,9 +38,20 @@ fn resonance(place: Place<'_>, value: &Bound<'_, PyAny>) -> PyResult<linear::Sec
     }
 }
 
-dynamics_methods!(Antiresonance, |this| this.0.into(), {
+impl Antiresonance {
+    /// As a part of dynamics in series.
+    pub(crate) fn dynamics(&self) -> LinearDynamics {
+        self.0.into()
+    }
+}
+
+#[methods]
+impl Antiresonance {
     #[new]
-    fn new(zero: &Bound<'_, PyAny>, pole: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn new(
+        #[py("SecondOrder")] zero: &Bound<'_, PyAny>,
+        #[py("SecondOrder")] pole: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
         Ok(Self(linear::Antiresonance::new(resonance("zero".into(), zero)?, resonance("pole".into(), pole)?)))
     }
 
@@ -72,7 +82,7 @@ dynamics_methods!(Antiresonance, |this| this.0.into(), {
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
         reduce(py.get_type::<Self>().into_any(), (self.zero(), self.pole()), keywords!(py), None)
     }
-});
+}
 
 /// Second-order modes in parallel: G(s) = sum_i g_i / ((s/w_i)^2 + 2 zeta_i s/w_i + 1).
 ///
@@ -99,9 +109,20 @@ dynamics_methods!(Antiresonance, |this| this.0.into(), {
 #[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct Modes(pub(crate) linear::Modes);
 
-dynamics_methods!(Modes, |this| this.0.clone().into(), {
+impl Modes {
+    /// As a part of dynamics in series.
+    pub(crate) fn dynamics(&self) -> LinearDynamics {
+        self.0.clone().into()
+    }
+}
+
+#[methods]
+impl Modes {
     #[new]
-    fn new(gains: &Bound<'_, PyAny>, modes: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn new(
+        #[py("ArrayLike")] gains: &Bound<'_, PyAny>,
+        #[py("Iterable[SecondOrder]")] modes: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
         let Ok(items) = modes.try_iter() else { return Err(unexpected("modes", "a sequence of SecondOrder", modes)) };
         let resonances = items.enumerate().map(|(i, item)| {
             let place = format!("modes[{i}]");
@@ -120,6 +141,7 @@ dynamics_methods!(Modes, |this| this.0.clone().into(), {
 
     /// The resonances.
     #[getter]
+    #[py(-> "tuple[SecondOrder, ...]")]
     fn modes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(py, self.0.modes().iter().map(|mode| SecondOrder(*mode)).collect::<Vec<_>>())
     }
@@ -141,4 +163,4 @@ dynamics_methods!(Modes, |this| this.0.clone().into(), {
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
         reduce(py.get_type::<Self>().into_any(), (self.gains(py)?, self.modes(py)?), keywords!(py), None)
     }
-});
+}

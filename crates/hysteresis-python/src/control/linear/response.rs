@@ -2,9 +2,13 @@
 
 use hysteresis_control::linear::{LinearDynamics, Stream};
 use hysteresis_core::{Process, check_all_finite};
+use hysteresis_python_macros::methods;
 use numpy::{Complex64, PyArray1};
 use pyo3::prelude::*;
 
+use super::lags::{FirstOrder, SecondOrder};
+use super::modes::{Antiresonance, Modes};
+use super::state_space::StateSpace;
 use crate::convert::arrays::{numbers, vector};
 use crate::convert::errors::raise;
 use crate::stream::blocks::{Single, run};
@@ -37,62 +41,47 @@ pub(super) fn roots(py: Python<'_>, roots: Vec<Complex64>) -> Bound<'_, PyArray1
     PyArray1::from_vec(py, roots)
 }
 
-/// The Python methods of a class of linear dynamics: those that all have, and its own. `$dynamics` makes the dynamics of
-/// the object.
-macro_rules! dynamics_methods {
-    ($class:ident, |$this:ident| $dynamics:expr, { $($own:tt)* }) => {
-        impl $class {
-            /// As a part of dynamics in series.
-            pub(crate) fn dynamics(&self) -> hysteresis_control::linear::LinearDynamics {
-                let $this = self;
-                $dynamics
-            }
-        }
+// What all linear dynamics offer.
+#[methods(SecondOrder, FirstOrder, Antiresonance, Modes, StateSpace)]
+impl Each {
+    /// The response to `u` from rest at zero, each input held for `dt` seconds, exactly discretised.
+    ///
+    /// y[k] is the output at the moment at which u[k] is put out: dynamics without direct feedthrough answer to
+    /// u[k] from y[k + 1] on.
+    fn response<'py>(
+        &self,
+        #[py("ArrayLike")] u: &Bound<'py, PyAny>,
+        dt: f64,
+    ) -> PyResult<Bound<'py, numpy::PyArray1<f64>>> {
+        time_response(&self.dynamics(), u, dt)
+    }
 
-        #[pymethods]
-        impl $class {
-            /// The response to `u` from rest at zero, each input held for `dt` seconds, exactly discretised.
-            ///
-            /// y[k] is the output at the moment at which u[k] is put out: dynamics without direct feedthrough answer to
-            /// u[k] from y[k + 1] on.
-            fn response<'py>(
-                &self,
-                u: &Bound<'py, PyAny>,
-                dt: &Bound<'py, PyAny>,
-            ) -> PyResult<Bound<'py, numpy::PyArray1<f64>>> {
-                numbers!(dt);
-                $crate::control::linear::response::time_response(&self.dynamics(), u, dt)
-            }
+    /// The complex gain at frequencies in Hz.
+    #[py(-> "ComplexVector")]
+    fn frequency_response<'py>(
+        &self,
+        #[py("ArrayLike")] frequencies: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, numpy::PyArray1<numpy::Complex64>>> {
+        frequency_response(&self.dynamics(), frequencies)
+    }
 
-            /// The complex gain at frequencies in Hz.
-            fn frequency_response<'py>(
-                &self,
-                frequencies: &Bound<'py, PyAny>,
-            ) -> PyResult<Bound<'py, numpy::PyArray1<numpy::Complex64>>> {
-                $crate::control::linear::response::frequency_response(&self.dynamics(), frequencies)
-            }
+    /// The poles in radians per second.
+    #[getter]
+    #[py(-> "ComplexVector")]
+    fn poles<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<numpy::Complex64>> {
+        roots(py, self.dynamics().poles())
+    }
 
-            /// The poles in radians per second.
-            #[getter]
-            fn poles<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<numpy::Complex64>> {
-                $crate::control::linear::response::roots(py, self.dynamics().poles())
-            }
+    /// The finite zeros in radians per second.
+    #[getter]
+    #[py(-> "ComplexVector")]
+    fn zeros<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<numpy::Complex64>> {
+        roots(py, self.dynamics().zeros())
+    }
 
-            /// The finite zeros in radians per second.
-            #[getter]
-            fn zeros<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<numpy::Complex64>> {
-                $crate::control::linear::response::roots(py, self.dynamics().zeros())
-            }
-
-            /// The output that a constant input of 1 leads to.
-            #[getter]
-            fn static_gain(&self) -> f64 {
-                self.dynamics().static_gain()
-            }
-
-            $($own)*
-        }
-    };
+    /// The output that a constant input of 1 leads to.
+    #[getter]
+    fn static_gain(&self) -> f64 {
+        self.dynamics().static_gain()
+    }
 }
-
-pub(super) use dynamics_methods;

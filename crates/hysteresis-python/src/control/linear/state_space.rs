@@ -1,12 +1,11 @@
 //! The general form of linear dynamics.
 
-use hysteresis_control::linear;
+use hysteresis_control::linear::{self, LinearDynamics};
+use hysteresis_python_macros::methods;
 use nalgebra::{DMatrix, DVector};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use super::response::dynamics_methods;
-use crate::convert::arguments::numbers;
 use crate::convert::arrays::{array, vector};
 use crate::convert::errors::raise;
 use crate::convert::pickling::{Reduced, keywords, reduce};
@@ -37,16 +36,22 @@ use crate::convert::values::hash;
 #[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct StateSpace(pub(crate) linear::StateSpace);
 
-dynamics_methods!(StateSpace, |this| this.0.clone().into(), {
+impl StateSpace {
+    /// As a part of dynamics in series.
+    pub(crate) fn dynamics(&self) -> LinearDynamics {
+        self.0.clone().into()
+    }
+}
+
+#[methods]
+impl StateSpace {
     #[new]
-    #[pyo3(signature = (a, b, c, d=None), text_signature = "(a, b, c, d=0.0)")]
     fn new(
-        a: &Bound<'_, PyAny>,
-        b: &Bound<'_, PyAny>,
-        c: &Bound<'_, PyAny>,
-        d: Option<&Bound<'_, PyAny>>,
+        #[py("ArrayLike")] a: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] b: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] c: &Bound<'_, PyAny>,
+        #[py(= 0.0)] d: f64,
     ) -> PyResult<Self> {
-        numbers!(d = 0.0);
         let a: PyReadonlyArray2<'_, f64> = array("a", a, format_args!("a matrix of shape (n, n)"))?;
         let (b, c) = (vector("b", b)?, vector("c", c)?);
         let [rows, columns] = [a.shape()[0], a.shape()[1]];
@@ -57,7 +62,10 @@ dynamics_methods!(StateSpace, |this| this.0.clone().into(), {
 
     /// From the coefficients of numerator and denominator, the highest power of s (in radians per second) first.
     #[staticmethod]
-    fn from_transfer_function(numerator: &Bound<'_, PyAny>, denominator: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn from_transfer_function(
+        #[py("ArrayLike")] numerator: &Bound<'_, PyAny>,
+        #[py("ArrayLike")] denominator: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
         let (numerator, denominator) = (vector("numerator", numerator)?, vector("denominator", denominator)?);
         let made = linear::StateSpace::from_transfer_function(numerator.as_slice()?, denominator.as_slice()?);
         made.map(Self).map_err(raise)
@@ -85,11 +93,13 @@ dynamics_methods!(StateSpace, |this| this.0.clone().into(), {
     }
 
     /// The same as a StateSpace of the package control, which must be installed.
+    #[py(-> "Any")]
     pub(crate) fn to_control<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         py.import("control")?.call_method1("ss", self.matrices(py)?)
     }
 
     /// The same as a scipy.signal.StateSpace; scipy must be installed.
+    #[py(-> "Any")]
     pub(crate) fn to_scipy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         py.import("scipy.signal")?.call_method1("StateSpace", self.matrices(py)?)
     }
@@ -115,7 +125,7 @@ dynamics_methods!(StateSpace, |this| this.0.clone().into(), {
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
         reduce(py.get_type::<Self>().into_any(), (self.a(py)?, self.b(py), self.c(py), self.d()), keywords!(py), None)
     }
-});
+}
 
 impl StateSpace {
     /// (A, b as a column, c as a row, d), as other packages take them.

@@ -1,13 +1,14 @@
 //! One axis of a scan of any kind, and what all scans offer.
 
 use hysteresis_control::trajectory::{self, Axis, Motion, Scan, Trajectory};
+use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 
 use super::lissajous::Lissajous;
 use super::raster::Raster;
 use super::spiral::Spiral;
 use crate::control::trajectories::{Motions, sample};
-use crate::convert::arguments::{numbers, pair_of_axes};
+use crate::convert::arguments::pair_of_axes;
 use crate::convert::pickling::{Reduced, keywords, reduce};
 
 /// A scan of any kind.
@@ -61,31 +62,26 @@ impl Scan for AnyScan {
 #[pyclass(module = "mpi_hyst.trajectories", frozen)]
 pub(crate) struct ScanAxis(pub(crate) trajectory::ScanAxis<AnyScan>);
 
-#[pymethods]
+#[methods]
 impl ScanAxis {
     /// Position, velocity and acceleration at 0, dt, 2 dt and so on: three arrays, in the unit of the position,
     /// per second, and per second squared.
     ///
     /// For `seconds`; by default until the end has come.
-    #[pyo3(signature = (dt, seconds=None))]
-    fn sample<'py>(
-        &self,
-        py: Python<'py>,
-        dt: &Bound<'py, PyAny>,
-        seconds: Option<&Bound<'py, PyAny>>,
-    ) -> Motions<'py> {
-        numbers!(dt, seconds);
+    fn sample<'py>(&self, py: Python<'py>, dt: f64, #[py(= None)] seconds: Option<f64>) -> Motions<'py> {
         sample(py, &self.0, dt, seconds)
     }
 
     /// The scan to which it belongs.
     #[getter]
+    #[py(-> "Raster | Spiral | Lissajous")]
     fn scan<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.0.scan().object(py)
     }
 
     /// "x" or "y".
     #[getter]
+    #[py(-> "Literal['x', 'y']")]
     fn name(&self) -> &'static str {
         match self.0.axis() {
             Axis::X => "x",
@@ -117,39 +113,31 @@ impl ScanAxis {
     }
 }
 
-/// The methods that all scans have, and its own.
-macro_rules! scan_methods {
-    ($class:ident { $($own:tt)* }) => {
-        #[pymethods]
-        impl $class {
-            /// The trajectory of x, the fast axis of a raster.
-            #[getter]
-            fn x(&self) -> $crate::control::scan::axis::ScanAxis {
-                $crate::control::scan::axis::ScanAxis($crate::control::scan::axis::AnyScan::$class(self.0).x())
-            }
+// What all scans offer.
+#[methods(Raster, Spiral, Lissajous)]
+impl Each {
+    /// The trajectory of x, the fast axis of a raster.
+    #[getter]
+    fn x(&self) -> ScanAxis {
+        ScanAxis(self.any().x())
+    }
 
-            /// The trajectory of y.
-            #[getter]
-            fn y(&self) -> $crate::control::scan::axis::ScanAxis {
-                $crate::control::scan::axis::ScanAxis($crate::control::scan::axis::AnyScan::$class(self.0).y())
-            }
+    /// The trajectory of y.
+    #[getter]
+    fn y(&self) -> ScanAxis {
+        ScanAxis(self.any().y())
+    }
 
-            /// Seconds until both axes rest at the end.
-            #[getter]
-            fn duration(&self) -> f64 {
-                self.0.duration()
-            }
+    /// Seconds until both axes rest at the end.
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.0.duration()
+    }
 
-            fn __eq__(&self, other: &Self) -> bool {
-                self.0 == other.0
-            }
-
-            $($own)*
-        }
-    };
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
 }
-
-pub(super) use scan_methods;
 
 /// The centre, (0, 0) unless given.
 pub(super) fn center_of(center: Option<&Bound<'_, PyAny>>) -> PyResult<(f64, f64)> {

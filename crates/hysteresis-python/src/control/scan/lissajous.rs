@@ -1,10 +1,11 @@
 //! `mpi_hyst.trajectories.Lissajous`.
 
-use hysteresis_control::trajectory::{self, Scan};
+use hysteresis_control::trajectory::{self};
+use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 
-use super::axis::{center_of, scan_methods};
-use crate::convert::arguments::{numbers, pair_of_axes};
+use super::axis::{AnyScan, center_of};
+use crate::convert::arguments::pair_of_axes;
 use crate::convert::errors::raise;
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::convert::values::hash;
@@ -50,19 +51,24 @@ use crate::convert::values::hash;
 #[pyclass(module = "mpi_hyst.trajectories", frozen)]
 pub(crate) struct Lissajous(pub(super) trajectory::Lissajous);
 
-scan_methods!(Lissajous {
+impl Lissajous {
+    /// As a scan of any kind.
+    pub(super) fn any(&self) -> AnyScan {
+        AnyScan::Lissajous(self.0)
+    }
+}
+
+#[methods]
+impl Lissajous {
     #[new]
-    #[pyo3(signature = (amplitudes, frequencies, *, seconds, phase=None, lead_in=None, center=None),
-        text_signature = "(amplitudes, frequencies, *, seconds, phase=0.0, lead_in=None, center=(0.0, 0.0))")]
     fn new(
-        amplitudes: &Bound<'_, PyAny>,
-        frequencies: &Bound<'_, PyAny>,
-        seconds: &Bound<'_, PyAny>,
-        phase: Option<&Bound<'_, PyAny>>,
-        lead_in: Option<&Bound<'_, PyAny>>,
-        center: Option<&Bound<'_, PyAny>>,
+        #[py("tuple[float, float]")] amplitudes: &Bound<'_, PyAny>,
+        #[py("tuple[float, float]")] frequencies: &Bound<'_, PyAny>,
+        #[py(*)] seconds: f64,
+        #[py(= 0.0)] phase: f64,
+        #[py(= None)] lead_in: Option<f64>,
+        #[py("tuple[float, float]" = (0.0, 0.0))] center: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(seconds, phase = 0.0, lead_in);
         let amplitudes = pair_of_axes("amplitudes", amplitudes)?;
         let frequencies = pair_of_axes("frequencies", frequencies)?;
         let lead_in = lead_in.unwrap_or_else(|| trajectory::Lissajous::default_lead_in(frequencies));
@@ -137,4 +143,4 @@ scan_methods!(Lissajous {
         );
         reduce(py.get_type::<Self>().into_any(), (self.amplitudes(), self.frequencies()), keywords, None)
     }
-});
+}

@@ -1,10 +1,11 @@
 //! `mpi_hyst.trajectories.Raster`.
 
-use hysteresis_control::trajectory::{self, RasterOptions, Scan};
+use hysteresis_control::trajectory::{self, RasterOptions};
+use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use super::axis::{center_of, scan_methods};
+use super::axis::{AnyScan, center_of};
 use crate::convert::arguments::{OrDefault, count, numbers};
 use crate::convert::errors::raise;
 use crate::convert::pickling::{Reduced, keywords, reduce};
@@ -60,23 +61,27 @@ use crate::convert::values::hash;
 #[pyclass(module = "mpi_hyst.trajectories", frozen)]
 pub(crate) struct Raster(pub(super) trajectory::Raster);
 
-scan_methods!(Raster {
+impl Raster {
+    /// As a scan of any kind.
+    pub(super) fn any(&self) -> AnyScan {
+        AnyScan::Raster(self.0)
+    }
+}
+
+#[methods]
+impl Raster {
     #[new]
-    #[pyo3(signature = (width, height, lines, *, line_rate, turnaround=None, bidirectional=OrDefault(None),
-        steps=OrDefault(None), center=None),
-        text_signature = "(width, height, lines, *, line_rate, turnaround=0.2, bidirectional=False, steps=False, center=(0.0, 0.0))")]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
-        width: &Bound<'_, PyAny>,
-        height: &Bound<'_, PyAny>,
-        lines: &Bound<'_, PyAny>,
-        line_rate: &Bound<'_, PyAny>,
-        turnaround: Option<&Bound<'_, PyAny>>,
-        bidirectional: OrDefault<'_>,
-        steps: OrDefault<'_>,
-        center: Option<&Bound<'_, PyAny>>,
+        width: f64,
+        height: f64,
+        #[py("int")] lines: &Bound<'_, PyAny>,
+        #[py(*)] line_rate: f64,
+        #[py("float" = 0.2)] turnaround: Option<&Bound<'_, PyAny>>,
+        #[py("bool" = false)] bidirectional: OrDefault<'_>,
+        #[py("bool" = false)] steps: OrDefault<'_>,
+        #[py("tuple[float, float]" = (0.0, 0.0))] center: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(width, height, line_rate, turnaround);
+        numbers!(turnaround);
         let lines = u32::try_from(count("lines", lines)?).unwrap_or(u32::MAX);
         let plain = RasterOptions::new(width, height, lines, line_rate);
         let turnaround = turnaround.unwrap_or(plain.turnaround);
@@ -161,14 +166,12 @@ scan_methods!(Raster {
     /// The line on which each sample of `x.sample(dt)` lies, counted from 0, and -1 for none: an array of integers.
     ///
     /// With `retrace` it is the line that is retraced, else the one that is traced. A bidirectional raster has no retrace.
-    #[pyo3(signature = (dt, *, retrace=OrDefault(None)), text_signature = "($self, dt, *, retrace=False)")]
     fn line_index<'py>(
         &self,
         py: Python<'py>,
-        dt: &Bound<'py, PyAny>,
-        retrace: OrDefault<'_>,
+        dt: f64,
+        #[py(*, "bool" = false)] retrace: OrDefault<'_>,
     ) -> PyResult<Bound<'py, PyArray1<i64>>> {
-        numbers!(dt);
         let lines = self.0.line_index(dt, retrace.flag("retrace")?).map_err(raise)?;
         Ok(PyArray1::from_iter(py, lines.into_iter().map(|line| line.map_or(-1, i64::from))))
     }
@@ -204,4 +207,4 @@ scan_methods!(Raster {
         );
         reduce(py.get_type::<Self>().into_any(), (width, height, lines), keywords, None)
     }
-});
+}

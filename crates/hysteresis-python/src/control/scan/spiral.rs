@@ -1,10 +1,10 @@
 //! `mpi_hyst.trajectories.Spiral`.
 
-use hysteresis_control::trajectory::{self, Scan, SpiralRate};
+use hysteresis_control::trajectory::{self, SpiralRate};
+use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 
-use super::axis::{center_of, scan_methods};
-use crate::convert::arguments::numbers;
+use super::axis::{AnyScan, center_of};
 use crate::convert::errors::{raise, value};
 use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::convert::values::hash;
@@ -55,19 +55,24 @@ pub(crate) struct Spiral(pub(super) trajectory::Spiral);
 /// The inner radius of a spiral that has none of its own, as a share of the radius.
 const INNER: f64 = 0.1;
 
-scan_methods!(Spiral {
+impl Spiral {
+    /// As a scan of any kind.
+    pub(super) fn any(&self) -> AnyScan {
+        AnyScan::Spiral(self.0)
+    }
+}
+
+#[methods]
+impl Spiral {
     #[new]
-    #[pyo3(signature = (radius, pitch, *, frequency=None, speed=None, inner_radius=None, center=None),
-        text_signature = "(radius, pitch, *, frequency=None, speed=None, inner_radius=None, center=(0.0, 0.0))")]
     fn new(
-        radius: &Bound<'_, PyAny>,
-        pitch: &Bound<'_, PyAny>,
-        frequency: Option<&Bound<'_, PyAny>>,
-        speed: Option<&Bound<'_, PyAny>>,
-        inner_radius: Option<&Bound<'_, PyAny>>,
-        center: Option<&Bound<'_, PyAny>>,
+        radius: f64,
+        pitch: f64,
+        #[py(*, = None)] frequency: Option<f64>,
+        #[py(= None)] speed: Option<f64>,
+        #[py(= None)] inner_radius: Option<f64>,
+        #[py("tuple[float, float]" = (0.0, 0.0))] center: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        numbers!(radius, pitch, frequency, speed, inner_radius);
         let rate = match (frequency, speed) {
             (Some(frequency), None) => SpiralRate::Angular { frequency },
             (None, Some(speed)) => SpiralRate::Linear { speed },
@@ -154,4 +159,4 @@ scan_methods!(Spiral {
         );
         reduce(py.get_type::<Self>().into_any(), (self.radius(), self.pitch()), keywords, None)
     }
-});
+}

@@ -1,0 +1,156 @@
+//! An argument of a call: any object of Python becomes a value of Rust, or an error with the name of the argument.
+//!
+//! The attributes `function` and `methods` convert every parameter by [`Argument`] of its type. What a parameter may be,
+//! and what an error says that it may be, stands once: at the type that is made from an object.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::{IntoPyObjectExt, PyClass};
+
+use crate::convert::arguments;
+use crate::convert::errors::{not_converted, unexpected};
+
+/// A type that arguments are converted to.
+pub(crate) trait Argument<'py>: Sized {
+    /// Whether None is a value of its own. Else it stands for the default, where there is one.
+    const TAKES_NONE: bool = false;
+
+    fn from_argument(name: &'static str, value: &Bound<'py, PyAny>) -> PyResult<Self>;
+}
+
+/// An argument with a default.
+pub(crate) enum Given<'a, 'py> {
+    Default,
+    Is(Borrowed<'a, 'py, PyAny>),
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Given<'a, 'py> {
+    type Error = PyErr;
+
+    #[inline]
+    fn extract(value: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        Ok(Self::Is(value))
+    }
+}
+
+impl<'py> Given<'_, 'py> {
+    /// The value that was given, or the default.
+    #[inline]
+    pub(crate) fn or<T: Argument<'py>>(self, name: &'static str, default: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
+        match self {
+            Self::Is(value) if T::TAKES_NONE || !value.is_none() => T::from_argument(name, &value),
+            _ => default(),
+        }
+    }
+}
+
+/// The default that stands in a signature, converted like an argument.
+pub(crate) fn of_default<T: for<'py> Argument<'py>>(
+    name: &'static str,
+    default: impl for<'py> IntoPyObject<'py>,
+) -> PyResult<T> {
+    Python::attach(|py| T::from_argument(name, &default.into_bound_py_any(py)?))
+}
+
+impl Argument<'_> for f64 {
+    #[inline]
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        value.extract().map_err(|error| not_converted(name, "a number", value, error))
+    }
+}
+
+impl Argument<'_> for bool {
+    // A flag is True or False, and nothing that stands for the default.
+    const TAKES_NONE: bool = true;
+
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        value.extract().map_err(|error| not_converted(name, "True or False", value, error))
+    }
+}
+
+impl<'py, T: Argument<'py>> Argument<'py> for Option<T> {
+    const TAKES_NONE: bool = true;
+
+    #[inline]
+    fn from_argument(name: &'static str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        if value.is_none() { Ok(None) } else { T::from_argument(name, value).map(Some) }
+    }
+}
+
+/// A whole number that is not negative.
+macro_rules! whole {
+    ($($number:ty),+) => {
+        $(
+            impl Argument<'_> for $number {
+                fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+                    arguments::whole(name, value)
+                }
+            }
+        )+
+    };
+}
+
+whole!(usize, u64, u32);
+
+/// A text, of which messages say no more.
+impl Argument<'_> for String {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        arguments::word(name, "a text", value)
+    }
+}
+
+/// The path of a file.
+impl Argument<'_> for PathBuf {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        arguments::path(name, value)
+    }
+}
+
+/// Two numbers (low, high).
+impl Argument<'_> for (f64, f64) {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        arguments::pair(name, value)
+    }
+}
+
+/// A word of those that a type has.
+pub(crate) trait Words: Copy + PartialEq + 'static {
+    const WORDS: &'static [(&'static str, Self)];
+
+    /// The word of a value.
+    fn word(self) -> &'static str {
+        Self::WORDS.iter().find(|(_, value)| *value == self).map_or("", |(word, _)| word)
+    }
+
+    /// The words as messages show them.
+    fn expected() -> String {
+        let words: Vec<String> = Self::WORDS.iter().map(|(word, _)| format!("\"{word}\"")).collect();
+        match &words[..] {
+            [before @ .., last] if !before.is_empty() => format!("{} or {last}", before.join(", ")),
+            _ => words.concat(),
+        }
+    }
+}
+
+impl<T: Words> Argument<'_> for T {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let got = arguments::word(name, &Self::expected(), value)?;
+        match Self::WORDS.iter().find(|(word, _)| *word == got) {
+            Some((_, value)) => Ok(*value),
+            None => arguments::unknown(name, &Self::expected(), &got),
+        }
+    }
+}
+
+/// A class whose objects are arguments.
+pub(crate) trait Class: PyClass {
+    /// What messages call an object of it, such as "a mh.Stage".
+    const CALLED: &'static str;
+}
+
+impl<'py, C: Class> Argument<'py> for Bound<'py, C> {
+    fn from_argument(name: &'static str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        value.cast::<C>().cloned().map_err(|_| unexpected(name, C::CALLED, value))
+    }
+}
