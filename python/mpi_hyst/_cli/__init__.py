@@ -1,1 +1,6 @@
-"""The command line: a room for each command, and common parts."""
+"""The command line. A command is a file: its options, what it reads, does and writes.
+
+`commands` lists them. `options` says how an option is declared. They share `terminal` (what they
+say), `inputs` and `stage` (what they read) and `outputs` (what they write). `identify_records`
+reads the records of `identify`, `guess` tells `look` which column is what.
+"""

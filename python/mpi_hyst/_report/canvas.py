@@ -7,7 +7,6 @@ is imported where something is drawn, here and in the other files of reports; it
 
 from __future__ import annotations
 
-import base64
 import io
 import re
 import warnings
@@ -121,6 +120,8 @@ def image(figure: Figure, kind: str) -> bytes:
 
 def data_uri(figure: Figure) -> str:
     """Return the figure as a self-contained SVG image."""
+    import base64
+
     # Two decimals of a point are enough for a line, and make the file three times smaller.
     short = _COORDINATES.sub(r"\1 \2 \3", image(figure, "svg").decode())
     return "data:image/svg+xml;base64," + base64.b64encode(short.encode()).decode("ascii")

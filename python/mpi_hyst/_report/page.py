@@ -11,7 +11,6 @@ import hashlib
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from datetime import datetime, timezone
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -131,7 +130,7 @@ def made_with(
 
     `made_by` is the command, or the call in Python; None if neither is known.
     """
-    # Needed by pages alone, and slow to import.
+    # Slow to import, and needed by pages alone.
     from importlib.metadata import version
 
     made = [("made with", f"mpi_hyst {version('mpi_hyst')}"), ("date", _date())]
@@ -164,6 +163,8 @@ def _hashed(name: str, sha256: str | None) -> str:
 
 
 def _date() -> str:
+    from datetime import datetime, timezone
+
     given = os.environ.get(_EPOCH)
     moment = datetime.now(timezone.utc).astimezone()
     if given is not None:
