@@ -140,7 +140,7 @@ def test_the_wrong_one_of_two_records_is_named(there: Path) -> None:
         ("zeit,µm\n1,2\n".encode("latin-1"), ["no column 'drive_v'", "zeit, µm"]),
         (b"a,b\n1,2\n", ["no column 'drive_v'", "a, b"]),
         (b"drive_v,drive_v,position_um\n1,2,3\n", ["2 columns are named 'drive_v'"]),
-        (b'drive_v,position_um\n"1,5",2\n', ["line 2, column drive_v", "decimal point"]),
+        (b'drive_v,position_um\n"1,5",2.5\n', ["line 2, column drive_v", "decimal point"]),
     ],
 )
 def test_identify_refuses_a_wrong_file(there: Path, content: bytes, said: list[str]) -> None:

@@ -11,7 +11,7 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 from commands import Array, actuator, assert_refused, names_in, run
-from mpi_hyst._cli.guess import guess, leads
+from mpi_hyst._io.roles import guess, leads
 
 RATE = 200.0
 DRIVE = mh.signals.decaying_triangle(400.0, 1.0, cycles=3, rate=RATE)

@@ -1,7 +1,8 @@
 """The quantity in a column of a record: its name and its unit.
 
-The unit is in the name of the column, as in `drive_v` or `Time (us)`, or was given beside it: in a
-row below the header, or as an attribute of the column.
+The unit is in the name of the column, as in `drive_v`, `Time (us)`, `Displacement, nm` or `Weg in
+Nanometer`, or was given beside it: in a row below the header, or as an attribute of the column.
+What a name seems to say of a unit, and what was not used, is `Quantity.unused`.
 """
 
 from __future__ import annotations
@@ -27,19 +28,65 @@ _UNITS = {
 _EXACT = {unit: unit for unit in ("MV/m", "MPa")}
 # A unit that is stated like this is mega, not milli; `DRIVE_MV` is a name in capitals.
 _MEGA = ("MV", "MA", "MN")
+# Units in words of several languages: each with each prefix, as far as the unit is a known one.
+_PREFIXES = {"pico": "p", "nano": "n", "micro": "u", "mikro": "u", "milli": "m", "mili": "m",
+             "kilo": "k", "chilo": "k", "quilo": "k", "": ""}  # fmt: skip
+_BASES = {
+    "m": ("meter", "meters", "metre", "metres", "metern", "m\u00e8tre", "m\u00e8tres", "metro",
+          "metros", "metri"),
+    "V": ("volt", "volts", "volte", "voltios", "voltio"),
+    "A": ("ampere", "amperes", "amp", "amps", "amp\u00e8re", "amp\u00e8res", "amperio", "amperios"),
+    "s": ("sec", "secs", "second", "seconds", "sekunde", "sekunden", "seconde", "secondes",
+          "segundo", "segundos", "secondo", "secondi"),
+    "rad": ("radian", "radians", "radiant"),
+    "N": ("newton", "newtons"),
+    "T": ("tesla",),
+    "C": ("coulomb", "coulombs"),
+    "bar": ("bar", "bars"),
+}  # fmt: skip
 _WORDS = {
-    **dict.fromkeys(("volt", "volts", "voltage"), "V"),
-    **dict.fromkeys(("micron", "microns", "micrometer", "micrometre"), "um"),
-    **dict.fromkeys(("sec", "secs", "second", "seconds", "sekunden"), "s"),
+    **{
+        prefix + word: symbol + base
+        for base, words in _BASES.items()
+        for word in words
+        for prefix, symbol in _PREFIXES.items()
+        if (symbol + base).lower() in _UNITS
+    },
+    **dict.fromkeys(("micron", "microns", "mikron", "micr\u00f3metros", "micr\u00f3metro"), "um"),
+    **dict.fromkeys(("nan\u00f3metros", "nan\u00f3metro"), "nm"),
+    **dict.fromkeys(("millim\u00e8tres", "mil\u00edmetros"), "mm"),
     **dict.fromkeys(("celsius", "deg c"), "degC"),
-    **{"percent": "%", "count": "counts", "cts": "counts", "arcseconds": "arcsec"},
-    **{"msec": "ms", "usec": "us", "microseconds": "us", "milliseconds": "ms", "minutes": "min"},
+    **dict.fromkeys(("degree", "degrees", "grad"), "deg"),
+    **{"voltage": "V", "percent": "%", "count": "counts", "cts": "counts"},
+    **{"arcsecond": "arcsec", "arcseconds": "arcsec", "\u00e5ngstr\u00f6m": "angstrom"},
+    **{"angstroms": "angstrom", "msec": "ms", "usec": "us", "nsec": "ns", "minute": "min"},
+    **{"minutes": "min", "minuten": "min", "minutos": "min", "hour": "h", "hours": "h"},
+    **{"stunden": "h", "heures": "h", "hr": "h", "hrs": "h", "day": "d", "days": "d"},
+    **{"毫秒": "ms", "微秒": "us", "秒": "s", "伏": "V", "伏特": "V", "毫伏": "mV"},
+    **{"微米": "um", "纳米": "nm", "毫米": "mm"},
+}
+# The word of a quantity is no unit of its column, though it tells what unit may be meant.
+_OF_QUANTITY = {
+    **dict.fromkeys(("voltage", "spannung", "tension", "tensione", "voltaje", "tensi\u00f3n"), "V"),
+    **dict.fromkeys(("current", "strom", "courant", "corriente", "corrente"), "A"),
 }
 _MICRO = ("um", "us", "urad", "uC", "uT")
 _SHOWN = {"degC": "°C", "angstrom": "Å", **{unit: f"µ{unit[1:]}" for unit in _MICRO}}
 # A column `position_min` holds a minimum and `gain_h` no hours: so only behind a name of time.
 _ONLY_OF_TIME = ("ns", "min", "h", "d")
-_BEHIND = re.compile(r"(?P<name>.*?\S)[\s_]*(\[(?P<a>[^\]]*)\]|\((?P<b>[^)]*)\)|\s/\s*(?P<c>\S+))")
+_BEHIND = re.compile(
+    r"(?P<name>.*?\S)[\s_]*([\[{<](?P<a>[^\]}>]*)[\]}>]|\((?P<b>[^)]*)\)|\s/\s*(?P<c>\S+))"
+)
+# A unit before other words of the name: `Position (nm) CH2`.
+_INSIDE = re.compile(r"(?P<name>.*?\S)\s*[\[(](?P<unit>[^\])]*)[\])](?P<rest>.+)")
+# `Position nm`, `Time, ms`, `pos-nm`, `Weg in nm`, `drive_v`.
+_LAST = re.compile(
+    r"(?P<name>.*?[^\s_,;:-])(?P<mark>\s*[,;:]\s*|\s+(in|en|em)\s+|[-_]|\s+)(?P<unit>[^\s_,;:-]+)"
+)
+_IN = re.compile(r"(in|en|em)\s+", re.IGNORECASE)
+_TIMES = re.compile(r"\d+(\.\d+)?\s*(?P<unit>\S.*)")
+# Letters that often name an axis, a channel or a place: `PosFbk(A)`, `sensor C`.
+_LETTERS = ("A", "C", "N", "h", "d", "m", "s")
 # `I/mA` and `Weg/µm` are quantities over units; `scope/A` may be a path.
 _OVER = re.compile(r"(?P<name>[^/]*[^/\s])/(?P<unit>[^/\s]+)")
 _SYMBOL = re.compile(r"[^\W\d_](_\w+|\d+)?")
@@ -66,12 +113,15 @@ def stated_unit(text: str) -> str:
 
     Numbers, as of a channel, and dashes are none.
     """
-    bare = " ".join(text.strip().strip("[]()").replace("μ", "µ").split())
+    bare = _IN.sub("", " ".join(text.strip().strip("[]()").replace("μ", "µ").split()), count=1)
+    if bare == "in":  # inch
+        return bare
     return known_unit(text) or (bare if re.search(r"[^\W\d_]|[%‰°]", bare) else "")
 
 
 def _bare(unit: str) -> str:
-    return unit.strip().strip("[]()").strip().replace("µ", "u").replace("μ", "u")
+    bare = unit.strip().strip("[]()").strip().replace("µ", "u").replace("μ", "u")
+    return _IN.sub("", bare, count=1).strip()
 
 
 def _unit(bare: str) -> str:
@@ -79,8 +129,12 @@ def _unit(bare: str) -> str:
 
 
 def is_like_a_unit(text: str) -> bool:
-    """Whether a text is a known unit, or is written as units are: mW, 1/s, steps."""
-    return known_unit(text) != "" or _LIKE_A_UNIT.fullmatch(text.strip()) is not None
+    """Whether a text is a known unit, or is written as units are: mW, 1/s, steps, 10 nm."""
+    bare = text.strip()
+    times = _TIMES.fullmatch(bare)
+    bare = times["unit"] if times is not None and known_unit(times["unit"]) else bare
+    like = _LIKE_A_UNIT.fullmatch(bare) is not None or bare.lower() in ("inch", "inches", "mil")
+    return known_unit(bare) != "" or like
 
 
 def _behind(column: str) -> tuple[str, str] | None:
@@ -89,8 +143,64 @@ def _behind(column: str) -> tuple[str, str] | None:
     if found is None:
         return None
     other = found["b"] or found["c"] or ""
+    if _may_be_an_axis(found["name"], other, column):
+        return None
     unit = stated_unit(found["a"] or (other if is_like_a_unit(other) else ""))
     return (found["name"], unit) if unit else None
+
+
+def _may_be_an_axis(name: str, unit: str, column: str) -> bool:
+    """Whether a letter may name an axis: `PosFbk(A)`, but not `I (A)` nor `Current(A)`."""
+    if unit not in ("A", "C") or not column.endswith(f"{name}({unit})"):
+        return False
+    words = _tokens(name)
+    of_current = any(word.lower() in _OF_QUANTITY or word.lower() in _AMPERES for word in words)
+    return not (of_current or _SYMBOL.fullmatch(name))
+
+
+_AMPERES = ("i", "amp", "charge", "ladung", "q", "coil", "电流")
+
+
+def _inside(column: str) -> tuple[str, str] | None:
+    """Return name and unit of a column with a known unit in brackets before other words."""
+    found = _INSIDE.fullmatch(column)
+    unit = "" if found is None else known_unit(found["unit"])
+    if found is None or not unit or unit in _LETTERS:
+        return None
+    return f"{found['name']} {found['rest'].strip()}", unit
+
+
+def _last(column: str, mark_before: str = "") -> tuple[str, str] | None:
+    """Return name and unit of a column whose last word is one: `Position nm`, `drive_v`."""
+    found = _LAST.fullmatch(column)
+    if found is None or mark_before not in found["mark"]:
+        return None
+    name, mark, word = found["name"], found["mark"].strip(), found["unit"]
+    bare = _bare(word)
+    unit = "" if word.lower() in _OF_QUANTITY else _unit(bare) or _WORDS.get(bare.lower(), "")
+    # A unit of its own, as the name says in words, goes before what the letters may be.
+    is_time = name.strip().lower() in TIME_NAMES
+    if mark == "_":
+        # `x_bar` is a mean.
+        if (unit in _ONLY_OF_TIME and not is_time) or (unit == "bar" and name in ("x", "y", "u")):
+            return None
+        return (name, unit) if unit else None
+    if unit in ("min", "bar", "d", "h") and not is_time and mark not in (",", ";", ":"):
+        return None
+    if bare in _LETTERS and mark not in (",", ";", ":", "in", "en", "em") and not is_time:
+        return None
+    if bare in _MEGA or (len(bare) == 1 and bare not in ("V", "%", *_LETTERS)):
+        return None
+    return (name, unit) if unit else None
+
+
+def _tokens(column: str) -> list[str]:
+    """Return the words of a name: `PosNm`, `pos_nm2` and `pos-nm` have two each."""
+    words: list[str] = []
+    for word in re.split(r"[^\w%°]+|_|(?<=[^\W\d_])(?=\d)|(?<=\d)(?=[^\W\d_])", column):
+        is_whole = known_unit(word) != ""
+        words += [word] if is_whole else re.split(r"(?<=[a-z])(?=[A-Z])", word)
+    return [word for word in words if word]
 
 
 def _over(column: str) -> tuple[str, str] | None:
@@ -105,6 +215,23 @@ def _over(column: str) -> tuple[str, str] | None:
     if name.lower() in TIME_NAMES or (is_told and unit not in _ONLY_OF_TIME):
         return (name, unit) if unit else None
     return None
+
+
+def _says_a_unit(word: str) -> bool:
+    """Whether a word of a name is hardly anything but a unit, or a quantity that has one."""
+    low = word.lower()
+    if low in _OF_QUANTITY:
+        return True
+    if len(word) == 1:
+        return word == "V"
+    return known_unit(word) != "" and low not in _NO_UNIT_IN_A_NAME
+
+
+# Words of names that are units elsewhere: a minimum, a mean, a number of samples.
+_NO_UNIT_IN_A_NAME = (
+    *("min", "bar", "count", "counts", "amp", "amps", "grad", "day", "days", "hour", "second"),
+    *("sec", "hr", "ma", "nc", "mt"),
+)
 
 
 def with_unit(name: str, unit: str) -> str:
@@ -169,18 +296,54 @@ class Quantity:
         return name in TIME_NAMES and (unit in SECONDS or (name != "t" and not unit))
 
     @property
+    def unused(self) -> str:
+        """What the name holds of a unit that was not taken from it; empty if there is none.
+
+        `PosNm` may be in nm, and `Sensor voltage` in V.
+        """
+        used = self.suffix
+        words = _tokens(self.column.strip().replace("µ", "u").replace("μ", "u"))
+        found = [word for word in words if _says_a_unit(word)]
+        # What is written like a unit says more than the word of a quantity.
+        found.sort(key=lambda word: word.lower() in _OF_QUANTITY)
+        meant = [known_unit(word) or _OF_QUANTITY.get(word.lower(), "") for word in found]
+        letter = re.search(r"[\[(]([A-Za-z])[\])]", self.column)
+        if letter is not None and not used and letter[1] in ("A", "C"):
+            found, meant = [*found, letter[1]], [*meant, letter[1]]
+        if used:
+            # In other units than that which was taken: `x_um` below nm.
+            others = [
+                word
+                for word, unit in zip(found, meant, strict=True)
+                if unit != used and word.lower() not in _OF_QUANTITY
+            ]
+            return others[0] if others and known_unit(used) else ""
+        return found[0] if found else ""
+
+    @property
+    def meant(self) -> str:
+        """The unit that what was not used seems to mean."""
+        unused = self.unused
+        return known_unit(unused) or _OF_QUANTITY.get(unused.lower(), "")
+
+    @property
+    def is_word(self) -> bool:
+        """Whether the name says what is measured, as a voltage, and no unit of it."""
+        return self.unused.lower() in _OF_QUANTITY
+
+    @property
     def _parts(self) -> tuple[str, str]:
         """The name without the unit, and the unit that it ends with."""
         column = self.column.strip()
-        if (behind := _behind(column)) is not None:
-            return behind
-        name, _, last = self.column.rpartition("_")
-        unit = _unit(last) if name else ""
-        is_time = name.lower() in TIME_NAMES
-        # `x_bar` is a mean.
-        if (unit in _ONLY_OF_TIME and not is_time) or (unit == "bar" and name in ("x", "y", "u")):
-            unit = ""
-        return (name, unit) if unit else _over(column) or (self.column, "")
+        found = _behind(column) or _inside(column) or _last(column, "_")
+        found = found or _over(column) or _last(column)
+        if found is not None:
+            return found
+        bare = _bare(column)
+        # A column that is called like its unit.
+        alone = known_unit(column) if len(bare) > 1 or bare == "V" else ""
+        is_alone = alone and bare.lower() not in (*_OF_QUANTITY, *_AMPERES, "min", "bar", "count")
+        return (self.column, alone if is_alone else "")
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 It reads text, NumPy, MATLAB, HDF5, TDMS and LabVIEW files, and tables in memory.
 """
 
-from mpi_hyst._io.columns import Columns, ReadError
 from mpi_hyst._io.read import read
+from mpi_hyst._io.record import Assumption, Columns, ReadError
 
-__all__ = ["Columns", "ReadError", "read"]
+__all__ = ["Assumption", "Columns", "ReadError", "read"]

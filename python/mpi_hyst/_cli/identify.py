@@ -20,6 +20,7 @@ from mpi_hyst._cli.terminal import (
     CommandError,
     Progress,
     command_line,
+    note,
     parameter,
     progress_bar,
     renamed,
@@ -32,7 +33,7 @@ from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import identify as page
 from mpi_hyst._report.page import Provenance, hashed_file, made_with
 from mpi_hyst._report.records import Records, Task, loops_left_out
-from mpi_hyst._report.summary import summary
+from mpi_hyst._report.summary import summary, verdict
 from mpi_hyst._text import digits, printable
 
 Kind = Literal["modified", "conventional"]
@@ -264,6 +265,8 @@ def run(request: Request) -> Done:
     if request.report_path is not None and not interrupted:
         compared = _fit_other(records, request)
         interrupted = compared is None
+    for text in records.assumed:
+        note(text)
     task = request.task(records)
     outputs = []
     stage = None
@@ -285,7 +288,7 @@ def run(request: Request) -> Done:
         parts.append(_told(comparison, request.output.unit))
     parts.append(_saved(found, stage, request))
     text = "\n\n".join(parts)
-    return Done(text, found.verdict, interrupted)
+    return Done(text, verdict(found, records), interrupted)
 
 
 def fit(

@@ -8,7 +8,7 @@ with a zero of its own.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, NamedTuple, TypeVar
@@ -22,18 +22,19 @@ from mpi_hyst._cli.options import FILE, argument, flag, option, report, time_col
 from mpi_hyst._cli.outputs import check_outputs
 from mpi_hyst._cli.terminal import CommandError, note
 from mpi_hyst._files import sha256
-from mpi_hyst._io.columns import TimeOrderError, find
-from mpi_hyst._io.read import opened, take
+from mpi_hyst._io.read import opened, take, unit_doubt
+from mpi_hyst._io.record import TimeOrderError, find
 from mpi_hyst._io.table import refusal
 from mpi_hyst._quantity import stated_unit
 from mpi_hyst._report.records import Record, Records
 from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
-from mpi_hyst.io import Columns, ReadError
+from mpi_hyst.io import Assumption, Columns, ReadError
 
 Stretch = tuple[int, int]
 _Value = TypeVar("_Value", str, int)
 
+_ROLES = (("V", "--input-unit"), ("um", "--output-unit"))
 _SAME = 1e-3  # share by which equal sampling intervals may differ: clocks are not exact
 _AMOUNT = re.compile(r"(?P<count>\d+(\.\d+)?|\.\d+) ?(?P<seconds>s)?")
 _STRETCH = re.compile(r"(?P<first>[0-9]{1,9}):(?P<end>[0-9]{1,9})")
@@ -151,8 +152,17 @@ class Files:
 
 def read(files: Files) -> Records:
     """Read all records, each with the part to skip."""
-    records, units = _read("--skip", files.data, files.skip, files.rows, files)
-    held_out, _ = _read("--validate-skip", files.validate, files.validate_skip, (), files)
+    units: dict[str, str] = {}
+    said: list[Assumption] = []
+    records = _read("--skip", files.data, files.skip, files.rows, files, units, said)
+    held_out = _read(
+        *("--validate-skip", files.validate, files.validate_skip, (), files, units, said)
+    )
+    # What is assumed of several files alike is said once.
+    assumed, doubts = (
+        list(dict.fromkeys(one.text for one in said if one.level == level))
+        for level in ("assumed", "doubtful")
+    )
     first = records[0]
     _check_twice(records, held_out)
     records, held_out = _same_clock(records, first), _same_clock(held_out, first)
@@ -160,23 +170,30 @@ def read(files: Files) -> Records:
     if not files.validate_from:
         if files.leave_out or files.mend:
             records = parted(records[0], files.leave_out, files.mend)
-        return Records(records, held_out, ends=False, units=units)
+        return Records(records, held_out, False, units, assumed, doubts)
     ends = _ends(records, files)
     fitted = [record.until(end) for record, end in zip(records, ends, strict=True)]
     held_out = [replace(record, skip=end) for record, end in zip(records, ends, strict=True)]
-    return Records(fitted, held_out, ends=True, units=units)
+    return Records(fitted, held_out, True, units, assumed, doubts)
 
 
 def _read(
-    option: str, paths: Sequence[Path], skip: Sequence[str], rows: Sequence[int], files: Files
-) -> tuple[list[Record], dict[str, str]]:
+    option: str,
+    paths: Sequence[Path],
+    skip: Sequence[str],
+    rows: Sequence[int],
+    files: Files,
+    units: dict[str, str],
+    said: list[Assumption],
+) -> list[Record]:
+    """Read files; add to the units, which are those of the files before, and to what is assumed."""
     skips = _per_file(option, skip, "0", paths)
     counts = _per_file("--rows", rows, 0, paths)
     names = [files.input_column, files.output_column]
     records: list[Record] = []
-    units: dict[str, str] = {}
     for path, amount, count in zip(paths, skips, counts, strict=True):
         columns, first = _columns(path, names, count or None, files)
+        said += _assumed(columns, files, units)
         for name, given in zip(names, (files.input_unit, files.output_unit), strict=True):
             unit = stated_unit(given or "") or columns.quantity(name).suffix
             _check_unit(path, name, unit, units)
@@ -195,7 +212,23 @@ def _read(
                 sha256=sha256(path),
             )
         )
-    return records, units
+    return records
+
+
+def _assumed(columns: Columns, files: Files, units: Mapping[str, str]) -> Iterator[Assumption]:
+    """Say what was assumed of a file: in reading it, and of the units of drive and position."""
+    where = f"{columns.source}: "
+    for one in columns.assumed:
+        is_time = one.column is not None and columns.names[one.column] == columns.time_column
+        # Units of the others are told below, with what decides them.
+        if one.stage != "units" or (is_time and files.time_unit is None):
+            yield replace(one, text=where + one.text)
+    own = ((files.input_column, files.input_unit), (files.output_column, files.output_unit))
+    for (name, given), (default, flag_of) in zip(own, _ROLES, strict=True):
+        quantity = columns.quantity(name)
+        doubt = None if given else unit_doubt(quantity, units.get(name) or default, flag_of)
+        if doubt is not None:
+            yield replace(doubt, text=where + doubt.text)
 
 
 def _columns(path: Path, names: list[str], rows: int | None, files: Files) -> tuple[Columns, int]:

@@ -12,12 +12,12 @@ import numpy as np
 import mpi_hyst as mh
 from mpi_hyst._cli.options import Sampled
 from mpi_hyst._cli.terminal import CommandError, note
-from mpi_hyst._io.columns import TimeOrderError
-from mpi_hyst._io.read import read_trajectory
+from mpi_hyst._io.read import read_trajectory, unit_doubt
+from mpi_hyst._io.record import TimeOrderError
 from mpi_hyst._quantity import Quantity, with_unit
 from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
-from mpi_hyst.io import Columns
+from mpi_hyst.io import Assumption, Columns
 
 _AVERAGED = 50  # samples
 # Seconds. Steps outside are hardly those of a record of hysteresis.
@@ -32,6 +32,11 @@ class UnevenTimesError(CommandError):
 def sampling_interval(columns: Columns, rate: float | None = None) -> float:
     """Return the sampling interval in seconds, from the time column or from --rate."""
     dt = known_interval(columns, rate)
+    if dt is None and columns.time_column is not None:
+        raise CommandError(
+            f"{columns.source}: one row, so {columns.time_column} tells no sampling interval; "
+            "give it with --time none --rate HZ"
+        )
     if dt is None:
         raise CommandError(
             f"{columns.source}: expected a time column (time_s, time, t, or --time NAME) or "
@@ -93,14 +98,46 @@ def with_time_unit(columns: Columns, unit: str | None) -> Columns:
 
 
 def trajectory(path: Path, sampled: Sampled) -> tuple[Columns, str]:
-    """Read one column and the time; where that does not increase, say what can be done."""
+    """Read one column and the time; where that does not increase, say what can be done.
+
+    A unit that was given is that of the column.
+    """
     try:
         columns, column = read_trajectory(path, sampled.column, time=sampled.time)
     except TimeOrderError as error:
         raise CommandError(
             f"{error}; mend the rows, or count them instead with --time none --rate HZ"
         ) from error
+    if sampled.unit is not None:
+        columns = replace(columns, units={**columns.units, column: sampled.unit})
+    if sampled.time_unit is not None:
+        said = [one for one in columns.assumed if not _is_of_time_unit(one, columns)]
+        columns = replace(columns, assumed=tuple(said))
     return with_time_unit(columns, sampled.time_unit), column
+
+
+def assumed_of(columns: Columns, name: str, stage_unit: str, sampled: Sampled | None) -> list[str]:
+    """Return what was assumed of a reference: in reading it, and of its unit, that of a stage.
+
+    What something in the file speaks against is refused. Without `sampled` a command has no option
+    for the unit.
+    """
+    option = "" if sampled is None else "--unit"
+    said = [
+        one for one in columns.assumed if one.stage != "units" or _is_of_time_unit(one, columns)
+    ]
+    doubt = unit_doubt(columns.quantity(name), stage_unit or "that of the stage", option)
+    if doubt is not None and (sampled is None or sampled.unit is None):
+        said.append(doubt)
+    for one in said:
+        if one.level == "doubtful":
+            raise CommandError(f"{columns.source}: {one.text}")
+    return [f"{columns.source}: {one.text}" for one in said if one.level == "assumed"]
+
+
+def _is_of_time_unit(one: Assumption, columns: Columns) -> bool:
+    is_time = one.column is not None and columns.names[one.column] == columns.time_column
+    return is_time and one.stage == "units"
 
 
 def _check_unit(columns: Columns, dt: float) -> None:

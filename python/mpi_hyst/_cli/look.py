@@ -10,13 +10,13 @@ from pathlib import Path
 import click
 import numpy as np
 
-from mpi_hyst._cli.guess import Guess, guess
 from mpi_hyst._cli.identify_records import is_missing, too_long
 from mpi_hyst._cli.options import argument, command, option
 from mpi_hyst._cli.outputs import Output, check_figure, check_outputs, write_outputs
 from mpi_hyst._cli.terminal import CommandError, require_report_packages, say
-from mpi_hyst._io.columns import ReadError
-from mpi_hyst._io.read import numeric, opened, take, time_index
+from mpi_hyst._io.read import numeric, opened, take, unit_doubt
+from mpi_hyst._io.record import ReadError
+from mpi_hyst._io.roles import Guess, guess, time_index
 from mpi_hyst._io.table import Table
 from mpi_hyst._quantity import SECONDS, Quantity
 from mpi_hyst._report import canvas, traces
@@ -172,7 +172,8 @@ def run(request: Request) -> str:
     if place is not None:
         require_report_packages("--plot")
     record = read(request.data, request.rows)
-    lines = [_heading(request, record), _table(record), _guesses(record), _next(request, record)]
+    lines = [_heading(request, record), _table(record), _guesses(record), _assumed(record)]
+    lines.append(_next(request, record))
     if place is not None:
         content = _image(request, record, place.suffix.lower()[1:])
         write_outputs([Output.of(place, content)])
@@ -266,6 +267,27 @@ def _guesses(record: Record) -> str:
     ]
     sampling = record.sampling
     return text_pairs([*pairs, *([] if sampling is None else sampling.facts())])
+
+
+def _assumed(record: Record) -> str:
+    """Return what each stage of reading assumed, and of which units the guesses are taken to be."""
+    pairs = [
+        (one.stage, f"{'doubtful: ' if one.level == 'doubtful' else ''}{one.text}")
+        for one in record.columns.assumed
+        if one.stage not in ("units", "roles") or one.level == "doubtful"
+    ]
+    for role, default, flag in _UNITS:
+        if role in record.guesses:
+            quantity = record.columns.quantity(record.guesses[role].column)
+            doubt = unit_doubt(quantity, default, flag)
+            if doubt is not None:
+                level = "doubtful: " if doubt.level == "doubtful" else ""
+                pairs = [pair for pair in pairs if repr(quantity.column) not in pair[1]]
+                pairs.append(("units", f"{level}{doubt.text}"))
+    return "\n".join(["assumed", text_pairs(pairs)]) if pairs else ""
+
+
+_UNITS = (("drive", "V", "--input-unit"), ("position", "um", "--output-unit"))
 
 
 def _next(request: Request, record: Record) -> str:

@@ -214,6 +214,11 @@ class Sampled:
     """Where in its file a trajectory is, and how it is sampled."""
 
     column: str | None = option(help="Column of the {what}.  [default: the only numeric one]")
+    unit: str | None = option(
+        metavar="UNIT",
+        help="Unit of the {what}; nothing is converted.  [default: that in the name of its column "
+        "or in the file, else that of the stage]",
+    )
     time: str | Literal[False] | None = time_column()
     time_unit: str | None = time_unit()
     rate: float | None = option(

@@ -9,7 +9,13 @@ from pathlib import Path
 import numpy as np
 
 import mpi_hyst as mh
-from mpi_hyst._cli.inputs import clock_column, known_interval, sampling_interval, trajectory
+from mpi_hyst._cli.inputs import (
+    assumed_of,
+    clock_column,
+    known_interval,
+    sampling_interval,
+    trajectory,
+)
 from mpi_hyst._cli.options import (
     Sampled,
     argument,
@@ -34,8 +40,8 @@ from mpi_hyst._cli.stage import (
     say_red,
     why_narrowed,
 )
-from mpi_hyst._cli.terminal import CommandError, say
-from mpi_hyst._quantity import Quantity, drive_with_unit
+from mpi_hyst._cli.terminal import CommandError, note, say
+from mpi_hyst._quantity import Quantity, drive_with_unit, stated_unit
 from mpi_hyst._report.models import linear_parts
 from mpi_hyst._text import in_unit, span, text_pairs, without_noise
 from mpi_hyst._types import Samples
@@ -43,6 +49,7 @@ from mpi_hyst.io import Columns
 
 _MAX_MISS = 5e-3
 """Share of the range of a trajectory by which the stage itself may miss it without a warning."""
+_ROUNDING = 1e-9
 _PASSED = ("precompensate",)
 
 
@@ -94,6 +101,7 @@ def run(request: Request) -> str:
     dt = _interval(columns, stage, request)
     quantity = columns.quantity(column)
     check_unit(str(request.trajectory), quantity, stage)
+    assumed = assumed_of(columns, column, stated_unit(stage.units[1]), request.sampled)
     quantity = of_stage(quantity, stage)
     _refuse_drive(columns, quantity)
     drive, residual, notes = _design(stage, columns[column], dt, quantity.unit, request)
@@ -102,6 +110,8 @@ def run(request: Request) -> str:
     if is_timed:
         time, times = clock_column(columns, drive.size, drive.size - residual.size, dt)
         table = {time: times, **table}
+    for text in assumed:
+        note(text)
     write_outputs([Output.of(request.drive_path, write_table(table))])
     rate = f" at {1.0 / dt:.6g} Hz" if is_timed else ""
     summary = _summary(request, stage, quantity, drive, residual, rate)
@@ -138,7 +148,9 @@ def _design(
         residual = _residual(stage, reference, drive, dt, request)
     notes = [f"warning: {name_options(one.message, names)}" for one in caught]
     worst = int(residual.argmax())
-    if not notes and residual[worst] > _MAX_MISS * np.ptp(reference):
+    # Of one row, and of a trajectory that stands, rounding is no miss.
+    rounding = _ROUNDING * float(np.abs(reference).max())
+    if not notes and residual[worst] > max(_MAX_MISS * np.ptp(reference), rounding):
         miss = in_unit(float(residual[worst]), unit, 3)
         notes.append(
             f"warning: {request.trajectory}: the stage misses it by up to {miss}, "

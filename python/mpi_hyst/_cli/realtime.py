@@ -13,7 +13,7 @@ import click
 import numpy as np
 
 import mpi_hyst as mh
-from mpi_hyst._cli.inputs import interval_of_rate, known_interval
+from mpi_hyst._cli.inputs import assumed_of, interval_of_rate, known_interval
 from mpi_hyst._cli.options import argument, command, flag, flags, numbers, option, passed, slew
 from mpi_hyst._cli.outputs import (
     Output,
@@ -26,6 +26,7 @@ from mpi_hyst._cli.stage import StageOptions, check_unit, load_stage, refusing
 from mpi_hyst._cli.terminal import CommandError, note, one_line, require_report_packages, say
 from mpi_hyst._files import write_file
 from mpi_hyst._io.read import read_trajectory
+from mpi_hyst._quantity import stated_unit
 from mpi_hyst._report import canvas
 from mpi_hyst._report.closed_loop import loop_facts, loop_times
 from mpi_hyst._text import text_pairs, text_table
@@ -202,6 +203,8 @@ def _reference(stage: mh.Stage, request: Request) -> Samples:
         columns, column = read_trajectory(request.reference, request.column)
         _check_times(columns, request.rate)
         check_unit(str(request.reference), columns.quantity(column), stage)
+        for text in assumed_of(columns, column, stated_unit(stage.units[1]), None):
+            note(text)
         return columns[column]
     if stage.position_range is None:
         raise CommandError(f"--reference: expected a file, as {request.stage_path} has no range")

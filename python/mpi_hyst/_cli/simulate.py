@@ -10,7 +10,13 @@ from typing import Literal
 import numpy as np
 
 import mpi_hyst as mh
-from mpi_hyst._cli.inputs import clock_column, sampling_interval, trajectory, way_from_rest
+from mpi_hyst._cli.inputs import (
+    assumed_of,
+    clock_column,
+    sampling_interval,
+    trajectory,
+    way_from_rest,
+)
 from mpi_hyst._cli.options import (
     Sampled,
     argument,
@@ -39,10 +45,11 @@ from mpi_hyst._cli.terminal import (
     CommandError,
     command_line,
     fraction_bar,
+    note,
     require_report_packages,
     say,
 )
-from mpi_hyst._quantity import Stated, drive_with_unit, with_unit
+from mpi_hyst._quantity import Stated, drive_with_unit, stated_unit, with_unit
 from mpi_hyst._report import simulate as page
 from mpi_hyst._report.models import linear_parts
 from mpi_hyst._report.page import Provenance, hashed_file, made_with
@@ -110,6 +117,8 @@ def run(request: Request) -> str:
     stage = load_stage(request.stage_path, request.stage)
     say_red(request.stage_path, stage)
     columns, column = trajectory(request.trajectory, request.sampled)
+    check_unit(str(request.trajectory), columns.quantity(column), stage)
+    assumed = assumed_of(columns, column, stated_unit(stage.units[1]), request.sampled)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         simulation = _simulate(columns, column, stage, request)
@@ -120,6 +129,8 @@ def run(request: Request) -> str:
     if request.report_path is not None:
         text = page.report(simulation, _provenance(request))
         outputs.append(Output.of(request.report_path, text))
+    for text in assumed:
+        note(text)
     write_outputs(outputs)
     title = f"{request.stage_path} along {column} of {request.trajectory}"
     parts = [title, text_pairs(page.facts(simulation))]
@@ -149,7 +160,6 @@ def _provenance(request: Request) -> Provenance:
 
 def _simulate(columns: Columns, column: str, stage: mh.Stage, request: Request) -> Simulation:
     """Simulate the closed loop."""
-    check_unit(str(request.trajectory), columns.quantity(column), stage)
     other = stage if request.plant_path is None else _other(request.plant_path, stage)
     dt = sampling_interval(columns, request.sampled.rate)
     with refusing(request.stage_path, _names(request)):

@@ -1,20 +1,31 @@
-"""How a text holds its table: what separates cells, the decimal mark, header, units and preamble.
+"""The stage of the dialect: how a text holds its table.
 
 The data decide. What separates cells is what makes most of the first lines rows of the same number
-of cells, most of them numbers. The header is the last row of that many cells above the numbers that
-is none itself. What is above the header is a preamble, as instruments write it.
+of cells, most of them numbers. The header is the last row above the numbers that fits their width
+and is none itself. What is above the header is a preamble, as instruments write it. What looks
+like a header and does not fit is told, and never used in part.
 """
 
 from __future__ import annotations
 
-import csv
-import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
-from mpi_hyst._quantity import is_like_a_unit, known_unit
+from mpi_hyst._io.cells import (
+    MISSING,
+    are_thousands,
+    is_comment,
+    is_like_a_number,
+    is_number,
+    is_stamp,
+    number,
+    split,
+)
+from mpi_hyst._io.record import Assumption, Level
+from mpi_hyst._quantity import SECONDS, Quantity, is_like_a_unit, known_unit
 
 DELIMITERS = {
     "\t": "tabs",
@@ -23,18 +34,24 @@ DELIMITERS = {
     "|": "vertical bars",
     " ": "white space",
 }
-_COMMENTS = ("#", "%", "//")
-_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
-_MISSING = {"", "-", "--", "na", "n/a", "null", "none", "missing", "?"}
-# Signs that texts are set with in place of -.
-_MINUS = dict.fromkeys(map(ord, "\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d"), "-")
-# A number in any notation, also one that is refused later: that must not hide the separators.
-_LIKE = re.compile(
-    r"[+-]?(\d([\d.,'’\u00a0\u202f]*[\d.])?|[.,]\d+)([eEdD][+-]?\d+)?|[+-]?(nan|inf)"
+_UNIT_WORDS = {"", "-", "--", "raw", "bit", "k", "sequence"}
+_FIRST_ROWS = 20  # rows that tell a column of stamps
+_MOST_STAMPS = 0.9  # of them; one may be that of a line above the table
+_PAIRS = re.compile(r"[+-]?\d+"), re.compile(r"\d+([eE][+-]?\d+)?")
+# What instruments call the rows above a table, in the first cell.
+_OF_NAMES = re.compile(r"(waveform|trace ?name|source|channels?|signals?|names?)\b", re.IGNORECASE)
+_OF_UNITS = re.compile(
+    r"(vertical units?|v ?units?|y[ _]?units?|units?|einheit(en)?)\b", re.IGNORECASE
 )
-# An exponent of double precision as Fortran writes it: 1.5D-03.
-_FORTRAN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
-_UNIT_WORDS = {"", "-", "--", "raw", "bit", "k"}
+_OF_TIMES = re.compile(r"(horizontal units?|h ?units?|x[ _]?units?|time ?units?)\b", re.IGNORECASE)
+_OF_STEPS = re.compile(
+    r"(sampl\w* ?(interval|period|time)|h ?resolution|(x ?)?increment|delta[ _]?[tx]|dt|t ?inc)\b",
+    re.IGNORECASE,
+)
+_OF_RIGOL = re.compile(r"(start|increment|t0|tinc|t_?inc\w*)\b.*", re.IGNORECASE)
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+# A text of more columns than rows has its channels in rows.
+_WIDE, _CHANNELS = 4, 32
 
 
 @dataclass(frozen=True)
@@ -43,12 +60,23 @@ class Dialect:
 
     delimiter: str = ","
     decimal: str = "."
+    """The decimal mark; empty where the first lines have none."""
     names: Sequence[str] = ()
-    units: Sequence[str] = ()
-    numeric: Sequence[int] = field(default=())
+    units: Mapping[int, str] = field(default_factory=dict)
+    numeric: Sequence[int] = ()
+    stamped: Sequence[int] = ()
     header: int | None = None
     first: int = 0
     """The line of the first row, or the one behind the last if there is none."""
+    full: int = 0
+    """How many cells most rows have, with empty ones behind the table."""
+    in_rows: bool = False
+    """Whether each row is a channel."""
+    steps: tuple[float, float] | None = None
+    """Start and step of a first column that counts samples, in seconds."""
+    refused: str = ""
+    """Why the numbers cannot be read; empty if they can."""
+    assumed: Sequence[Assumption] = ()
 
     @property
     def text(self) -> str:
@@ -60,137 +88,126 @@ class Dialect:
         )
         return f"{cells}{comma}{header}"
 
-    def cells(self, line: str) -> list[str]:
-        """Split one line."""
-        return split(line, self.delimiter)
+
+def detect(lines: Sequence[str], first: int = 0) -> Dialect:
+    """Return the dialect of a text by its first lines, from one of them on."""
+    layouts = [
+        Layout(
+            {
+                number: split(line, delimiter)
+                for number, line in enumerate(lines)
+                if number >= first and line.strip() and not is_comment(line, delimiter)
+            },
+            delimiter,
+            lines,
+        )
+        for delimiter in DELIMITERS
+    ]
+    best = max(layouts, key=lambda layout: layout.score)
+    return best.dialect() if best.score[0] else _without_numbers(lines, first)
 
 
-def split(line: str, delimiter: str) -> list[str]:
-    """Split one line into cells; quotes hold a cell together."""
-    try:
-        row = next(reader([prepared(line, delimiter)], delimiter), [])
-    except csv.Error:
-        return [line]
-    return [cell.strip() for cell in row]
-
-
-def prepared(line: str, delimiter: str) -> str:
-    """Return a line as `csv` splits it: runs of white space are one separator there."""
-    return line.strip().replace("\t", " ") if delimiter == " " else line
-
-
-def reader(lines: Iterable[str], delimiter: str) -> Iterator[list[str]]:
-    """Split prepared lines into cells."""
-    return csv.reader(lines, delimiter=delimiter, skipinitialspace=delimiter == " ")
-
-
-def is_comment(line: str, delimiter: str) -> bool:
-    """Whether a line is a comment; a semicolon begins one where it separates no cells."""
-    marks = _COMMENTS if delimiter == ";" else (*_COMMENTS, ";")
-    return line.lstrip().startswith(marks)
-
-
-def number(cell: str, decimal: str) -> float | None:
-    """Return the number in a cell with this decimal mark, or None if it holds none."""
-    if decimal == ",":
-        if "." in cell:
-            return None
-        cell = cell.replace(",", ".")
-    # float() also accepts 1_000, which is an error in a data file.
-    if "_" in cell:
-        return None
-    # Some separators are space for strip() and none for float().
-    cell = cell.strip()
-    try:
-        return float(cell)
-    except ValueError:
-        return float(_FORTRAN.sub(r"\1e\2", cell)) if _FORTRAN.fullmatch(cell) else None
-
-
-def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell is a number with this decimal mark."""
-    return number(cell, decimal) is not None
-
-
-def detect(lines: Sequence[str]) -> Dialect:
-    """Return the dialect of a text by its first lines."""
-    guesses = [_Guess(lines, delimiter) for delimiter in DELIMITERS]
-    best = max(guesses, key=lambda guess: guess.score)
-    return best.dialect() if best.score[1] else _without_numbers(lines)
-
-
-def _without_numbers(lines: Sequence[str]) -> Dialect:
+def _without_numbers(lines: Sequence[str], first: int) -> Dialect:
     """Return the dialect of a text without numbers: its first row is the header."""
-    for number, line in enumerate(lines):
-        if line.strip() and not is_comment(line, ","):
+    for place, line in enumerate(lines):
+        if place >= first and line.strip() and not is_comment(line, ","):
             # Spreadsheets separate by semicolons where the comma is the decimal mark.
             delimiter = next((mark for mark in ",;\t" if mark in line), ",")
             names = _trimmed(split(line, delimiter))
-            return Dialect(delimiter, ".", names, (), (), number, number + 1)
+            return Dialect(delimiter, ".", names, header=place, first=place + 1, full=len(names))
     return Dialect(first=len(lines))
 
 
-class _Guess:
-    """The first lines, split by one delimiter."""
+class Layout:
+    """Rows of cells, by one delimiter: what of them is the table, its header and its units.
 
-    def __init__(self, lines: Sequence[str], delimiter: str) -> None:
+    The cells of a workbook are laid out in the same way, without lines.
+    """
+
+    def __init__(
+        self, rows: Mapping[int, Sequence[str]], delimiter: str = ",", lines: Sequence[str] = ()
+    ) -> None:
+        """Take the rows by the numbers of their lines."""
         self.lines = lines
         self.delimiter = delimiter
-        self.rows = {
-            number: split(line, delimiter)
-            for number, line in enumerate(lines)
-            if line.strip() and not is_comment(line, delimiter)
-        }
-        likes = {number: self._likes(cells) for number, cells in self.rows.items()}
+        self.rows = {place: list(cells) for place, cells in rows.items()}
+        likes = {place: self._likes(cells) for place, cells in self.rows.items()}
         most = max(likes.values(), default=0)
         # A preamble has numbers too, but fewer in a row than the table.
-        data = [self.rows[number] for number, count in likes.items() if count and 2 * count >= most]
-        self.width = _width(data)
-        self.data = [cells for cells in data if self.fits(cells)]
+        rows_ = {place: self.rows[place] for place, count in likes.items() if 2 * count >= most > 0}
+        self.full, self.width = _width(list(rows_.values()))
+        self.data = [cells for cells in rows_.values() if self.fits(cells)]
         self.decimal = self._decimal()
         self.numeric = self._numeric()
-        count = sum(likes[number] for number, cells in self.rows.items() if self.fits(cells))
-        share = count / max(1, sum(map(len, self.data)))
+        self.stamped = self._stamped()
+        self.said: list[Assumption] = []
         self.header = self._header() if self.numeric else None
-        self.score = (self.header is not None or self._starts_with_numbers(), count, share)
+        count = sum(likes[place] for place, cells in self.rows.items() if self.fits(cells))
+        share = count / max(1, sum(map(len, self.data)))
+        named = self.header is not None or self._starts_with_numbers()
+        self.score = (count * (1.0 if named else 0.8), share)
 
     def _likes(self, cells: Sequence[str]) -> int:
         """Return how many cells look like numbers; alone in its line, a cell must be one."""
         if len(cells) == 1:
-            return int(is_number(cells[0], "."))
-        return sum(_LIKE.fullmatch(cell.lower()) is not None for cell in cells)
+            return int(is_number(cells[0], ".") or is_stamp(cells[0]))
+        # A date and a time of the day with a space between are no two cells.
+        stamps = [cell for cell in cells if ":" in cell and is_stamp(cell)]
+        return sum(map(is_like_a_number, cells)) + sum(len(one.split()) + 1 for one in stamps)
 
     def fits(self, cells: Sequence[str]) -> bool:
         """Whether a row has the columns of the table, and beyond them empty cells only."""
         return len(cells) >= self.width > 0 and not any(cells[self.width :])
 
     def _decimal(self) -> str:
-        if self.delimiter == "," or self.width < 2:
+        """Return the decimal mark; nothing where no number of the first rows has one.
+
+        Between commas a decimal comma is one only in quotation marks.
+        """
+        if self.width < 2 and self.delimiter != ",":
             return "."
-        found = {
-            mark: sum(is_number(cell, mark) for cells in self.data for cell in cells)
-            for mark in ".,"
-        }
-        return "," if found[","] > found["."] and not self._has_thousands() else "."
+        cells = [cell for row in self.data for cell in row if "," in cell or "." in cell]
+        found = {mark: sum(is_number(cell, mark) for cell in cells) for mark in ".,"}
+        if found[","] > found["."] and not self._has_thousands():
+            return ","
+        return "." if cells else ""
 
     def _has_thousands(self) -> bool:
         """Whether commas part thousands: below one, numbers of the same column have none."""
-        columns = [[row[index] for row in self.data if row[index]] for index in range(self.width)]
+        columns = [
+            [row[index] for row in self.data if row[index]]
+            for index in range(min(self.width, *map(len, self.data)))
+        ]
         parted = [cells for cells in columns if any("," in cell for cell in cells)]
-        return all(map(_are_thousands, parted))
+        return all(map(are_thousands, parted))
 
     def _numeric(self) -> list[int]:
         """Return the columns that hold a number in at least half of the rows."""
         return [
             index
             for index in range(self.width)
-            if 2 * sum(is_number(cells[index], self.decimal) for cells in self.data)
+            if 2 * sum(is_number(cells[index], self.decimal or ".") for cells in self.data)
             >= max(1, len(self.data))
         ]
 
+    def _stamped(self) -> list[int]:
+        """Return the columns of dates or times of the day."""
+        first = self.data[:_FIRST_ROWS]
+        most = max(1.0, _MOST_STAMPS * len(first))
+        return [
+            index
+            for index in range(self.width)
+            if index not in self.numeric and sum(is_stamp(row[index]) for row in first) >= most
+        ]
+
     def _numbers(self, cells: Sequence[str]) -> int:
-        """Return how many of the numeric columns hold a number in a row."""
-        return sum(is_number(cells[index], self.decimal) for index in self.numeric)
+        """Return how many of the columns of numbers and stamps hold one in a row."""
+        numbers = sum(
+            index < len(cells) and is_number(cells[index], self.decimal or ".")
+            for index in self.numeric
+        )
+        stamps = sum(index < len(cells) and is_stamp(cells[index]) for index in self.stamped)
+        return numbers + stamps
 
     def _starts_with_numbers(self) -> bool:
         first = next(iter(self.rows.values()), [])
@@ -198,113 +215,391 @@ class _Guess:
 
     def _first_whole_row(self) -> int:
         """Return the line of the first row with a number in every numeric column."""
-        rows = [number for number, cells in self.rows.items() if self.fits(cells)]
-        counts = {number: self._numbers(self.rows[number]) for number in rows}
+        rows = [place for place, cells in self.rows.items() if self.fits(cells)]
+        counts = {place: self._numbers(self.rows[place]) for place in rows}
         most = max(counts.values(), default=0)
-        return next(number for number in rows if counts[number] == most)
+        return next(place for place in rows if counts[place] == most)
 
-    def _names(self, cells: Sequence[str]) -> bool:
-        """Whether a row may be a header: of the width of the table, filled, and no numbers."""
-        if not self.fits(cells) or any(is_number(cells[index], ".") for index in self.numeric):
-            return False
-        filled = [cell for cell in cells[: self.width] if cell.lower() not in _MISSING]
-        return bool(filled) and 2 * len(filled) >= self.width
+    # The header.
 
-    def _header(self) -> tuple[int, int | None] | None:
-        """Return the lines of the header and of the units, if there are such."""
+    def _header(self) -> tuple[int, list[str], int | None] | None:
+        """Return the line of the header, its names, and the line of the units, if there are such.
+
+        Names have the width of the table, or that of its rows with the empty cells behind.
+        """
         first = self._first_whole_row()
-        above = [number for number in self.rows if number < first]
-        last = next((n for n in reversed(above) if self._names(self.rows[n])), None)
-        if last is None:
+        above = [place for place in self.rows if place < first]
+        for place in reversed(above):
+            names = self._names(place)
+            if names is None:
+                continue
+            before = above[above.index(place) - 1] if above.index(place) else None
+            upper = None if before is None else self._names(before, numbered=True)
+            if before is not None and upper is not None and self._are_units(self.rows[place]):
+                return before, upper, place
+            if upper is not None and self._are_remarks(place, above):
+                continue
+            # Columns that are called like their units have these units.
+            return place, names, place if self._are_units(names) else None
+        return self._numbered(first)
+
+    def _are_remarks(self, place: int, above: Sequence[int]) -> bool:
+        """Whether the two rows above are names and units: then this one is a row of remarks."""
+        at = above.index(place)
+        if at < 2 or self._names(above[at - 2], numbered=True) is None:
+            return False
+        return self._are_units(self.rows[above[at - 1]])
+
+    def _names(self, place: int, *, numbered: bool = False) -> list[str] | None:
+        """Return the names that a row holds, if it may be a header: filled, and no numbers.
+
+        With units below it, numbers may be names too, as of the channels of an oscilloscope.
+        """
+        cells = self.rows[place]
+        names = _trimmed(cells)
+        if len(cells) == self.full and len(names) >= self.width:
+            names = list(cells) if len(cells) == self.width else names
+        elif len(names) > self.width:
+            if not all(_OF_RIGOL.fullmatch(name) for name in names[self.width :]):
+                return None
+            names = names[: self.width]
+        names += [""] * (self.width - len(names)) if len(cells) >= self.width else []
+        if len(names) < self.width:
             return None
-        block = above[: above.index(last) + 1]
-        while len(block) > 1 and all(self._names(self.rows[n]) for n in block[-2:]):
-            if are_units(self.rows[block[-1]][: self.width]):
-                return block[-2], block[-1]
-            block.pop()
-        return last, None
+        ints = [name.isdigit() for name in names]
+        is_numbered = numbered and not all(ints)
+        if not is_numbered and any(
+            is_number(names[index], ".") or is_number(names[index], self.decimal or ".")
+            for index in self.numeric
+        ):
+            return None
+        if any(is_stamp(names[index]) for index in self.stamped):
+            return None
+        filled = [name for name in names if name.lower() not in MISSING]
+        return names if filled and 2 * len(filled) >= self.width else None
+
+    def _are_units(self, cells: Sequence[str]) -> bool:
+        return are_units((list(cells) + [""] * self.width)[: self.width])
+
+    def _numbered(self, first: int) -> tuple[int, list[str], int | None] | None:
+        """Return a first row of consecutive whole numbers that are names, as pandas writes them."""
+        above = [place for place in self.rows if place < first]
+        if above and self._names(above[-1], numbered=True) is not None:
+            return None
+        row = self.rows[first]
+        cells = row[: self.width]
+        begins = 1 if cells and not cells[0] else 0
+        digits = cells[begins:]
+        if not digits or not all(cell.isdigit() and cell == str(int(cell)) for cell in digits):
+            return None
+        counts = [int(cell) for cell in digits]
+        if counts not in (list(range(len(counts))), list(range(1, len(counts) + 1))):
+            return None
+        below = [cells for place, cells in self.rows.items() if place > first and self.fits(cells)]
+        if not begins and (len(below) < 2 or self._goes_on(digits, below)):
+            return None
+        what = ", ".join(cells)
+        self.said.append(
+            Assumption(
+                "dialect", f"line {first + 1}, {what}: taken for names, not for a row", "assumed"
+            )
+        )
+        return first, cells, None
+
+    def _goes_on(self, first: Sequence[str], below: Sequence[Sequence[str]]) -> bool:
+        """Whether a first row of whole numbers is one of the rows below: it goes on as they do.
+
+        A row that is written otherwise, or that is far from the next ones, is none of them.
+        """
+        decimal = self.decimal or "."
+        columns = [[number(row[index], decimal) for row in below] for index in range(len(first))]
+        written = [all(decimal in row[index] for row in below) for index in range(len(first))]
+        if all(written):
+            return False
+        for cell, column in zip(first, columns, strict=True):
+            known = [value for value in column if value is not None]
+            if len(known) < 3:
+                continue
+            steps = [abs(b - a) for a, b in pairwise(known)]
+            even = max(steps[:20]) - min(steps[:20]) <= 1e-6 * max(steps[:20])
+            step = abs(float(cell) - known[0])
+            if even and steps[0] > 0.0:
+                # A clock tells it alone.
+                return abs(step - steps[0]) <= 1e-6 * steps[0] and known[0] > float(cell)
+            if step > 3.0 * max(steps):
+                return False
+        return len(first) == 1
+
+    # What is handed on.
 
     def dialect(self) -> Dialect:
         """Return what was found."""
         names, units, header, first = self._top()
-        return Dialect(
-            self.delimiter,
-            self.decimal,
-            [name or str(index) for index, name in enumerate(names)],
-            units,
-            [index for index in self.numeric if index < len(names)],
-            header,
-            first,
-        )
+        steps = self._steps(units) if header is not None else None
+        found = Dialect(
+            delimiter=self.delimiter,
+            decimal=self.decimal,
+            names=[name or str(index) for index, name in enumerate(names)],
+            units={
+                index: unit for index, unit in enumerate(units[: len(names)])
+                if unit and not (steps is not None and index == 0)
+            },
+            numeric=[index for index in self.numeric if index < len(names)],
+            stamped=[index for index in self.stamped if index < len(names)],
+            header=header,
+            first=first,
+            full=max(self.full, len(names)),
+            steps=steps,
+        )  # fmt: skip
+        if steps is not None:
+            found = replace(found, units={**found.units, 0: "s"})
+            what = f"time: {steps[0]:g} s + {steps[1]:g} s x {found.names[0]}, which counts samples"
+            self.said.append(Assumption("dialect", what, "assumed", 0))
+        self._say_shift(found)
+        return self._with_preamble(self._in_rows(found), first, header)
 
     def _top(self) -> tuple[Sequence[str], Sequence[str], int | None, int]:
         """Return names, units, the line of the header and that of the first row."""
         whole = self._first_whole_row()
         if self.header is not None:
-            line, units = self.header
-            names = self.rows[line][: self.width]
-            below = [n for n in self.rows if n > line and not self._names(self.rows[n])]
-            first = min([whole, *below])
-            return names, () if units is None else self.rows[units][: self.width], line, first
+            place, names, units = self.header
+            # Rows with cells that are missing belong to the table, and are refused in reading.
+            below = [n for n in self.rows if n > place and n != units and self._names(n) is None]
+            first = min([n for n in [whole, *below] if n > place], default=place + 1)
+            return names, () if units is None else self.rows[units], place, first
         first = self._first_number(whole)
-        named = self._commented(first) or self._spaced(first) or self._of_other_width(first)
+        named = self._commented(first) or self._other_text(first)
         if named is not None:
             return named[1], (), named[0], first
+        self._say_misfit()
         return [str(index) for index in range(self.width)], (), None, first
 
     def _first_number(self, whole: int) -> int:
         """Return the line of the first row of a table without a header: numbers only, or fitting.
 
-        A row of numbers that has another width belongs to the table, and is refused in reading.
+        A row of numbers that has another width belongs to the table, and is refused in reading. One
+        number alone above a table of several columns is none.
         """
         first = whole
-        for number in [n for n in reversed(self.rows) if n < whole]:
-            cells = [cell for cell in self.rows[number] if cell]
-            fits = self.fits(self.rows[number]) and self._numbers(self.rows[number]) > 0
-            if not fits and not all(is_number(cell, self.decimal) for cell in cells):
+        for place in [n for n in reversed(self.rows) if n < whole]:
+            cells = [cell for cell in self.rows[place] if cell]
+            fits = self.fits(self.rows[place]) and self._numbers(self.rows[place]) > 0
+            alone = len(self.rows[place]) == 1 < self.width
+            if alone or (
+                not fits and not all(is_number(cell, self.decimal or ".") for cell in cells)
+            ):
                 break
-            first = number
+            first = place
         return first
 
     def _commented(self, first: int) -> tuple[int, list[str]] | None:
         """Return the header in the last comment above the table, as numpy.savetxt writes it."""
-        comments = [n for n in range(first) if is_comment(self.lines[n], self.delimiter)]
+        comments = [n for n in range(min(first, len(self.lines))) if self._is_comment(n)]
         if not comments or any(n > comments[-1] for n in self.rows if n < first):
             return None
         text = self.lines[comments[-1]].strip().lstrip("#%/;").strip()
-        for names in (split(text, self.delimiter), _wide_gaps(text)):
-            if self._names(names):
-                return comments[-1], names[: self.width]
+        names = self._names_in(text)
+        if names is None:
+            self._misfit = comments[-1], len(split(text, self.delimiter))
+            if len(split(text, self.delimiter)) < 2 or _is_prose(text):
+                self._misfit = None
+        return None if names is None else (comments[-1], names)
+
+    _misfit: tuple[int, int] | None = None
+    """A line that looks like a header and is none, and its names."""
+
+    def _is_comment(self, place: int) -> bool:
+        line = self.lines[place]
+        return bool(line.strip()) and is_comment(line, self.delimiter)
+
+    def _other_text(self, first: int) -> tuple[int, list[str]] | None:
+        """Return a header whose names are parted otherwise than the numbers."""
+        above = [place for place in self.rows if place < first]
+        if not above:
+            return None
+        place = above[-1]
+        text = self.lines[place].strip() if place < len(self.lines) else ""
+        names = self._names_in(text) if text else None
+        if names is None:
+            cells = _trimmed(self.rows[place])
+            of_numbers = sum(is_like_a_number(cell) for cell in cells)
+            words = len(cells) > 1 or not re.search(r"[\s:=]", cells[0] if cells else ":")
+            if cells and words and not of_numbers and not _is_prose(text):
+                self._misfit = place, len(cells)
+        return None if names is None else (place, names)
+
+    def _names_in(self, text: str) -> list[str] | None:
+        """Return the names in a text, parted by whatever makes as many as there are columns."""
+        ways: list[Callable[[str], list[str]]] = [
+            lambda line: split(line, self.delimiter),
+            *(lambda line, mark=mark: split(line, mark) for mark in "\t;,|"),
+            _wide_gaps,
+            _behind_units,
+            _with_units,
+        ]
+        for way in ways:
+            names = [name.strip(' "') for name in _trimmed(way(text))]
+            if len(names) == self.full and len(names) > self.width:
+                return self._none_numbers(names)
+            if len(names) == self.width and self._none_numbers(names) is not None:
+                commas = [name.rstrip(",;") for name in names]
+                return commas if all(commas) else names
         return None
 
-    def _spaced(self, first: int) -> tuple[int, list[str]] | None:
-        """Return a header whose names contain single spaces, above columns of white space."""
-        above = [number for number in self.rows if number < first]
-        if self.delimiter != " " or not above:
+    def _none_numbers(self, names: list[str]) -> list[str] | None:
+        numbers = any(is_number(name, ".") or is_stamp(name) for name in names)
+        filled = [name for name in names if name.lower() not in MISSING]
+        return None if numbers or 2 * len(filled) < len(names) else names
+
+    def _say_misfit(self) -> None:
+        """Say what looks like a header and is none: nothing of it is used."""
+        if self._misfit is None:
+            return
+        place, count = self._misfit
+        called = "1 name" if count == 1 else f"{count} names"
+        said = (
+            f"line {place + 1} looks like a header of {called}, the rows have {self.width} cells: "
+            "columns are numbered, and no name and no unit is taken from it; mend that line"
+        )
+        self.said.append(Assumption("dialect", said, "doubtful"))
+
+    def _say_shift(self, found: Dialect) -> None:
+        """Say if a name may be missing: rows have an empty cell more, and the first is a clock."""
+        if self.header is None or len(self.rows[self.header[0]]) != self.full - 1:
+            return
+        first = Quantity(found.names[0], found.units.get(0, ""))
+        column = [number(cells[0], self.decimal or ".") for cells in self.data]
+        known = [value for value in column if value is not None]
+        steps = [b - a for a, b in pairwise(known)]
+        even = steps and min(steps) > 0.0 and max(steps) - min(steps) <= 1e-3 * max(steps)
+        if even and not first.is_time and first.name != "t":
+            said = (
+                f"line {self.header[0] + 1} has {self.full - 1} names, and the rows have "
+                f"{self.full} cells, the last empty; {found.names[0]} grows as a time does: a name "
+                "may be missing"
+            )
+            self.said.append(Assumption("dialect", said, "doubtful"))
+
+    # What else the lines above tell.
+
+    def _steps(self, units: Sequence[str]) -> tuple[float, float] | None:
+        """Return start and step of a column that counts samples, as one kind of scope writes."""
+        if self.header is None or self.header[2] is None or 0 not in self.numeric:
             return None
-        names = _wide_gaps(self.lines[above[-1]])
-        return (above[-1], names[: self.width]) if self._names(names) else None
+        names, below = _trimmed(self.rows[self.header[0]]), self.rows[self.header[2]]
+        told = {name.lower(): cell for name, cell in zip(names, below, strict=False)}
+        start, step = (number(told.get(name, ""), ".") for name in ("start", "increment"))
+        if units[:1] and units[0].lower() == "sequence" and start is not None and step is not None:
+            return start, step
+        return None
 
-    def _of_other_width(self, first: int) -> tuple[int, list[str]] | None:
-        """Return what must be meant as a header but has another width: every row is refused then.
+    def _with_preamble(self, found: Dialect, first: int, header: int | None) -> Dialect:
+        """Take names and units that instruments write in rows of their own above the table."""
+        top = first if header is None else header
+        above = {place: cells for place, cells in self.rows.items() if place < top}
+        if header is None and self.rows.get(first) and found.names:
+            # Settings may stand beside the first rows, in columns of their own.
+            beside = [i for i in (0, 1) if i not in self.numeric]
+            if len(beside) == 2 and self.width > 2:
+                above |= {n: self.rows[n][:2] for n in list(self.rows)[:30] if n >= first}
+        names, units = list(found.names), dict(found.units)
+        for place, cells in above.items():
+            key = cells[0].strip('": ') if cells else ""
+            told = [cell.split(":")[-1].strip() for cell in _trimmed(cells[1:])]
+            if len(told) == 0 or len(cells) == 1:
+                continue
+            columns = [index for index in range(1, len(names)) if index in self.numeric]
+            if _OF_UNITS.match(key) and all(is_like_a_unit(one) or not one for one in told):
+                same = len(cells) == self.full or len(told) == len(names) - 1
+                given = dict(enumerate(told, start=1)) if same else {}
+                if not same and len(set(told)) == 1:
+                    given = dict.fromkeys(columns[1:] if header is None else columns, told[0])
+                for index, unit in given.items():
+                    if unit and index < len(names):
+                        units.setdefault(index, unit)
+                        self._say(place, f"{names[index]} is in {unit}", index)
+            elif _OF_TIMES.match(key) and known_unit(told[0]) in SECONDS:
+                clock = columns[0] if header is None and len(columns) < len(names) else 0
+                if clock in self.numeric and len(set(filter(None, told))) == 1:
+                    units.setdefault(clock, told[0])
+                    self._say(place, f"{names[clock]} is in {told[0]}", clock)
+            elif _OF_NAMES.match(key) and len(told) == len(names) - 1 and all(told):
+                plain = [re.fullmatch(r"(Y|\[\d+\]|Y\[\d+\]|\d+)", one) for one in names[1:]]
+                if all(plain) and not any(is_number(one, ".") for one in told):
+                    names[1:] = told
+                    self._say(place, f"names {', '.join(told)}")
+            elif _OF_STEPS.match(key) and not self.stamped:
+                self._say(place, f"{key} {told[0]}: not used; --rate says how fast a record is")
+        alone = [n for n, cells in above.items() if len(cells) == 1 and is_number(cells[0], ".")]
+        if header is None and alone and self.width > 1:
+            lines = ", ".join(f"{n + 1} ({self.rows[n][0]})" for n in alone[:3])
+            what = f"line {lines}: a number alone is no row of the table"
+            level: Level = "said" if self._counts(alone, first) else "doubtful"
+            self.said.append(Assumption("dialect", what, level))
+        return replace(
+            found, names=names, units=units, refused=self._pairs(found), assumed=tuple(self.said)
+        )
 
-        Other lines of another width are a preamble.
+    def _counts(self, alone: Sequence[int], first: int) -> bool:
+        """Whether one of the numbers above the table is the number of its rows."""
+        count = sum(place >= first for place in self.rows)
+        return any(
+            self.rows[n][0].isdigit() and int(self.rows[n][0]) >= min(count, 400) for n in alone
+        )
+
+    def _say(self, place: int, what: str, index: int | None = None) -> None:
+        self.said.append(Assumption("dialect", f"line {place + 1}: {what}", "said", index))
+
+    def _pairs(self, found: Dialect) -> str:
+        """Return why numbers are refused that look parted at a decimal comma; empty if they do not.
+
+        With twice as many cells as names they are, and without a header where whole numbers of
+        constant width follow whole numbers.
         """
-        above = [number for number in self.rows if number < first]
-        if len(above) != 1 or self.delimiter == " ":
-            return None
-        cells = _trimmed(self.rows[above[0]])
-        words = len(cells) > 1 or not re.search(r"[\s:=]", cells[0])
-        return (above[0], cells) if words else None
+        if self.delimiter != "," or not self.data or self.header is not None:
+            return ""
+        reason = "decimal commas between commas? separate the cells by semicolons"
+        names = self._misfit[1] if self._misfit is not None else 0
+        place = f"line {found.first + 1}: "
+        if self._misfit is not None:
+            header = f"as in the header, line {self._misfit[0] + 1}, got {self.width}"
+            place += f"expected {names} cells {header}: "
+        cells = [[cell for cell in row[: self.width] if cell] for row in self.data]
+        whole = all(_PAIRS[0].fullmatch(c) or _PAIRS[1].fullmatch(c) for row in cells for c in row)
+        if names and self.width == 2 * names:
+            return f"{place}twice as many cells as names: {reason}"
+        if names and self.width > names and whole:
+            return f"{place}more cells than names, and whole numbers only: {reason}"
+        if self.width % 2 or not whole or len(self.data) < 3 or found.header is not None:
+            return ""
+        for index in range(1, self.width, 2):
+            second = [row[index] for row in self.data]
+            lengths = {len(re.split("[eE]", cell)[0]) for cell in second}
+            plain = all(_PAIRS[1].fullmatch(cell) for cell in second)
+            leads = any(len(cell) > 1 and cell[0] == "0" for cell in second)
+            varied = len(set(second)) > 2
+            if not plain or len(lengths) > 1 or not (leads or (lengths == {1} and varied)):
+                return ""
+        return f"{place}every second cell is a whole number of constant width: {reason}"
 
-
-def _are_thousands(cells: Sequence[str]) -> bool:
-    others = [cell for cell in cells if not _THOUSANDS.fullmatch(cell)]
-    if any("," in cell for cell in others):
-        return False
-    values = [number(cell, ".") for cell in others]
-    below = [abs(value) for value in values if value is not None and math.isfinite(value)]
-    return bool(below) and max(below) < 1000.0
+    def _in_rows(self, found: Dialect) -> Dialect:
+        """Take rows for channels where there are a few of many cells, and no header above."""
+        rows = [cells for place, cells in self.rows.items() if place >= found.first]
+        named = rows and all(cells and not is_number(cells[0], ".") for cells in rows)
+        if found.header is not None and not (named and found.header == min(self.rows)):
+            return found
+        if not rows or len(rows) > _CHANNELS or self.width < max(10, _WIDE * len(rows)):
+            return found
+        if found.header is not None or len({len(_trimmed(cells)) for cells in rows}) > 1:
+            return found
+        names = [
+            cells[0] if named else str(index) for index, cells in enumerate(rows)
+        ]  # fmt: skip
+        what = f"{len(rows)} rows of {self.width} cells: each row is taken for a channel"
+        self.said.append(Assumption("dialect", what, "assumed" if named else "doubtful"))
+        return replace(
+            found, names=names, units={}, numeric=list(range(len(rows))), stamped=[], in_rows=True
+        )
 
 
 def are_units(cells: Sequence[str]) -> bool:
@@ -320,8 +615,28 @@ def are_units(cells: Sequence[str]) -> bool:
     return any(known) and all(other)
 
 
+def _is_prose(text: str) -> bool:
+    """Whether a line is a remark: a sentence, a setting, a date."""
+    return bool(re.search(r"[:=]|\w[.!?]$", text)) or is_stamp(text)
+
+
 def _wide_gaps(text: str) -> list[str]:
     return re.split(r"\s{2,}|\t", text.strip())
+
+
+def _behind_units(text: str) -> list[str]:
+    """Part names with single spaces behind each unit in brackets: `Time (ms) Drive (V)`."""
+    parts = [part.strip(" ,;") for part in re.split(r"(?<=[\])])[\s,;]+", text.strip())]
+    return parts if all(part.endswith((")", "]")) for part in parts) else []
+
+
+def _with_units(text: str) -> list[str]:
+    """Join words and units that follow each other: `time ms drive V`."""
+    words = text.replace(",", " ").split()
+    units = words[1::2]
+    if len(words) % 2 or not all(known_unit(unit) for unit in units):
+        return []
+    return [f"{name} ({unit})" for name, unit in zip(words[::2], units, strict=True)]
 
 
 def _trimmed(cells: Sequence[str]) -> list[str]:
@@ -329,30 +644,9 @@ def _trimmed(cells: Sequence[str]) -> list[str]:
     return list(cells[:count])
 
 
-def _width(data: Sequence[Sequence[str]]) -> int:
-    """Return the width that most rows have, without columns that are empty in all of them."""
+def _width(data: Sequence[Sequence[str]]) -> tuple[int, int]:
+    """Return how many cells most rows have: all, and without columns that are empty in all."""
     if not data:
-        return 0
+        return 0, 0
     common, _ = Counter(map(len, data)).most_common(1)[0]
-    return max(len(_trimmed(cells)) for cells in data if len(cells) == common)
-
-
-def why_no_number(cell: str, decimal: str) -> str:
-    """Return why a cell is refused: the message that follows its place."""
-    text = cell.strip()
-    if not text:
-        return "empty cell"
-    shown = text[:40]
-    if (value := number(text, decimal)) is not None:
-        return f"larger than 1e+100: {shown}" if math.isfinite(value) else f"not finite: {shown}"
-    if is_number(text.translate(_MINUS), decimal):
-        return f"not a number: {shown!r} (expected the sign - below zero)"
-    point = "point" if decimal == "." else "comma"
-    bare = re.sub(r"[\s'’,.](?=\d{3}(\D|$))", "", text)
-    if decimal == "." and _THOUSANDS.fullmatch(text):
-        return f"not a number: {shown!r} (expected a decimal point, no separators of thousands)"
-    if is_number(text.replace(",", "."), ".") or is_number(text.replace(".", ","), ","):
-        return f"not a number: {shown!r} (expected a decimal {point})"
-    if is_number(bare, ".") or is_number(bare, ","):
-        return f"not a number: {shown!r} (expected no separators of thousands)"
-    return f"not a number: {shown!r}"
+    return common, max(len(_trimmed(cells)) for cells in data if len(cells) == common)

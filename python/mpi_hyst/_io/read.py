@@ -1,21 +1,23 @@
-"""Reads columns of numbers from files and objects."""
+"""Reads columns of numbers from files and objects: the stages of the package, one after another."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from mpi_hyst._io.columns import Columns, ReadError, find, key, there_are
-from mpi_hyst._io.formats import opened_file
-from mpi_hyst._io.objects import read_object
-from mpi_hyst._io.table import Table, Wrong, refusal
-from mpi_hyst._quantity import Quantity
+import numpy as np
 
-TIME_COLUMNS = ("time_s", "time")
-"""What the time column is called, first choice first; other names of time come after."""
+from mpi_hyst._io.formats import opened_file
+from mpi_hyst._io.formats.arrays import read_object
+from mpi_hyst._io.record import Assumption, Columns, Level, ReadError, find, key, there_are
+from mpi_hyst._io.roles import looks_like_a_time, time_index
+from mpi_hyst._io.table import Table, Wrong, of_arrays, refusal
+from mpi_hyst._quantity import SECONDS, Quantity
+from mpi_hyst._types import Samples
 
 _Names = Sequence[str | int]
 
@@ -30,13 +32,14 @@ def read(
     r"""Read columns of numbers from a file, or from an object with columns by name.
 
     Files: text (CSV, TSV, semicolons, white space; also as .gz, .bz2 or .xz), .npy, .npz, .mat,
-    HDF5, TDMS and .lvm, recognised by their content. Objects: a dict of arrays, DataFrames of
-    pandas and polars, a Dataset of xarray, a structured array.
+    HDF5, TDMS, .lvm and .xlsx, recognised by their content. A directory, and "a.txt+b.txt", are
+    single channels that are joined. Objects: a dict of arrays, DataFrames of pandas and polars, a
+    Dataset of xarray, a structured array.
 
     In text the header may have lines above it and a row of units below it, or may be missing. Lines
     that begin with #, %, // or ; are comments. The decimal mark is a point, or a comma where no
     comma separates the cells. What is not a finite number, or a time that does not increase, is
-    refused.
+    refused. What was assumed is in `Columns.assumed`.
 
     Parameters
     ----------
@@ -100,12 +103,84 @@ def read_trajectory(
 
 @contextmanager
 def opened(source: str | PathLike[str] | Any) -> Iterator[Table]:
-    """Open a file or an object."""
-    if isinstance(source, (str, PathLike)):
+    """Open a file, several that are joined, or an object."""
+    if not isinstance(source, (str, PathLike)):
+        yield read_object(source)
+    elif (parts := joined_files(Path(source))) is not None:
+        try:
+            yield _joined(parts)
+        except ReadError as error:
+            where = "of a directory, " if Path(source).is_dir() else ""
+            raise ReadError(f"{source}: files {where}that are joined: {error}") from error
+    else:
         with opened_file(Path(source)) as table:
             yield table
-    else:
-        yield read_object(source)
+
+
+def joined_files(path: Path) -> list[Path] | None:
+    """Return the files of a directory, or those of `a.txt+b.txt`; None of one file."""
+    if path.is_dir():
+        files = sorted(one for one in path.iterdir() if one.is_file())
+        files = [one for one in files if not one.name.startswith(".")]
+        return files if files else None
+    if path.exists() or "+" not in str(path):
+        return None
+    parts = [Path(one.strip()) for one in str(path).split("+")]
+    # `data/a.txt+b.txt` are beside each other.
+    parts = [one if one.exists() else parts[0].parent / one for one in parts]
+    return parts if all(one.is_file() for one in parts) else None
+
+
+def _joined(paths: Sequence[Path]) -> Table:
+    """Join files of single channels: columns that all of them share are there once.
+
+    A column alone in its file is called as in its header, or else like its file.
+    """
+    columns: list[tuple[Path, str, str, Samples]] = []
+    said: list[Assumption] = []
+    for path in paths:
+        with opened_file(path) as table:
+            indices = list(numeric(table))
+            loaded = table.load(indices, None, None, lambda *_: None)
+            for index, values in zip(indices, loaded, strict=True):
+                unit = table.units.get(index, "") or Quantity(table.names[index]).suffix
+                columns.append((path, table.names[index], unit, values))
+            said += [one for one in table.assumed if one.level != "said"]
+    rows = {values.size for *_, values in columns}
+    if len(rows) > 1:
+        counts = ", ".join(dict.fromkeys(f"{path} {values.size}" for path, *_, values in columns))
+        raise ReadError(f"expected files of as many rows each, got {counts}")
+    shared = {
+        index for index, (path, *_, values) in enumerate(columns)
+        if len(paths) > 1 and bool((np.diff(values) > 0.0).all()) and all(
+            any(other == one and np.array_equal(values, more) for other, *_, more in columns)
+            for one in paths
+        )
+    }  # fmt: skip
+    kept: dict[str, tuple[str, Samples]] = {}
+    own = [index for index in range(len(columns)) if index not in shared]
+    names = [columns[index][1] for index in own]
+    for index, (path, name, unit, values) in enumerate(columns):
+        if index in shared:
+            called = name if not name.isdigit() else "time"
+            kept.setdefault(called, (unit, values))
+            continue
+        alone = sum(columns[one][0] == path for one in own) == 1
+        if not alone:
+            called = f"{path.stem}/{name}"
+        else:
+            called = name if names.count(name) == 1 and not name.isdigit() else path.stem
+        kept[called] = (unit, values)
+    if len({Quantity(one, unit).is_time for one, (unit, _) in kept.items()} & {True}) and (
+        sum(Quantity(one.rpartition("/")[2], unit).is_time for one, (unit, _) in kept.items()) > 1
+    ):
+        raise ReadError(f"the times of {' and '.join(map(str, paths))} differ: read them apart")
+    what = " + ".join(map(str, paths))
+    said.append(Assumption("bytes", f"{len(paths)} files are joined, row by row", "assumed"))
+    return of_arrays(
+        what, None, what, {one: values for one, (_, values) in kept.items()},
+        {one: unit for one, (unit, _) in kept.items()}, assumed=said,
+    )  # fmt: skip
 
 
 def take(
@@ -122,12 +197,10 @@ def take(
     If they need not be `ordered`, no column is treated as the time.
     """
     names = choose(table)
-    chosen = (
-        numeric(table) if names is None else [find(table.source, table.names, n) for n in names]
-    )
+    chosen = numeric(table) if names is None else [_find(table, name) for name in names]
     if rows is not None and rows < 1:
         raise ReadError(f"rows: expected at least 1, got {rows}")
-    clock = time_index(table, time) if ordered else None
+    clock = time_index(table, time, chosen) if ordered else None
     indices = list(dict.fromkeys([*chosen, *([] if clock is None else [clock])]))
     if not indices:
         raise ReadError("columns: expected at least one, got none")
@@ -138,7 +211,7 @@ def take(
     loaded = table.load(indices, rows, clock, wrong or _refuser(table))
     keys = [key(table.names, index) for index in indices]
     units = {
-        name: table.units.get(table.names[index]) or Quantity(name).suffix
+        name: table.units.get(index) or Quantity(table.names[index]).suffix
         for name, index in zip(keys, indices, strict=True)
     }
     return Columns(
@@ -148,43 +221,86 @@ def take(
         {name: unit for name, unit in units.items() if unit},
         table.format,
         tuple(table.names),
+        tuple(_assumed(table, indices, clock, loaded)),
     )
 
 
-def time_index(table: Table, time: str | int | None) -> int | None:
-    """Return the index of the time column that was asked for, or that is called so."""
-    if time is not None:
-        return find(table.source, table.names, time)
-    for name in TIME_COLUMNS:
-        if name in table.names:
-            return find(table.source, table.names, name)
-    named = [
-        index
-        for index in table.numeric
-        if Quantity(table.names[index], table.units.get(table.names[index], "")).is_time
-    ]
-    # A bare t may be something else, so every name that says more goes first.
-    bare = [i for i in table.numeric if table.names[i] == "t" and not table.units.get("t")]
-    return next(iter([*named, *bare]), None)
+def _find(table: Table, wanted: str | int) -> int:
+    """Return the index of a column; where there is none, say also what was not understood."""
+    try:
+        return find(table.source, table.names, wanted)
+    except ReadError as error:
+        doubts = [one.text for one in table.assumed if one.level == "doubtful"]
+        wide = [f"{name} is {what}" for name, what in table.other.items() if " x " in what]
+        raise ReadError("; ".join([str(error), *doubts, *wide])) from error
+
+
+def _assumed(
+    table: Table, indices: Sequence[int], clock: int | None, loaded: Sequence[Samples]
+) -> Iterator[Assumption]:
+    """Go through what the stages assumed, as far as it is about these columns."""
+    yield from (one for one in table.assumed if one.column is None or one.column in indices)
+    for index, values in zip(indices, loaded, strict=True):
+        quantity = Quantity(table.names[index], table.units.get(index, ""))
+        if index == clock:
+            if quantity.time_unit:
+                continue
+            what = f"is in {quantity.suffix!r}" if quantity.suffix else "has no unit"
+            level: Level = "doubtful" if quantity.suffix else "assumed"
+            said = f"time column {quantity.column} {what}: seconds are assumed; --time-unit"
+            yield Assumption("units", said, level, index)
+            continue
+        if (doubt := unit_doubt(quantity)) is not None:
+            yield replace(doubt, column=index)
+        looks = "" if quantity.suffix not in ("", *SECONDS) else looks_like_a_time(values)
+        if looks:
+            said = f"column {quantity.column} looks like a time: {looks}"
+            yield Assumption("roles", said, "doubtful", index)
+    said = "no column is the time" if clock is None else f"the time is {table.names[clock]}"
+    yield Assumption("roles", said)
+
+
+def unit_doubt(quantity: Quantity, assumed: str = "", option: str = "") -> Assumption | None:
+    """Return what is doubtful about the unit of a column, or assumed; None if it is told.
+
+    `assumed` is the unit that a column without one is taken to have, which `option` decides.
+    """
+    unused, unit = quantity.unused, quantity.suffix
+    if unit:
+        if not unused:
+            return None
+        said = f"{quantity.column!r} holds {unused!r}, and {unit} is taken"
+        return Assumption("units", f"{said}; {option}" if option else said, "doubtful")
+    takes = f": {assumed} is assumed" + (f"; {option}" if option else "") if assumed else ""
+    if unused:
+        level: Level = "doubtful" if quantity.meant != assumed else "assumed"
+        if not assumed and quantity.is_word:
+            level = "assumed"
+        holds = f"no unit taken from {quantity.column!r}, though it holds {unused!r}"
+        return Assumption("units", holds + takes, level)
+    said = f"no unit in {quantity.column!r}{takes}"
+    return Assumption("units", said, "assumed") if assumed else None
 
 
 def numeric(table: Table) -> Sequence[int]:
     """Return the columns of numbers; a table without is refused."""
     if not table.numeric:
-        raise ReadError(f"{table.source}: no numeric column; {there_are(table.names)}")
+        wide = "".join(f"; {name} is {what}" for name, what in table.other.items() if " x " in what)
+        raise ReadError(f"{table.source}: no numeric column; {there_are(table.names)}{wide}")
     return table.numeric
 
 
-def _only_numeric(table: Table, time: str | None) -> str:
+def _only_numeric(table: Table, time: str | None) -> str | int:
     clock = time_index(table, time)
-    names = [table.names[index] for index in numeric(table) if index != clock]
-    if not names:
+    others = [index for index in numeric(table) if index != clock]
+    if not others:
         what = "no numeric column beside the time"
         raise ReadError(f"{table.source}: {what}; {there_are(table.names)}")
-    if len(names) > 1:
+    if len(others) > 1:
         several = "several columns, choose one with --column"
-        raise ReadError(f"{table.source}: {several}: {', '.join(names)}")
-    return names[0]
+        names = ", ".join(table.names[index] for index in others)
+        raise ReadError(f"{table.source}: {several}: {names}")
+    return others[0]
 
 
 def _refuser(table: Table) -> Wrong:

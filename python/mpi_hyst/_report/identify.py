@@ -90,7 +90,8 @@ def report(
         gain=_gain(found, compared),
         loop_widths=_loop_widths(result),
         **_compared(comparison, task),
-        findings=findings_rows(found.warnings, records),
+        findings=findings_rows(found, records),
+        assumed=records.assumed,
         residuals=[
             (trace.name, what, traces.residuals(trace)) for drawn, what in named for trace in drawn
         ],

@@ -46,6 +46,10 @@ class Records:
     ends: bool
     units: Mapping[str, str] = field(default_factory=dict)
     """The units of drive and position by the names of their columns, as far as they are known."""
+    assumed: Sequence[str] = ()
+    """What reading the files took for granted, and what may be otherwise."""
+    doubts: Sequence[str] = ()
+    """What of it something in the files speaks against: it makes the verdict amber."""
 
     @property
     def dt(self) -> float | None:

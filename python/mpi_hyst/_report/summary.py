@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -34,7 +35,7 @@ def summary(
     if max(len(fitted), len(held_out)) > 1:
         base += "; all: of the largest range"
     parts = [
-        verdict_line(found),
+        verdict_line(found, task.records),
         title(found, len(fitted)),
         text_pairs(parameters(task, found)),
         text_table(header, rows) + "\n" + base,
@@ -51,7 +52,7 @@ def summary(
             f"{len(left_out)} loops, each left out of the fit in turn: rms error {left_rms} "
             f"predicted, {fitted_rms} fitted"
         )
-    parts.append(findings_text(found.warnings, task.records))
+    parts.append(findings_text(found, task.records))
     return "\n\n".join(parts)
 
 
@@ -341,47 +342,81 @@ _MEANING = {
 }
 
 
-def verdict_line(found: mh.results.Identification) -> str:
+@dataclass(frozen=True)
+class Assumed:
+    """The finding that reading took for granted what something in the file speaks against."""
+
+    message: str
+    code: str = "assumed"
+    severity: str = "amber"
+    hint: str = "say what it is with the option that is named, or mend the file; `look` shows it"
+    record: None = None
+    sample: None = None
+
+
+Finding: TypeAlias = mh.results.Finding | Assumed
+
+
+def all_findings(found: mh.results.Identification, records: Records) -> list[Finding]:
+    """Return what was found in the fit, and before it in the files."""
+    return [*map(Assumed, records.doubts), *found.warnings]
+
+
+def verdict(found: mh.results.Identification, records: Records) -> str:
+    """Return the verdict: that of the fit, and amber at least where a file is doubtful."""
+    return "amber" if records.doubts and found.verdict == "green" else found.verdict
+
+
+def verdict_line(found: mh.results.Identification, records: Records) -> str:
     """Return the verdict in one line, with the codes of what was found, the worst first."""
-    codes = list(dict.fromkeys(finding.code for finding in _worst_first(found.warnings)))
+    codes = list(dict.fromkeys(one.code for one in _worst_first(all_findings(found, records))))
     interrupted = ", but the search was interrupted" if found.partial else ""
-    return f"verdict: {found.verdict}{interrupted}" + (f" ({', '.join(codes)})" if codes else "")
+    shown = f"verdict: {verdict(found, records)}{interrupted}"
+    return shown + (f" ({', '.join(codes)})" if codes else "")
 
 
 def verdict_banner(found: mh.results.Identification, records: Records) -> Verdict:
     """Return the verdict at the top of the report."""
     lines = [
         f"{finding.code}: {_place(finding, records)}{finding.message}. Try: {finding.hint}."
-        for finding in _worst_first(found.warnings)
+        for finding in _worst_first(all_findings(found, records))
     ]
     interrupted = " The search was interrupted." if found.partial else ""
-    return Verdict(found.verdict, f"{_MEANING[found.verdict]}{interrupted}", lines)
+    worst = verdict(found, records)
+    return Verdict(worst, f"{_MEANING[worst]}{interrupted}", lines)
 
 
-def findings_text(findings: Sequence[mh.results.Finding], records: Records) -> str:
+def findings_text(found: mh.results.Identification, records: Records) -> str:
     """Return two lines for each warning, or one line if there is none."""
+    findings = all_findings(found, records)
     if not findings:
         return "warnings: none"
     lines = [
-        f"  {found.severity} {found.code}: {_place(found, records)}{found.message}"
-        f" (value {_number(found.value)}, limit {_number(found.limit)})\n    try: {found.hint}"
-        for found in _worst_first(findings)
+        f"  {one.severity} {one.code}: {_place(one, records)}{one.message}{_numbers(one)}"
+        f"\n    try: {one.hint}"
+        for one in _worst_first(findings)
     ]
     return "\n".join(["warnings", *lines])
 
 
-def findings_rows(findings: Sequence[mh.results.Finding], records: Records) -> Rows:
+def _numbers(one: Finding) -> str:
+    if isinstance(one, Assumed):
+        return ""
+    return f" (value {_number(one.value)}, limit {_number(one.limit)})"
+
+
+def findings_rows(found: mh.results.Identification, records: Records) -> Rows:
     """Return the findings as a table, the worst first."""
     rows = [
         [
-            found.code,
-            "all" if found.record is None else records.names[found.record],
-            "" if found.sample is None else str(found.sample),
-            found.severity,
-            _number(found.value),
-            _number(found.limit),
+            one.code,
+            "all" if one.record is None else records.names[one.record],
+            "" if one.sample is None else str(one.sample),
+            one.severity,
+            "" if isinstance(one, Assumed) else _number(one.value),
+            "" if isinstance(one, Assumed) else _number(one.limit),
         ]
-        for found in _worst_first(findings)
+        for one in _worst_first(all_findings(found, records))
     ]
     return ["code", "record", "sample", "severity", "value", "limit"], rows
 
@@ -390,9 +425,9 @@ def _number(value: float) -> str:
     return digits(value, 3) if math.isfinite(value) else NOT_DETERMINED
 
 
-def _worst_first(findings: Sequence[mh.results.Finding]) -> list[mh.results.Finding]:
+def _worst_first(findings: Sequence[Finding]) -> list[Finding]:
     return sorted(findings, key=lambda found: found.severity != "red")
 
 
-def _place(found: mh.results.Finding, records: Records) -> str:
+def _place(found: Finding, records: Records) -> str:
     return "" if found.record is None else f"{records.names[found.record]}: "

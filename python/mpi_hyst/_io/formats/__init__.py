@@ -1,4 +1,7 @@
-"""The formats that can be read: one table, of which docs/formats.md and the errors are made."""
+"""The formats that can be read: one list, of which docs/formats.md and the errors are made.
+
+Each file beside this one reads one family of formats into a table.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +11,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from mpi_hyst._io.columns import ReadError
-from mpi_hyst._io.hdf5 import read_hdf5, read_mat73
-from mpi_hyst._io.lines import HEAD, PACKED, Lines, head, unpacked
-from mpi_hyst._io.lvm import read_lvm
-from mpi_hyst._io.matlab import read_mat
-from mpi_hyst._io.numpy_files import read_npy, read_npz
+from mpi_hyst._io.formats.arrays import read_npy, read_npz
+from mpi_hyst._io.formats.hdf5 import read_hdf5
+from mpi_hyst._io.formats.lvm import read_lvm
+from mpi_hyst._io.formats.matlab import read_mat, read_mat73
+from mpi_hyst._io.formats.tdms import read_tdms
+from mpi_hyst._io.formats.text import TextTable
+from mpi_hyst._io.formats.workbook import is_workbook, read_workbook
+from mpi_hyst._io.record import ReadError
+from mpi_hyst._io.source import HEAD, PACKED, Lines, head, unpacked
 from mpi_hyst._io.table import Table
-from mpi_hyst._io.tdms import read_tdms
-from mpi_hyst._io.text import TextTable
 
 OfText: TypeAlias = Callable[[Path, Lines, str], Table]
 OfFile: TypeAlias = Callable[[Path], Table]
@@ -50,6 +54,8 @@ FORMATS = (
     Format("NumPy array", (".npy",), "`0`, `1`, or fields", b"\x93NUMPY", of_file=read_npy),
     Format("NumPy archive", (".npz",), "`name`, `name:0`, `name/field`", b"PK\x03\x04",
            of_file=read_npz),
+    Format("workbook", (".xlsx",), "names of the header, or `0`, `1`",
+           b"PK\x03\x04", extra="xlsx", of_file=read_workbook),
     Format("LabVIEW measurement", (".lvm",), "`Channel`, `time_s`", b"LabVIEW Measurement",
            extra="lvm", of_text=read_lvm),
     Format("text", (".csv", ".tsv", ".txt", ".dat", ".asc"), "names of the header, or `0`, `1`",
@@ -72,6 +78,13 @@ def recognise(start: bytes) -> Format:
     return next(one for one in FORMATS if bare.startswith(one.magic))
 
 
+def _of_archive(path: Path, found: Format) -> Format:
+    """Return the format of an archive, by what is in it: that of numpy, or a workbook."""
+    if found.of_file is not read_npz or not path.is_file() or not is_workbook(path):
+        return found
+    return next(one for one in FORMATS if one.of_file is read_workbook)
+
+
 @contextmanager
 def opened_file(path: Path) -> Iterator[Table]:
     """Recognise a file by its content, and open it; its name matters in messages only."""
@@ -85,6 +98,7 @@ def opened_file(path: Path) -> Iterator[Table]:
             with closing(Lines(str(path), file, _not_text(path, packed))) as lines:
                 yield found.of_text(path, lines, packed)
             return
+    found = _of_archive(path, found)
     if packed:
         raise ReadError(f"{path}: expected text in it, got {found.name}: unpack it first")
     if not path.is_file():

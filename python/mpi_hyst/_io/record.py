@@ -1,4 +1,4 @@
-"""What reading returns: columns by their names, with their units."""
+"""What reading returns: columns by their names, with units and what was assumed, or a refusal."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal, TypeAlias
 
 from mpi_hyst._quantity import SECONDS, Quantity
 from mpi_hyst._text import printable
@@ -13,6 +14,41 @@ from mpi_hyst._types import Samples
 
 _LONGEST = 600
 """Of a message, in characters."""
+
+
+Stage: TypeAlias = Literal["bytes", "dialect", "table", "units", "roles"]
+Level: TypeAlias = Literal["said", "assumed", "doubtful"]
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """What a stage of reading took for granted, in words.
+
+    Attributes
+    ----------
+    stage : str
+        "bytes", "dialect", "table", "units" or "roles".
+    text : str
+        What was not said by the source, what is assumed, and the option that decides it.
+    level : str
+        "said" is for the list of `look` only. "assumed" may be wrong. "doubtful" may make numbers
+        wrong, and speaks against it: the verdict of `identify` is amber, other commands refuse.
+    column : int or None
+        The number of the column that it is about; None if it is about the whole source.
+
+    Examples
+    --------
+    >>> import mpi_hyst as mh
+    >>> record = mh.io.read({"time": [0.0, 0.1], "PosNm": [1.0, 2.0]})
+    >>> [(one.level, one.text) for one in record.assumed if one.level == "doubtful"]
+    [('doubtful', "no unit taken from 'PosNm', though it holds 'Nm'")]
+
+    """
+
+    stage: Stage
+    text: str
+    level: Level = "said"
+    column: int | None = field(default_factory=lambda: None)
 
 
 class ReadError(ValueError):
@@ -67,6 +103,8 @@ class Columns:
         What was read, for example "text, separated by semicolons, decimal comma".
     names : tuple of str
         All columns of the source, in its order.
+    assumed : tuple of Assumption
+        What the stages of reading assumed about these columns.
 
     Examples
     --------
@@ -85,6 +123,7 @@ class Columns:
     units: Mapping[str, str] = field(default_factory=dict)
     format: str = ""
     names: tuple[str, ...] = ()
+    assumed: tuple[Assumption, ...] = ()
 
     def __getitem__(self, name: str | int) -> Samples:
         """Return a column by its name, or by its number in the source."""

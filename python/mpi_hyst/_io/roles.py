@@ -1,4 +1,7 @@
-"""Guesses which columns are the time, the drive and the position, by their names and their data."""
+"""The stage of roles: which columns are the time, the drive and the position.
+
+The time is told by names and units alone. `look` guesses the others by names, units and data.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,8 @@ from itertools import permutations
 
 import numpy as np
 
+from mpi_hyst._io.record import find
+from mpi_hyst._io.table import Table
 from mpi_hyst._quantity import SECONDS, Quantity, known_unit
 from mpi_hyst._types import Samples
 
@@ -60,6 +65,88 @@ class Guess:
         return f"{self.column}  (guess, {self.sureness}: {why})"
 
 
+TIME_COLUMNS = ("time_s", "time")
+"""What the time column is called, first choice first; other names of time come after."""
+
+
+def time_index(table: Table, time: str | int | None, chosen: Sequence[int] = ()) -> int | None:
+    """Return the index of the time column that was asked for, or that is called so.
+
+    In a source with groups it is that of the group of the chosen columns.
+    """
+    if time is not None:
+        return find(table.source, table.names, time)
+    group = _group(table, chosen)
+    near = [index for index, name in enumerate(table.names) if group and _parent(name) == group]
+    found = _clock_of(table, near, leaf=True)
+    return _clock_of(table, range(len(table.names))) if found is None else found
+
+
+def _group(table: Table, chosen: Sequence[int]) -> str:
+    """Return the place that all chosen columns share; empty if they share none."""
+    groups = {_parent(table.names[index]) for index in (chosen or table.numeric)}
+    return groups.pop() if len(groups) == 1 else ""
+
+
+def _parent(name: str) -> str:
+    return re.split(r"[./][^./]*$", name)[0] if re.search(r"[./]", name) else ""
+
+
+def _clock_of(table: Table, among: Sequence[int], *, leaf: bool = False) -> int | None:
+    names = {index: table.names[index] for index in among}
+    if leaf:
+        names = {index: re.split(r"[./]", name)[-1] for index, name in names.items()}
+    for wanted in TIME_COLUMNS:
+        found = [index for index, name in names.items() if name == wanted]
+        if found:
+            return found[0] if leaf else find(table.source, table.names, wanted)
+    quantities = {
+        index: Quantity(name, table.units.get(index, "")) for index, name in names.items()
+    }
+    called = [index for index, one in quantities.items() if one.is_time]
+    # Cells that are no numbers are refused by their place, and not passed over.
+    named = sorted(called, key=lambda index: index not in table.numeric)
+    # A bare t may be something else, so every name that says more goes first.
+    bare = [i for i, name in names.items() if name == "t" and i in table.numeric]
+    bare = [i for i in bare if not table.units.get(i)]
+    timed = [
+        index
+        for index, one in quantities.items()
+        if index in table.numeric and known_unit(one.given) in ("s", "ms", "us", "ns")
+    ]
+    only = timed if len(timed) == 1 else []
+    return next(iter([*(i for i in named if i in table.numeric), *bare, *only, *named]), None)
+
+
+def looks_like_a_time(column: Samples) -> str:
+    """Say where a column that runs like a clock is none; empty if it runs like none, or is one.
+
+    A bad stamp goes back, or every stamp stands for several rows.
+    """
+    column = column[np.isfinite(column)]
+    steps = np.diff(column)
+    if steps.size < _FEWEST or bool((steps > 0.0).all()):
+        return ""
+    half = column.size // 2
+    slope = float(np.median(column[half:] - column[: column.size - half])) / half
+    rises = int((steps > 0.0).sum())
+    if slope <= 0.0 or rises == 0:
+        return ""
+    each = steps.size / rises
+    beside = column - slope * np.arange(column.size)
+    bad = np.flatnonzero(np.abs(beside - np.median(beside)) > 1.5 * each * slope)
+    if bad.size > max(1, _BAD * column.size):
+        return ""
+    if bad.size:
+        return f"row {bad[0]} goes back"
+    if each > 1.5 and bool((steps >= 0.0).all()):
+        return f"about {each:.0f} rows share each stamp"
+    return f"row {int(np.flatnonzero(steps <= 0.0)[0]) + 1} does not go on"
+
+
+_FEWEST, _BAD = 10, 0.02  # steps, and the share of them that may go back
+
+
 def guess(values: Mapping[str, Samples], units: Mapping[str, str]) -> dict[str, Guess]:
     """Return the guesses by "time", "drive" and "position", or by "trajectory" of one alone."""
     quantities = {name: Quantity(name, units.get(name, "")) for name in values}
@@ -72,6 +159,10 @@ def guess(values: Mapping[str, Samples], units: Mapping[str, str]) -> dict[str, 
         for name, column in values.items()
         if (clock is None or name != clock.column) and np.ptp(column) > 0.0 and not _counts(column)
     }
+    # A clock with a bad stamp is no position; where its unit or nothing else says so, it may be.
+    clocks = [name for name, column in left.items() if _runs_like_a_time(column, quantities[name])]
+    if len(left) - len(clocks) >= 2:
+        left = {name: column for name, column in left.items() if name not in clocks}
     pair = _pair(left, quantities)
     if pair is not None:
         found["drive"], found["position"] = pair
@@ -81,6 +172,10 @@ def guess(values: Mapping[str, Samples], units: Mapping[str, str]) -> dict[str, 
         if score >= _named("drive", quantities[name])[1]:
             found["trajectory"] = Guess(name, why)
     return found
+
+
+def _runs_like_a_time(column: Samples, quantity: Quantity) -> bool:
+    return quantity.suffix in ("", *SECONDS) and looks_like_a_time(column) != ""
 
 
 def _time(values: Mapping[str, Samples], quantities: Mapping[str, Quantity]) -> Guess | None:

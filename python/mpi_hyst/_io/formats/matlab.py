@@ -1,4 +1,4 @@
-"""MATLAB files of version 5, by scipy. Those of version 7.3 are HDF5: see hdf5.py."""
+"""MATLAB files: of version 5, by scipy; of version 7.3, which are HDF5, by h5py."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from mpi_hyst._io.table import Table, of_arrays, reader, whole
+from mpi_hyst._io.formats.hdf5 import read_as
+from mpi_hyst._io.source import reader, whole
+from mpi_hyst._io.table import Table, of_arrays
 
 
 def read_mat(path: Path) -> Table:
@@ -21,6 +23,11 @@ def read_mat(path: Path) -> Table:
         if not name.startswith("__"):
             arrays |= _flat(name, value)
     return of_arrays(str(path), path, "MATLAB 5", arrays)
+
+
+def read_mat73(path: Path) -> Table:
+    """Open a MATLAB file of version 7.3. Columns are named as in one of version 5."""
+    return read_as(path, "MATLAB 7.3", ".")
 
 
 def _flat(name: str, value: Any) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:

@@ -1,4 +1,4 @@
-"""HDF5 files, by h5py; MATLAB files of version 7.3 are such files too."""
+"""HDF5 files, by h5py; MATLAB files of version 7.3 and netCDF files are such files too."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mpi_hyst._io.columns import ReadError
-from mpi_hyst._io.table import ArrayTable, Table, reader, whole
+from mpi_hyst._io.record import Assumption, ReadError
+from mpi_hyst._io.source import reader, whole
+from mpi_hyst._io.table import ArrayTable, Table, too_many_axes
 from mpi_hyst._quantity import known_unit
 
 _UNIT_ATTRIBUTES = ("units", "unit", "Units", "Unit", "UNITS", "UNIT")
@@ -21,19 +22,17 @@ _DEEPEST = 8  # cells in cells; a file may point at itself
 
 def read_hdf5(path: Path) -> Table:
     """Open an HDF5 file. Columns are `group/dataset`, with `:0` and so on of two dimensions."""
-    return _read(path, "HDF5", "/")
+    return read_as(path, "HDF5", "/")
 
 
-def read_mat73(path: Path) -> Table:
-    """Open a MATLAB file of version 7.3. Columns are named as in one of version 5."""
-    return _read(path, "MATLAB 7.3", ".")
-
-
-def _read(path: Path, format_name: str, separator: str) -> Table:
+def read_as(path: Path, format_name: str, separator: str) -> Table:
+    """Open an HDF5 file under the name of a format; `separator` is what parts places in it."""
     h5py = reader(str(path), "h5py", "hdf5")
     columns: dict[str, Callable[[], npt.NDArray[Any]]] = {}
     sizes: dict[str, int] = {}
     units: dict[str, str] = {}
+    other: dict[str, str] = {}
+    said: list[Assumption] = []
 
     def visit(place: str, item: Any) -> None:
         """Add the columns of a dataset. External links are not followed."""
@@ -49,6 +48,11 @@ def _read(path: Path, format_name: str, separator: str) -> Table:
                 if isinstance(cell, h5py.Dataset) and cell.shape and depth < _DEEPEST:
                     add(f"{name}{separator}{index}", cell, depth + 1)
             return
+        if _is_numeric(item) and sum(length != 1 for length in item.shape) > 2:
+            other[name] = too_many_axes(item.shape, item.dtype)
+        changed = [one for one in _PACKING if one in item.attrs]
+        if changed:
+            said.append(Assumption("table", f"{name}: {', '.join(changed)} of the file applied"))
         for column, part, size in _parts(name, item):
             columns[column] = partial(_load, path, item.name, part)
             sizes[column] = size
@@ -57,7 +61,9 @@ def _read(path: Path, format_name: str, separator: str) -> Table:
 
     with whole(path, "HDF5 file"), h5py.File(path, "r") as file:
         file.visititems(visit)
-    return ArrayTable(str(path), path, format_name, columns, sizes, units)
+    return ArrayTable(
+        *(str(path), path, format_name, columns, sizes, units), other=other, assumed=said
+    )
 
 
 def _parts(name: str, item: Any) -> list[tuple[str, Any, int]]:
@@ -65,17 +71,19 @@ def _parts(name: str, item: Any) -> list[tuple[str, Any, int]]:
     if item.dtype.names is not None and len(item.shape) == 1:
         fields = item.dtype.names
         return [(f"{name}/{one}", one, item.shape[0]) for one in fields if _is_numeric(item[one])]
-    if not _is_numeric(item) or len(item.shape) > 2:
+    long = [axis for axis, length in enumerate(item.shape) if length != 1]
+    if not _is_numeric(item) or len(long) > 2:
         return []
-    if len(item.shape) == 1 or 1 in item.shape:
+    if len(long) < 2:
         return [(name, None, int(np.prod(item.shape)))]
     # A record has more samples than columns, so the columns run along the longer side.
-    along = 0 if item.shape[0] >= item.shape[1] else 1
-    count, rows = item.shape[1 - along], item.shape[along]
-    places = [
-        (slice(None), number) if along == 0 else (number, slice(None)) for number in range(count)
-    ]
-    return [(f"{name}:{number}", place, rows) for number, place in enumerate(places)]
+    along, across = long if item.shape[long[0]] >= item.shape[long[1]] else reversed(long)
+    parts = []
+    for number in range(item.shape[across]):
+        place: list[Any] = [0] * len(item.shape)
+        place[along], place[across] = slice(None), number
+        parts.append((f"{name}:{number}", tuple(place), item.shape[along]))
+    return parts
 
 
 def _is_numeric(item: Any) -> bool:
@@ -86,9 +94,32 @@ def _load(path: Path, place: str, part: Any) -> npt.NDArray[Any]:
     h5py = reader(str(path), "h5py", "hdf5")
     try:
         with h5py.File(path, "r") as file:
-            return np.asarray(file[place][() if part is None else part]).reshape(-1)
+            item = file[place]
+            column = np.asarray(item[() if part is None else part]).reshape(-1)
+            return (
+                _unpacked(column, item.attrs) if isinstance(part, (tuple, type(None))) else column
+            )
     except Exception as error:  # h5py raises what it happens to meet in a broken file
         raise ReadError(f"{path}, column {place}: cannot be read: {error}") from error
+
+
+# What netCDF writes beside numbers: those that stand for none, and how others are packed.
+_PACKING = ("_FillValue", "missing_value", "scale_factor", "add_offset")
+
+
+def _unpacked(column: npt.NDArray[Any], attributes: Any) -> npt.NDArray[Any]:
+    found = {one: attributes[one] for one in _PACKING if one in attributes}
+    if not found:
+        return column
+    values = column.astype(np.float64)
+    for one in ("_FillValue", "missing_value"):
+        if one in found:
+            values[np.isin(column, np.asarray(found[one]))] = np.nan
+    scale, offset = (np.ravel(found.get(one, default))[0] for one, default in _DEFAULTS)
+    return np.asarray(values * scale + offset)
+
+
+_DEFAULTS = (("scale_factor", 1.0), ("add_offset", 0.0))
 
 
 def _unit(item: Any) -> str:

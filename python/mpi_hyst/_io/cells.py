@@ -1,0 +1,227 @@
+"""What one cell of a text holds: a number, a stamp of time, an error of a spreadsheet, or words."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Sequence
+from datetime import date
+
+from mpi_hyst._quantity import SECONDS, known_unit
+
+_COMMENTS = ("#", "%", "//")
+# Errors of spreadsheets in several languages begin with the mark of a comment, and are none.
+_ERROR = re.compile(r"\s*\"?#(N/A|NA|N/V|NV|N/D|ND|[¡¿]?[A-ZÄÖÜÉ]+(/0)?[!?])\"?(?=[\s,;|]|$)")
+THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
+MISSING = ("", "-", "--", "na", "n/a", "null", "none", "missing", "?")
+# Signs that texts are set with in place of -.
+_MINUS = dict.fromkeys(map(ord, "\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d"), "-")
+# A number in any notation, also one that is refused later: that must not hide the separators.
+_LIKE = re.compile(
+    r"[+-]?(\d([\d.,'’\u00a0\u202f]*[\d.])?|[.,]\d+)([eEdD][+-]?\d+)?|[+-]?(nan|inf)"
+)
+# An exponent of double precision as Fortran writes it: 1.5D-03.
+_FORTRAN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
+
+_STAMP = re.compile(
+    r"((?P<a>\d{1,4})(?P<mark>[-/.])(?P<b>\d{1,2}|[a-z]{3})(?P=mark)(?P<c>\d{1,4})(T|\s+))?"
+    r"(?P<hour>\d{1,2}):(?P<minute>\d{2})(:(?P<second>\d{2}([.,]\d+)?))?"
+    r"\s*(?P<half>[ap]m)?\s*(?P<zone>z|[+-]\d{2}:?\d{2})?",
+    re.IGNORECASE,
+)
+# Of an hour that is not told, as spreadsheets write times with fractions.
+_MINUTES = re.compile(r"(?P<minute>\d{1,2}):(?P<second>\d{2}[.,]\d+)")
+# MATLAB writes durations so: 0.005 sec.
+_DURATION = re.compile(
+    r"(?P<value>[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?)\s*(?P<unit>[^\W\d_]+)"
+)
+_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+_DAY, _HOUR = 86400.0, 3600.0
+
+
+def split(line: str, delimiter: str) -> list[str]:
+    """Split one line into cells; quotation marks hold a cell together, as far as they are closed.
+
+    One that is not closed is a sign like any other.
+    """
+    text = line.strip().replace("\t", " ") if delimiter == " " else line
+    if '"' not in text:
+        cells = text.split(delimiter) if delimiter != " " else text.split()
+        return [cell.strip() for cell in cells]
+    closed = quotes_are_closed(text, delimiter)
+    try:
+        row = next(
+            csv.reader(
+                [text],
+                delimiter=delimiter,
+                skipinitialspace=True,
+                quoting=csv.QUOTE_MINIMAL if closed else csv.QUOTE_NONE,
+            ),
+            [],
+        )
+    except csv.Error:
+        return [line]
+    return [cell.strip() for cell in row]
+
+
+def quotes_are_closed(line: str, delimiter: str) -> bool:
+    """Whether every cell that begins with a quotation mark ends with one."""
+    if line.count('"') % 2:
+        return False
+    try:
+        next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True), [])
+    except csv.Error as error:
+        return "end of data" not in str(error)
+    return True
+
+
+def is_comment(line: str, delimiter: str) -> bool:
+    """Whether a line is a comment; a semicolon begins one where it separates no cells."""
+    marks = _COMMENTS if delimiter == ";" else (*_COMMENTS, ";")
+    return line.lstrip().startswith(marks) and _ERROR.match(line) is None
+
+
+def number(cell: str, decimal: str) -> float | None:
+    """Return the number in a cell with this decimal mark, or None if it holds none."""
+    if decimal == ",":
+        if "." in cell:
+            return None
+        cell = cell.replace(",", ".")
+    # float() also accepts 1_000, which is an error in a data file.
+    if "_" in cell:
+        return None
+    # Some separators are space for strip() and none for float().
+    cell = cell.strip()
+    try:
+        return float(cell)
+    except ValueError:
+        return float(_FORTRAN.sub(r"\1e\2", cell)) if _FORTRAN.fullmatch(cell) else None
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number with this decimal mark."""
+    return number(cell, decimal) is not None
+
+
+def is_like_a_number(cell: str) -> bool:
+    """Whether a cell is a number in any notation, also in one that is refused later."""
+    return _LIKE.fullmatch(cell.lower()) is not None
+
+
+def are_thousands(cells: Sequence[str]) -> bool:
+    """Whether commas part thousands in a column: below one, its numbers have none."""
+    others = [cell for cell in cells if not THOUSANDS.fullmatch(cell)]
+    if any("," in cell for cell in others):
+        return False
+    values = [number(cell, ".") for cell in others]
+    below = [abs(value) for value in values if value is not None and math.isfinite(value)]
+    return bool(below) and max(below) < 1000.0
+
+
+def why_no_number(cell: str, decimal: str) -> str:
+    """Return why a cell is refused: the message that follows its place."""
+    text = cell.strip()
+    if not text:
+        return "empty cell"
+    shown = text[:40]
+    if (value := number(text, decimal)) is not None:
+        return f"larger than 1e+100: {shown}" if math.isfinite(value) else f"not finite: {shown}"
+    if is_number(text.translate(_MINUS), decimal):
+        return f"not a number: {shown!r} (expected the sign - below zero)"
+    point = "point" if decimal == "." else "comma"
+    bare = re.sub(r"[\s'’,.](?=\d{3}(\D|$))", "", text)
+    if decimal == "." and THOUSANDS.fullmatch(text):
+        return f"not a number: {shown!r} (expected a decimal point, no separators of thousands)"
+    if is_number(text.replace(",", "."), ".") or is_number(text.replace(".", ","), ","):
+        return f"not a number: {shown!r} (expected a decimal {point})"
+    if is_number(bare, ".") or is_number(bare, ","):
+        return f"not a number: {shown!r} (expected no separators of thousands)"
+    return f"not a number: {shown!r}"
+
+
+def is_stamp(cell: str) -> bool:
+    """Whether a cell is a time of the day, with or without a date, or a number with its unit."""
+    return _duration(cell) is not None or _parts(cell) is not None
+
+
+def _duration(cell: str) -> float | None:
+    found = _DURATION.fullmatch(cell.strip())
+    unit = "" if found is None else known_unit(found["unit"])
+    return None if found is None or unit not in SECONDS else _number(found["value"]) * SECONDS[unit]
+
+
+class Clock:
+    """Turns stamps into seconds since the first one, and durations into seconds.
+
+    Stamps without a date go on past midnight, those without an hour past the full hour.
+    """
+
+    def __init__(self) -> None:
+        """Begin with the first stamp."""
+        self._first: tuple[int, float] | None = None
+        self._last = 0.0
+        self._turns = 0.0
+
+    def seconds(self, cell: str) -> float | None:
+        """Return the time of a cell, or None if it is no stamp."""
+        if (duration := _duration(cell)) is not None:
+            return duration
+        parts = _parts(cell)
+        if parts is None:
+            return None
+        days, seconds, period = parts
+        if seconds < self._last - 0.5 * period:
+            self._turns += period
+        self._last = seconds
+        self._first = self._first or (days, seconds)
+        # Days apart from seconds: a sum since the year 1 would round to microseconds.
+        return _DAY * (days - self._first[0]) + self._turns + (seconds - self._first[1])
+
+
+def _parts(cell: str) -> tuple[int, float, float] | None:
+    """Return the day, the seconds, and after how many they begin anew: never with a date."""
+    found = _MINUTES.fullmatch(cell.strip())
+    if found is not None:
+        return 0, 60.0 * int(found["minute"]) + _number(found["second"]), _HOUR
+    found = _STAMP.fullmatch(cell.strip())
+    if found is None:
+        return None
+    try:
+        day = _day(found["a"], found["mark"], found["b"], found["c"])
+    except ValueError:
+        return None
+    hour = int(found["hour"])
+    if found["half"]:
+        hour = hour % 12 + (12 if found["half"].lower() == "pm" else 0)
+    seconds = 3600.0 * hour + 60.0 * int(found["minute"]) + _number(found["second"] or "0")
+    return day, seconds - _zone(found["zone"] or "z"), math.inf if day else _DAY
+
+
+def _number(text: str) -> float:
+    return float(text.replace(",", "."))
+
+
+def _day(a: str | None, mark: str | None, b: str | None, c: str | None) -> int:
+    """Return the number of a day: year first, or last, and then the month first where `/` parts.
+
+    A month that is a word tells itself.
+    """
+    if a is None or b is None or c is None:
+        return 0
+    if b.isalpha():
+        b, mark = str(_MONTHS.index(b.lower()) + 1), "-"
+    if len(a) > 2:
+        return date(int(a), int(b), int(c)).toordinal()
+    first, second = int(a), int(b)
+    month_first = (mark == "/" and first <= 12) or second > 12
+    month, day = (first, second) if month_first else (second, first)
+    return date(int(c), month, day).toordinal()
+
+
+def _zone(text: str) -> float:
+    """Return how far a zone is ahead of UTC, in seconds."""
+    if text in "zZ":
+        return 0.0
+    sign = -1.0 if text[0] == "-" else 1.0
+    return sign * (3600.0 * int(text[1:3]) + 60.0 * int(text[-2:]))

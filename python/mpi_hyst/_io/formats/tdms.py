@@ -1,0 +1,56 @@
+"""TDMS files of LabVIEW, by npTDMS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mpi_hyst._io.record import Assumption
+from mpi_hyst._io.source import reader, whole
+from mpi_hyst._io.table import Began, Table, of_arrays
+from mpi_hyst._quantity import known_unit
+
+
+def read_tdms(path: Path) -> Table:
+    """Open a TDMS file. Columns are `Group/Channel`, and `time_s` where channels have clocks."""
+    nptdms = reader(str(path), "nptdms", "tdms")
+    with whole(path, "TDMS file"):
+        file = nptdms.TdmsFile.read(path)
+        channels = [channel for group in file.groups() for channel in group.channels()]
+        arrays = {f"{one.group_name}/{one.name}": np.asarray(one[:]) for one in channels}
+    named = {f"{one.group_name}/{one.name}": one for one in channels}
+    units = {name: unit for name, one in named.items() if (unit := _unit(one))}
+    clocks = _clocks({name: one for name, one in named.items() if len(one)})
+    without = [name for name, one in named.items() if len(one) and name not in clocks]
+    said = []
+    if clocks and without:
+        what = f"{', '.join(without)}: no clock in the file"
+        said.append(Assumption("table", what))
+    return of_arrays(str(path), path, "TDMS", arrays, units, clocks=clocks, assumed=said)
+
+
+def _clocks(channels: dict[str, Any]) -> dict[str, Began]:
+    """Return the clocks of waveforms, in seconds after the first of them began."""
+    properties = {name: one.properties for name, one in channels.items()}
+    clocked = {name: one for name, one in properties.items() if one.get("wf_increment")}
+    starts = {name: one.get("wf_start_time") for name, one in clocked.items()}
+    known = [np.datetime64(start, "ns") for start in starts.values() if start is not None]
+    first = min(known, default=None)
+    found = {}
+    for name, one in clocked.items():
+        start = starts[name]
+        late = 0.0
+        if start is not None and first is not None:
+            late = float((np.datetime64(start, "ns") - first) / np.timedelta64(1, "ns")) * 1e-9
+        offset = float(one.get("wf_start_offset", 0.0))
+        found[name] = Began(late + offset, float(one["wf_increment"]))
+    return found
+
+
+def _unit(channel: Any) -> str:
+    text = str(
+        channel.properties.get("unit_string") or channel.properties.get("NI_UnitDescription", "")
+    )
+    return known_unit(text) or text

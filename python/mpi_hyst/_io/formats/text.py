@@ -1,0 +1,396 @@
+"""Tables in text: comma, semicolon, tab or white space between the cells."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from mpi_hyst._io import dialect as dialects
+from mpi_hyst._io.cells import (
+    Clock,
+    is_comment,
+    is_number,
+    number,
+    quotes_are_closed,
+    split,
+    why_no_number,
+)
+from mpi_hyst._io.record import Assumption, ReadError
+from mpi_hyst._io.source import NulError
+from mpi_hyst._io.table import MAX_MAGNITUDE, MAX_ROWS, Wrong, later
+from mpi_hyst._quantity import known_unit
+from mpi_hyst._types import Samples
+
+_SAMPLE_LINES = 500
+_SAMPLE_CHARACTERS = 4_000_000
+_ATTEMPTS = 20  # to find a table below a long preamble
+_LAST_ROWS = 20  # that tell how long a last number should be
+
+
+class Text(Protocol):
+    """Lines of a text that come one after the other, as `source.Lines` and the rows of a sheet."""
+
+    encoding: str
+    last_is_open: bool
+
+    def __iter__(self) -> Iterator[str]:
+        """Return the iterator itself."""
+
+    def __next__(self) -> str:
+        """Return the next line."""
+
+    def block(self, least: int) -> bytes:
+        """Return whole lines that come next, as bytes, without reading them off."""
+
+    def skip(self, size: int, lines: int) -> None:
+        """Read off so many bytes of a block, which are so many lines."""
+
+    def not_text(self) -> ReadError:
+        """Return the error about a content that is none."""
+
+
+class TextTable:
+    """The table in a text. Its rows are read from start to end, once."""
+
+    def __init__(self, path: Path, lines: Text, packed: str = "") -> None:
+        """Look at the first lines; `packed` is the suffix of the packer."""
+        self.path: Path | None = path
+        self.source: str = str(path)
+        self._lines = lines
+        self._before: deque[str] = deque()
+        """Lines that were looked at, and are still to be read."""
+        self._nul: NulError | None = None
+        # Of single lines, until the end tells of them: comments since the last row, all of them
+        # with whether they hold a row, and quotation marks that are not closed.
+        self._comments: list[tuple[int, str]] = []
+        self._left_out: list[tuple[int, bool]] = []
+        self._open_quotes: list[int] = []
+        sample = self._sample(_SAMPLE_LINES)
+        if not any(line.strip() for line in sample):
+            raise ReadError(f"{path}: empty file, expected a header with column names")
+        found = dialects.detect(sample)
+        if len(found.numeric) + len(found.stamped) < 2 and not found.in_rows:
+            found = self._below(sample, found)
+        if not found.numeric and self._nul is not None:
+            raise lines.not_text()
+        if found.refused:
+            raise ReadError(f"{path}, {found.refused}")
+        self._dialect = found
+        self._before.extend(sample[found.first :])
+        self._number = found.first
+        self._whole_rows = 0
+        self.names: Sequence[str] = found.names
+        self.numeric: Sequence[int] = sorted({*found.numeric, *found.stamped})
+        # Whatever their name or a row of units says: stamps become seconds.
+        self.units: Mapping[int, str] = {
+            **{index: known_unit(unit) or unit for index, unit in found.units.items()},
+            **dict.fromkeys(found.stamped, "s"),
+        }
+        first = [split(line, found.delimiter) for line in sample[found.first :] if line.strip()]
+        self.other: Mapping[str, str] = {
+            name: f"no numbers in most rows{_why(found, first, index)}"
+            for index, name in enumerate(self.names)
+            if index not in self.numeric
+        }
+        parts = ["text", f"packed as {packed}" if packed else "", found.text]
+        self.format: str = ", ".join(part for part in parts if part)
+        if lines.encoding != "utf-8":
+            self.format += f", {lines.encoding}"
+        self.assumed: list[Assumption] = [*self._told(), *found.assumed]
+
+    def _sample(self, count: int) -> list[str]:
+        """Read the next lines, up to NUL bytes, which are refused where their row is read."""
+        sample, characters = [], 0
+        try:
+            for line in islice(self._lines, count):
+                sample.append(line)
+                characters += len(line)
+                if characters > _SAMPLE_CHARACTERS:
+                    break
+        except NulError as error:
+            self._nul = error
+        return sample
+
+    def _below(self, sample: list[str], found: dialects.Dialect) -> dialects.Dialect:
+        """Look for a table below a preamble that is longer than the first lines.
+
+        It begins where lines have another number of separators than those before.
+        """
+        read = sum(map(len, sample))
+        for _ in range(_ATTEMPTS):
+            if self._nul is not None or read > _SAMPLE_CHARACTERS:
+                return found
+            before = _separators(sample[-1])
+            while True:
+                more = self._sample(1)
+                if not more or read > _SAMPLE_CHARACTERS:
+                    return found
+                sample += more
+                read += len(more[0])
+                if _separators(more[0]) != before:
+                    break
+            top = len(sample) - 1
+            sample += self._sample(_SAMPLE_LINES)
+            other = dialects.detect(sample, top)
+            if len(other.numeric) + len(other.stamped) > len(found.numeric) + len(found.stamped):
+                return other
+        return found
+
+    def _told(self) -> Iterator[Assumption]:
+        """Say what the stages of bytes and dialect found."""
+        found, encoding = self._dialect, self._lines.encoding
+        if encoding == "latin-1":
+            yield Assumption("bytes", "not UTF-8: read as Latin-1", "said")
+        else:
+            yield Assumption("bytes", encoding.upper())
+        top = found.first if found.header is None else found.header
+        if top:
+            lines = "line 1 is" if top == 1 else f"lines 1 to {top} are"
+            yield Assumption("dialect", f"{lines} a preamble, and not rows of the table")
+        cells = f"cells are parted by {dialects.DELIMITERS[found.delimiter]}"
+        if len(found.names) > 1:
+            yield Assumption("dialect", cells)
+        mark = {"": "none in the first rows", ".": "a point", ",": "a comma"}[found.decimal]
+        yield Assumption("dialect", f"decimal mark: {mark}")
+        header = f"names from line {top + 1}" if found.header is not None else "no names"
+        yield Assumption("dialect", header)
+        if found.units:
+            units = ", ".join(f"{found.names[i]} {unit}" for i, unit in found.units.items())
+            yield Assumption("dialect", f"units beside the names: {units}")
+
+    def load(
+        self, indices: Sequence[int], rows: int | None, time: int | None, wrong: Wrong
+    ) -> list[Samples]:
+        """Read columns of numbers."""
+        if self._dialect.in_rows:
+            return self._load_across(indices, rows, time, wrong)
+        columns = [array("d") for _ in indices]
+        previous, count = -math.inf, 0
+        convert = self._converters(indices)
+        # What is behind the rows that are asked for may be anything.
+        for cells in islice(self._rows(), rows):
+            if count == MAX_ROWS:
+                raise ReadError(f"{self.source}: expected at most {MAX_ROWS} rows")
+            count += 1
+            if not self._decimal and self._decides(cells):
+                convert = self._converters(indices)
+            for place, index in enumerate(indices):
+                value = convert[place](cells[index])
+                if value is None:
+                    value, why = math.nan, why_no_number(cells[index], self._decimal or ".")
+                    wrong(index, count - 1, f"line {self._number}", why)
+                elif index == time:
+                    if value <= previous:
+                        what = later(value, previous)
+                        wrong(index, count - 1, f"line {self._number}", what)
+                    previous = value
+                columns[place].append(value)
+        if not count:
+            raise ReadError(f"{self.source}: no rows after the header")
+        self._tell_comments()
+        return [np.array(column) for column in columns]
+
+    # Cells and rows.
+
+    @property
+    def _decimal(self) -> str:
+        return self._dialect.decimal
+
+    def _converters(self, indices: Sequence[int]) -> list[Callable[[str], float | None]]:
+        number_of = partial(_value, decimal=self._decimal or ".")
+        made: list[Callable[[str], float | None]] = []
+        for index in indices:
+            if index in self._dialect.stamped:
+                made.append(Clock().seconds)
+            elif index == 0 and self._dialect.steps is not None:
+                made.append(partial(_scaled, number_of=number_of, steps=self._dialect.steps))
+            else:
+                made.append(number_of)
+        return made
+
+    def _decides(self, cells: Sequence[str]) -> bool:
+        """Whether a row has the first decimal mark of the file; the rows behind help to tell it."""
+        index = next((i for i in self._dialect.numeric if set(",.") & set(cells[i])), None)
+        if index is None:
+            return False
+        delimiter = self._dialect.delimiter
+        self._before.extend(self._sample_behind())
+        behind = [split(line, delimiter) for line in self._before if line.strip()]
+        rows = [cells, *(row for row in behind if len(row) == len(cells))]
+        decimal = dialects.Layout(dict(enumerate(rows)), delimiter).decimal
+        self._dialect = replace(self._dialect, decimal=decimal or ".")
+        mark = "comma" if decimal == "," else "point"
+        said = f"decimal mark: a {mark}, as in line {self._number}, the first with one"
+        self.assumed.append(Assumption("dialect", said))
+        if decimal == ",":
+            self.format = self.format.replace(", no header", "") + ", decimal comma"
+        return True
+
+    def _sample_behind(self) -> list[str]:
+        return [] if len(self._before) >= _SAMPLE_LINES else self._sample(_SAMPLE_LINES)
+
+    def _next_line(self) -> str | None:
+        if self._before:
+            return self._before.popleft()
+        try:
+            return next(self._lines, None)
+        except NulError as error:
+            raise ReadError(str(error), self._whole_rows) from error
+
+    def _rows(self) -> Iterator[list[str]]:
+        """Yield the rows; each has the cells of the header, and beyond them empty ones only."""
+        width, delimiter = len(self.names), self._dialect.delimiter
+        last: deque[list[str]] = deque(maxlen=_LAST_ROWS)
+        while (line := self._next_line()) is not None:
+            self._number += 1
+            if not line.strip():
+                continue
+            if is_comment(line, delimiter):
+                self._comments.append((self._number, line))
+                continue
+            cells = split(line, delimiter)
+            self._check_width(line, cells, width)
+            if self._comments:
+                self._note_comments()
+            if '"' in line and not quotes_are_closed(line, delimiter):
+                self._open_quotes.append(self._number)
+            yield cells
+            self._whole_rows += 1
+            last.append(cells)
+        if self._nul is not None and not self._before:
+            raise ReadError(str(self._nul), self._whole_rows)
+        self._check_end(last)
+
+    def _check_width(self, line: str, cells: Sequence[str], width: int) -> None:
+        got, full = len(cells), self._dialect.full
+        short = got < width or (got != full and not cells[width - 1])
+        if not short and not any(cells[width:]):
+            return
+        header = self._dialect.header
+        where = (
+            "as in the rows before" if header is None else f"as in the header, line {header + 1}"
+        )
+        why = ""
+        if not quotes_are_closed(line, self._dialect.delimiter):
+            why = ": a quotation mark is not closed"
+        elif self._dialect.delimiter == "," and got > width:
+            bare = [cell for cell in cells if cell]
+            if all(is_number(cell, ".") and "." not in cell for cell in bare):
+                twice = "twice as many cells as names, " if got == 2 * width else ""
+                why = f": {twice}decimal commas between commas? separate the cells by semicolons"
+        message = f"expected {width} cells {where}, got {got}{why}"
+        raise ReadError(f"{self.source}, line {self._number}: {message}", self._whole_rows)
+
+    # What is told of single rows.
+
+    def _note_comments(self) -> None:
+        """Keep what stands behind the mark of a comment between two rows."""
+        for place, line in self._comments:
+            cells = split(line.strip().lstrip("#%/;").strip(), self._dialect.delimiter)
+            numbers = sum(is_number(cell, self._decimal or ".") for cell in cells)
+            is_row = len(cells) >= len(self.names) and numbers == len(self._dialect.numeric)
+            # A header may stand behind such a mark above the rows.
+            if is_row or self._whole_rows:
+                self._left_out.append((place, is_row))
+        self._comments.clear()
+
+    def _tell_comments(self) -> None:
+        left_out = self._left_out
+        rows = [place for place, is_row in left_out if is_row]
+        if left_out:
+            count = "1 comment" if len(left_out) == 1 else f"{len(left_out)} comments"
+            said = f"{count} between the rows, the first in line {left_out[0][0]}"
+            self.assumed.append(Assumption("table", said))
+        if rows:
+            said = f"line {rows[0]} is a row behind the mark of a comment, and is left out"
+            more = f"; so are {len(rows) - 1} more" if len(rows) > 1 else ""
+            self.assumed.append(Assumption("table", said + more, "doubtful"))
+        if self._open_quotes:
+            said = f"line {self._open_quotes[0]}: a quotation mark is not closed: taken as a text"
+            more = f"; so are {len(self._open_quotes) - 1} more" if self._open_quotes[1:] else ""
+            self.assumed.append(Assumption("table", said + more, "assumed"))
+
+    def _check_end(self, last: Sequence[Sequence[str]]) -> None:
+        """Say if the last number may be cut: its line has no end, and it is shorter than others."""
+        if not self._lines.last_is_open or len(last) < 3:
+            return
+        *before, row = last
+        index = max((i for i, cell in enumerate(row) if cell), default=0)
+        if index in self._dialect.stamped or not is_number(row[index], self._decimal or "."):
+            return
+        lengths = sorted(_decimals(one[index], self._decimal) for one in before if one[index])
+        if lengths and _decimals(row[index], self._decimal) < lengths[len(lengths) // 2]:
+            said = (
+                f"line {self._number} has no end, and its last number is shorter than those "
+                f"before: it may be cut; --rows {self._whole_rows - 1} leaves it out"
+            )
+            self.assumed.append(Assumption("table", said, "doubtful"))
+
+    # Channels in rows.
+
+    def _load_across(
+        self, indices: Sequence[int], rows: int | None, time: int | None, wrong: Wrong
+    ) -> list[Samples]:
+        """Read rows that are channels; the cells of each are its samples."""
+        delimiter, found = self._dialect.delimiter, []
+        while (line := self._next_line()) is not None:
+            if line.strip() and not is_comment(line, delimiter):
+                cells = split(line, delimiter)
+                found.append(cells if is_number(cells[0], self._decimal or ".") else cells[1:])
+        lengths = {len([cell for cell in cells if cell]) for cells in found}
+        if len(lengths) > 1 or len(found) != len(self.names):
+            raise ReadError(f"{self.source}: expected channels of one length in the rows")
+        columns = []
+        for index in indices:
+            values: list[float] = []
+            for sample, cell in enumerate(found[index][:rows]):
+                if not cell:
+                    continue
+                value = _value(cell, self._decimal or ".")
+                if value is None:
+                    why = why_no_number(cell, self._decimal or ".")
+                    wrong(index, sample, f"row {index}, cell {sample}", why)
+                elif index == time and values and value <= values[-1]:
+                    wrong(index, sample, f"row {index}, cell {sample}", later(value, values[-1]))
+                values.append(math.nan if value is None else value)
+            columns.append(np.array(values))
+        return columns
+
+
+def _decimals(cell: str, decimal: str) -> int:
+    mantissa = cell.lower().partition("e")[0]
+    return len(mantissa.partition(decimal or ".")[2]) + 100 * ("e" in cell.lower())
+
+
+def _separators(line: str) -> tuple[int, ...]:
+    return tuple(map(line.count, "\t;,|"))
+
+
+def _why(dialect: dialects.Dialect, rows: Sequence[Sequence[str]], index: int) -> str:
+    """Return what is expected in place of the first cell that could be a number, if one could."""
+    cells = [row[index] for row in rows if index < len(row)]
+    reasons = (why_no_number(cell, dialect.decimal or ".") for cell in cells)
+    return next((f": {reason}" for reason in reasons if "(expected" in reason), "")
+
+
+def _value(cell: str, decimal: str) -> float | None:
+    """Return the number in a cell, or None if it holds no admissible one."""
+    value = number(cell, decimal)
+    return value if value is not None and -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE else None
+
+
+def _scaled(
+    cell: str, number_of: Callable[[str], float | None], steps: tuple[float, float]
+) -> float | None:
+    """Return the time of a sample that is counted."""
+    value = number_of(cell)
+    return None if value is None else steps[0] + steps[1] * value
