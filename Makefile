@@ -283,7 +283,7 @@ picture: $(PACKAGE) $(TOOLS) ## draw the pictures of the README and the pages
 
 docs: $(PACKAGE) $(DOCS) $(UNITS) ## the pages of docs, every code cell run anew: target/docs/index.html; warnings are errors
 	rm -rf $(SITE) target/docs-doctrees docs/auto_gallery
-	$(BIN)/sphinx-build -q -W --keep-going -b html -d target/docs-doctrees docs $(SITE)
+	$(BIN)/sphinx-build -q -j auto -W --keep-going -b html -d target/docs-doctrees docs $(SITE)
 	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --no-deps --all-features
 	cp -R target/doc $(SITE)/rust
 

@@ -7,6 +7,10 @@ import os
 import sys
 from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
 
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 # Pages call `mpi-hyst`: that of the interpreter which builds them.
@@ -104,3 +108,8 @@ linkcheck_timeout = 20
 linkcheck_retries = 2
 # doi.org sends programs to publishers that refuse them.
 linkcheck_ignore = [r"https://doi\.org/.*"]
+
+
+def setup(app: Sphinx) -> None:
+    """Let pages be read at the same time: this extension, which does not say so, adds a script."""
+    app.extensions["sphinx-mathjax-offline"].parallel_read_safe = True

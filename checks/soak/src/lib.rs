@@ -11,11 +11,9 @@
 
 #![forbid(unsafe_code)]
 
-mod history;
 pub mod loops;
 mod signal;
 mod soak;
 
-pub use history::Reduced;
 pub use signal::{Mixed, Random};
-pub use soak::{Failure, Soak, TOLERANCE, actuator, bank};
+pub use soak::{Failure, Reduced, Soak, TOLERANCE, actuator, bank};

@@ -7,9 +7,9 @@ use hysteresis_core::{
     ArrayController, ArrayCounters, ArrayOptions, ArraySample, CompiledModel, Inverse, Mode, StreamArray, is_admissible,
 };
 
-use super::guard::{Breach, Guard, grows, grows_by_one_at_most, holds, same};
+use super::bench::Bench;
+use super::episode::{Breach, Episode, Guard, grows, grows_by_one_at_most, holds, same};
 use super::setup::{self, DT};
-use super::{Bench, Episode};
 use crate::signal::{Mixed, Random};
 
 const ACTUATORS: usize = 5;

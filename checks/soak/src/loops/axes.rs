@@ -6,9 +6,9 @@ use hysteresis_control::stage::Stage;
 use hysteresis_core::{Counters, HybridController, MultiAxisController, Preview};
 
 use super::axis::Change;
-use super::guard::{Breach, Guard, grows_by_one_at_most, holds, same};
+use super::bench::Bench;
+use super::episode::{Breach, Episode, Guard, grows_by_one_at_most, holds, same};
 use super::setup::{self, DT};
-use super::{Bench, Episode};
 use crate::signal::{Mixed, Random};
 
 const N: usize = 3;

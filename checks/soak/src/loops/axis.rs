@@ -9,9 +9,9 @@ use hysteresis_core::{
     Command, ControllerOptions, Counters, Error as CoreError, HybridController, Mode, Preview, Sections, is_admissible,
 };
 
-use super::guard::{Breach, Guard, grows, grows_by_one_at_most, holds, same};
+use super::bench::Bench;
+use super::episode::{Breach, Episode, Guard, grows, grows_by_one_at_most, holds, same};
 use super::setup::{self, DT};
-use super::{Bench, Episode};
 use crate::signal::{Mixed, Random};
 
 /// Once in so many samples somebody changes something, and once in so many the state is saved and restored.

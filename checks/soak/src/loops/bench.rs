@@ -3,7 +3,7 @@
 use hysteresis_control::stage::StageForward;
 use hysteresis_simulate::driven::{Driven, Reading};
 
-use super::guard::{Breach, Guard};
+use super::episode::{Breach, Guard};
 use crate::signal::Random;
 
 /// Once in so many samples the sensor begins to show something else.

@@ -8,10 +8,9 @@ use hysteresis_control::learning::{FeedbackLoop, IterativeLearning, LearningOpti
 use hysteresis_core::{Counters, Sections, is_admissible};
 use hysteresis_simulate::closed_loop::{Tracking, TrackingTask};
 
-use super::bench::Ended;
-use super::guard::{Breach, Guard, holds, same};
+use super::bench::{Bench, Ended};
+use super::episode::{Breach, Episode, Guard, holds, same};
 use super::setup::{self, DT};
-use super::{Bench, Episode};
 use crate::signal::Random;
 
 /// A period that is learned again and again, on a bench that loses drives and shows anything.

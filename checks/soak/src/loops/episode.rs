@@ -1,4 +1,44 @@
+//! What every loop has: a set-up and its samples, the laws that they must keep, and the guard of its drives.
+
+use core::error::Error;
 use core::fmt;
+
+/// A loop of one random set-up.
+pub trait Episode: Sized {
+    /// Its name in a report.
+    const NAME: &'static str;
+
+    /// A set-up that depends on the seed alone.
+    ///
+    /// # Errors
+    /// What could not be made; none is expected.
+    fn new(seed: u64) -> Result<Self, Box<dyn Error>>;
+
+    /// One sample, or one period.
+    ///
+    /// # Errors
+    /// [`Breach`] of what must hold.
+    fn sample(&mut self) -> Result<(), Breach>;
+
+    /// How often the drive was held back by limits or slew, so far: a run in which it never was shows nothing.
+    fn held_back(&self) -> u64;
+}
+
+/// Runs `episodes` set-ups for that many samples each; how often limits or slew held a drive back.
+///
+/// # Errors
+/// The first breach, with the seed that shows it again.
+pub fn run<E: Episode>(first_seed: u64, episodes: u64, samples: u64) -> Result<u64, Box<dyn Error>> {
+    let mut held_back = 0;
+    for seed in first_seed..first_seed + episodes {
+        let mut episode = E::new(seed).map_err(|error| format!("{}, seed {seed}: {error}", E::NAME))?;
+        for sample in 0..samples {
+            episode.sample().map_err(|breach| format!("{}, seed {seed}, sample {sample}: {breach}", E::NAME))?;
+        }
+        held_back += episode.held_back();
+    }
+    Ok(held_back)
+}
 
 /// What must hold and did not.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +57,7 @@ impl fmt::Display for Breach {
     }
 }
 
-impl core::error::Error for Breach {}
+impl Error for Breach {}
 
 /// Whether two numbers are the same, to the bit.
 pub(super) fn same(law: &'static str, got: f64, beside: f64) -> Result<(), Breach> {
