@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,13 +13,12 @@ import numpy.typing as npt
 from mpi_hyst._core import Identification, ModifiedPrandtlIshlinskii, PrandtlIshlinskii, Stage
 from mpi_hyst._quantity import Quantity, Stated
 from mpi_hyst._report.models import Shown, default_drive, run
-from mpi_hyst._types import Samples
+from mpi_hyst._types import Samples, Units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-Units: TypeAlias = tuple[str, str] | None
 _MODELS = (PrandtlIshlinskii, ModifiedPrandtlIshlinskii)
 _COUNTS = {2: "two", 3: "three"}
 

@@ -18,7 +18,6 @@ import numpy.typing as npt
 
 from mpi_hyst._arguments import (
     Modelled,
-    Units,
     expect,
     expect_shown,
     interval,
@@ -44,6 +43,7 @@ from mpi_hyst._report.models import (
     operators_figure,
     weights_figure,
 )
+from mpi_hyst._types import Units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

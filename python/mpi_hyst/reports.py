@@ -9,22 +9,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import TypeAlias
 
 import numpy.typing as npt
 
-from mpi_hyst._arguments import Units, expect, interval, quantities, require_matplotlib
+from mpi_hyst._arguments import expect, interval, quantities, require_matplotlib
 from mpi_hyst._core import Identification, Run
 from mpi_hyst._files import path_of, write_file
+from mpi_hyst._types import Counted, Units
 
 __all__ = ["identification", "run"]
 
 
 def __dir__() -> list[str]:
     return __all__
-
-
-_HeldOut: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike] | tuple[npt.ArrayLike, npt.ArrayLike, int]
 
 
 def identification(
@@ -37,7 +34,7 @@ def identification(
     names: Sequence[str] | None = None,
     units: Units = None,
     beside: Identification | None = None,
-    validate: _HeldOut | Sequence[_HeldOut] | None = None,
+    validate: Counted | Sequence[Counted] | None = None,
 ) -> None:
     """Write the report of an identification.
 

@@ -136,9 +136,6 @@ class Files:
         check_outputs([self.stage_path, self.report_path], [*self.data, *self.validate])
         if self.input_column == self.output_column:
             raise CommandError(f"--input and --output: both are column {self.input_column!r}")
-
-    def check_held_out(self) -> None:
-        """Refuse options about stretches and validation that contradict each other."""
         if self.validate and self.validate_from:
             raise CommandError("--validate and --validate-from: give one of both")
         for named, stretches in (("--leave-out", self.leave_out), ("--mend", self.mend)):
