@@ -5,8 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from odd import defects, dialects, drives, positions, rigs, times
 from odd.case import Case, check
-from odd_inputs import CASES
+
+CASES: list[Case] = [
+    *dialects.CASES,
+    *times.CASES,
+    *positions.CASES,
+    *drives.CASES,
+    *defects.CASES,
+    *rigs.CASES,
+]
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
