@@ -29,7 +29,7 @@ FACE = {
     "reports": {"_report"},
 }
 # Of a command, its file and one for a part that has an idea of its own.
-COMMANDS = {"identify": {"identify_records"}, "look": {"guess", "identify_records"}}
+COMMANDS = {"identify": {"identify_records"}, "look": {"identify_records"}}
 SHARED = {"inputs", "options", "outputs", "stage", "terminal"}
 
 

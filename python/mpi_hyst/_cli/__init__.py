@@ -2,5 +2,5 @@
 
 `commands` lists them. `options` says how an option is declared. They share `terminal` (what they
 say), `inputs` and `stage` (what they read) and `outputs` (what they write). `identify_records`
-reads the records of `identify`, `guess` tells `look` which column is what.
+reads the records of `identify`.
 """
