@@ -154,3 +154,21 @@ impl<'py, C: Class> Argument<'py> for Bound<'py, C> {
         value.cast::<C>().cloned().map_err(|_| unexpected(name, C::CALLED, value))
     }
 }
+
+/// A whole number of at least one.
+pub(crate) struct Count(pub(crate) usize);
+
+impl Argument<'_> for Count {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        arguments::count(name, value).map(Self)
+    }
+}
+
+/// A number of samples, which may be zero.
+pub(crate) struct SampleCount(pub(crate) usize);
+
+impl Argument<'_> for SampleCount {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        arguments::samples(name, value).map(Self)
+    }
+}

@@ -39,13 +39,17 @@ mod _core {
     #[pymodule_export]
     use crate::control::controller::HybridController;
     #[pymodule_export]
-    use crate::control::filter_stream::Filter;
+    use crate::control::filters::Filter;
     #[pymodule_export]
     use crate::control::filters::{Biquad, Lead, LowPass, Notch};
     #[pymodule_export]
-    use crate::control::invert_dynamics::{invert_dynamics, precompensate};
+    use crate::control::inverse_dynamics::Preview;
     #[pymodule_export]
-    use crate::control::iterative::IterativeLearning;
+    use crate::control::inverse_dynamics::preview;
+    #[pymodule_export]
+    use crate::control::inverse_dynamics::{invert_dynamics, precompensate};
+    #[pymodule_export]
+    use crate::control::learning::IterativeLearning;
     #[pymodule_export]
     use crate::control::linear::creep::Creep;
     #[pymodule_export]
@@ -59,10 +63,6 @@ mod _core {
     #[pymodule_export]
     use crate::control::observer::Observer;
     #[pymodule_export]
-    use crate::control::preview::Preview;
-    #[pymodule_export]
-    use crate::control::preview_window::preview;
-    #[pymodule_export]
     use crate::control::scan::axis::ScanAxis;
     #[pymodule_export]
     use crate::control::scan::lissajous::Lissajous;
@@ -71,11 +71,11 @@ mod _core {
     #[pymodule_export]
     use crate::control::scan::spiral::Spiral;
     #[pymodule_export]
-    use crate::control::terms::ControllerTerms;
+    use crate::control::shared_by_controllers::ControllerTerms;
     #[pymodule_export]
     use crate::control::trajectories::{PointToPoint, RoundedTriangle, Sine};
     #[pymodule_export]
-    use crate::control::tune::tune;
+    use crate::control::tuning::tune;
     #[pymodule_export]
     use crate::control::tuning::{Margins, Tuning};
     #[pymodule_export]
@@ -150,7 +150,7 @@ mod _core {
     use crate::stream::streams::{Forward, Inverse};
 
     #[pymodule_export]
-    use crate::control::repetitive::RepetitiveControl;
+    use crate::control::learning::RepetitiveControl;
     #[pymodule_export]
     use crate::identify::finding::{Finding, verdict};
     #[pymodule_export]

@@ -1,17 +1,20 @@
 //! The controller of an array of actuators: rows of references and measurements in, rows of drives out.
 
-use hysteresis_core::{self as core, ArrayOptions, ArraySample};
+use hysteresis_core::{self as core, ArrayOptions, ArraySample, Mode};
 use hysteresis_python_macros::methods;
-use numpy::ndarray::{Array2, Dimension, Ix1, Ix2};
+use numpy::ndarray::{Array2, Dimension, Ix1, Ix2, IxDyn};
 use numpy::{IntoPyArray, PyArray, PyArray1, PyArray2, PyReadonlyArray, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::intern;
 use pyo3::prelude::*;
+use pythonize::pythonize;
 
-use super::controller_options::mode_name;
-use crate::convert::arrays::array;
+use crate::control::shared_by_controllers::mode_name;
+use crate::convert::arrays::{array, each, one_or_more};
 use crate::convert::errors::{self, raise};
+use crate::convert::objects::{Reduced, keywords, saved};
 use crate::convert::objects::{exclusive, shared};
-use crate::convert::pickling::{Reduced, keywords};
+use crate::model::object::compiled_of;
+use crate::stream::actuators::{ActuatorArray, Limits};
 use crate::stream::blocks::{BLOCK, Block, apply};
 use crate::stream::stream_arrays::{MadeOf, columns};
 
@@ -334,4 +337,214 @@ fn part(given: Option<&[f64]>, from: usize, to: usize) -> Option<&[f64]> {
 /// Numbers, or None if there are none.
 fn some(numbers: &[f64]) -> Option<&[f64]> {
     (!numbers.is_empty()).then_some(numbers)
+}
+
+/// Pairs of actuators, P rows of two whole numbers.
+fn pairs(neighbours: &Bound<'_, PyAny>) -> PyResult<Vec<(usize, usize)>> {
+    let expected = "an array of shape (pairs, 2) of whole numbers of at least zero";
+    let rows = array::<IxDyn>("neighbours", neighbours, format_args!("{expected}"))?;
+    if !matches!(rows.shape(), [_, 2]) {
+        let shape = rows.getattr(intern!(neighbours.py(), "shape"))?;
+        return Err(errors::value("neighbours", format_args!("expected {expected}, got shape {shape}")));
+    }
+    let whole = |number: f64| {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number that is checked")]
+        if number >= 0.0 && number.fract() == 0.0 && number <= 1e15 {
+            Ok(number as usize)
+        } else {
+            Err(errors::value("neighbours", format_args!("expected {expected}, got {number:?}")))
+        }
+    };
+    rows.as_slice()?.chunks_exact(2).map(|pair| Ok((whole(pair[0])?, whole(pair[1])?))).collect()
+}
+
+#[methods]
+impl ActuatorArray {
+    /// A controller of all actuators, with the exact inverses at rest.
+    ///
+    /// Parameters
+    /// ----------
+    /// dt : float
+    ///     The sampling interval in seconds.
+    /// limits : (low, high) or array of shape (M, 2)
+    ///     Of the drives, in volts.
+    /// ki : float
+    ///     The integral gain per second. With direct sensors and one sample of delay the loop is stable below ki dt = 1, and calm
+    ///     at 0.3.
+    /// reconstruction : array of shape (M, S), optional
+    ///     What makes errors of the actuators of those of S sensors, such as the pseudo-inverse of the measured response matrix.
+    ///     Without it sensor i measures actuator i.
+    /// leak : float
+    ///     How fast the integral goes to zero by itself, per second: at most 1 / dt.
+    /// slew : float or array of shape (M,), optional
+    ///     How fast the drives may move, in V/s.
+    /// neighbours : array of shape (P, 2), optional
+    ///     Pairs of actuators, by their numbers, whose positions must not be too far apart.
+    /// max_difference : float or array of shape (P,), optional
+    ///     How far the modelled positions of each pair may be apart. Given with `neighbours`.
+    /// bumpless_time : float
+    ///     How long, in seconds, the difference at a start takes to go to zero. From a start on the integral rests for that time.
+    /// start_drive : float or array of shape (M,), optional
+    ///     The drives that the amplifiers have at the start: by default zero or the limit nearest to it.
+    ///
+    /// Returns
+    /// -------
+    /// ArrayController
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     That name the argument, what was expected and what came.
+    /// NotInvertibleError
+    ///     That names the first actuator whose model may not be invertible.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> mirror = mh.ActuatorArray([mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 2.0])] * 3)
+    /// >>> controller = mirror.controller(
+    /// ...     1e-3, (-10.0, 10.0), slew=2e4, neighbours=[(0, 1), (1, 2)], max_difference=2.0, bumpless_time=0.0
+    /// ... )
+    /// >>> _ = controller.step([0.0, 0.0, 0.0])  # a motion starts from the drives that are there
+    /// >>> _ = controller.step([3.0, 3.0, 9.0])  # the last step is too high
+    /// >>> controller.position.round(6)
+    /// array([3., 5., 7.])
+    fn controller(
+        slf: &Bound<'_, Self>,
+        dt: f64,
+        #[py("ArrayLike")] limits: &Bound<'_, PyAny>,
+        #[py(*, = 0.0)] ki: f64,
+        #[py("ArrayLike | None" = None)] reconstruction: Option<&Bound<'_, PyAny>>,
+        #[py(= 0.0)] leak: f64,
+        #[py("ArrayLike | None" = None)] slew: Option<&Bound<'_, PyAny>>,
+        #[py("ArrayLike | None" = None)] neighbours: Option<&Bound<'_, PyAny>>,
+        #[py("ArrayLike | None" = None)] max_difference: Option<&Bound<'_, PyAny>>,
+        #[py(= 0.005)] bumpless_time: f64,
+        #[py("ArrayLike | None" = None)] start_drive: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<ArrayController> {
+        let set = ArrayOptions::new(dt);
+        let actuators = slf.get().compiled().len();
+        let given = Limits::from_python(Some(limits), actuators)?;
+        let matrix = |given: &Bound<'_, PyAny>| {
+            let expected = format!("an array of shape ({actuators}, sensors)");
+            let rows = array::<Ix2>("reconstruction", given, format_args!("{expected}"))?;
+            if rows.shape()[0] == actuators && rows.shape()[1] > 0 {
+                return Ok(rows.as_slice()?.to_vec());
+            }
+            let shape = rows.getattr(intern!(given.py(), "shape"))?;
+            Err(errors::value("reconstruction", format_args!("expected {expected}, got shape {shape}")))
+        };
+        let neighbours = neighbours.map_or(Ok(Vec::new()), pairs)?;
+        let differences = |given| {
+            one_or_more("max_difference", given, format_args!("a number or an array of shape ({},)", neighbours.len()))
+        };
+        let max_difference = max_difference.map_or(Ok(Vec::new()), differences)?;
+        let options = ArrayOptions {
+            ki,
+            leak,
+            reconstruction: reconstruction.map(matrix).transpose()?,
+            slew: slew.map_or(Ok(Vec::new()), |slew| {
+                one_or_more("slew", slew, format_args!("a number or an array of shape ({actuators},)"))
+            })?,
+            neighbours,
+            max_difference,
+            bumpless_time,
+            start_drive: start_drive.map(|drive| each("start_drive", drive, actuators)).transpose()?,
+            ..set
+        };
+        let inverse = slf.get().inverses(&given, None)?;
+        let controller = core::ArrayController::new(inverse, &options).map_err(raise)?;
+        Ok(ArrayController::new(controller, MadeOf::new(slf.as_any(), Some(limits))))
+    }
+}
+
+#[methods]
+impl ArrayController {
+    /// Changes the gains, per second, without a jump. The leak stays unless it is given.
+    fn set_gains(slf: &Bound<'_, Self>, ki: f64, #[py(= None)] leak: Option<f64>) -> PyResult<()> {
+        let mut this = exclusive(slf)?;
+        let leak = leak.unwrap_or(this.controller.options().leak);
+        this.controller.set_gains(ki, leak).map_err(raise)
+    }
+
+    /// One actuator goes on with the weights and the output offset of another model of the same thresholds and input offset,
+    /// without a jump.
+    ///
+    /// Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; the controller is
+    /// as before then.
+    fn set_model(slf: &Bound<'_, Self>, actuator: usize, #[py("Model")] model: &Bound<'_, PyAny>) -> PyResult<()> {
+        let compiled = compiled_of("model", model)?;
+        let mut this = exclusive(slf)?;
+        this.controller.set_model(actuator, &compiled).map_err(raise)?;
+        this.made.set_model(actuator, model);
+        Ok(())
+    }
+
+    /// Whether the drives are held. An attribute: set it to True to hold, to False to go on, also after a stop.
+    #[getter]
+    fn hold(&self) -> bool {
+        self.controller.mode() == Mode::Hold
+    }
+
+    #[setter]
+    fn set_hold(slf: &Bound<'_, Self>, hold: bool) -> PyResult<()> {
+        if hold {
+            exclusive(slf)?.controller.hold();
+        } else {
+            exclusive(slf)?.controller.release();
+        }
+        Ok(())
+    }
+
+    /// Ramps the drives to `rest_drive` (V), one for all or one for each, at `rate` (V/s), or at the slew if that is slower, and
+    /// holds them there.
+    ///
+    /// From the next sample on every `step` puts out the next drives of the ramp, for any reference and measurement. `hold =
+    /// False` starts a motion from the drives that are reached then.
+    fn stop(
+        slf: &Bound<'_, Self>,
+        rate: f64,
+        #[py("ArrayLike" = 0.0)] rest_drive: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let actuators = shared(slf)?.controller.len();
+        let rest = rest_drive.map_or(Ok(vec![0.0; actuators]), |drive| each("rest_drive", drive, actuators))?;
+        exclusive(slf)?.controller.stop(rate, &rest).map_err(raise)
+    }
+
+    /// Back to the start, in mode "run", with the memory of a move from rest to the present drives and all counters at zero. The
+    /// drives stay as they are, or are `drive`, one for all or one for each, if the amplifiers have others now.
+    fn reset(slf: &Bound<'_, Self>, #[py("ArrayLike | None" = None)] drive: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let actuators = shared(slf)?.controller.len();
+        let drive = drive.map(|drive| each("drive", drive, actuators)).transpose()?;
+        let mut this = exclusive(slf)?;
+        if let Some(drives) = drive {
+            return this.controller.reset_at(&drives).map_err(raise);
+        }
+        this.controller.reset();
+        Ok(())
+    }
+
+    /// Takes over what was driven before, an array of shape (samples, M), oldest drives first; the next motion starts from the
+    /// last row.
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
+        let actuators = shared(slf)?.controller.len();
+        let expected = format!("an array of shape (samples, {actuators})");
+        let drives = columns::<Ix2>("drives", drives, actuators, format_args!("{expected}"))?;
+        exclusive(slf)?.controller.follow(drives.as_slice()?).map_err(raise)
+    }
+
+    /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
+    /// amplifiers must be at its drives. A controller with other gains or dt refuses it; models and limits are not part of it.
+    #[getter]
+    #[py(-> "dict[str, Any]")]
+    pub(super) fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let state = shared(slf)?.controller.state();
+        Ok(pythonize(slf.py(), &state)?)
+    }
+
+    #[setter]
+    pub(super) fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let state = saved(state)?;
+        exclusive(slf)?.controller.set_state(&state).map_err(raise)
+    }
 }

@@ -1,22 +1,27 @@
 //! The hybrid controller: feed-forward and feedback, one sample in, one drive out.
 
-use hysteresis_control::StageController;
-use hysteresis_core::{self as core, ControllerOptions, Law, Mode};
+use hysteresis_control::binary::Binary;
+use hysteresis_control::{StageController, learning};
+use hysteresis_core::{self as core, AntiWindup, Command, ControllerOptions, Law, Mode};
 use hysteresis_python_macros::methods;
+use numpy::PyArray1;
+use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyBytes, PyDict, PyTuple};
+use pythonize::pythonize;
 
-use super::controller_options::{MODES, Windup, as_keywords, mode_name, mode_of};
-use super::filters::{as_tuple, sections};
-use super::observer::Observer;
-use super::preview::Preview;
-use super::repetitive::RepetitiveControl;
-use super::source::{check_interval, source};
-use super::terms::ControllerTerms;
-use crate::convert::arguments::word;
-use crate::convert::errors::raise;
+use crate::argument::Words;
+use crate::control::filters::{as_tuple, sections};
+use crate::control::inverse_dynamics::Preview;
+use crate::control::learning::RepetitiveControl;
+use crate::control::observer::Observer;
+use crate::control::shared_by_controllers::{ControllerTerms, check_interval, mode_name, plain_state, source};
+use crate::convert::arrays::vector;
+use crate::convert::errors::{self, raise};
+use crate::convert::objects::{Reduced, bytes_of, keywords, reduce};
 use crate::convert::objects::{exclusive, shared};
-use crate::convert::pickling::{Reduced, reduce};
+use crate::model::object::compiled_of;
+use crate::stream::blocks::run_both;
 
 /// Feed-forward and proportional-integral feedback within limits: equation (8) of the paper with its errata 10 to 12.
 ///
@@ -204,11 +209,7 @@ impl HybridController {
     }
 
     #[setter]
-    fn set_mode(
-        slf: &Bound<'_, Self>,
-        #[py("Literal['run', 'feedforward', 'hold']")] mode: &Bound<'_, PyAny>,
-    ) -> PyResult<()> {
-        let mode = mode_of("mode", &word("mode", MODES, mode)?)?;
+    fn set_mode(slf: &Bound<'_, Self>, #[py("Literal['run', 'feedforward', 'hold']")] mode: Mode) -> PyResult<()> {
         exclusive(slf)?.controller_mut().set_mode(mode).map_err(raise)
     }
 
@@ -307,5 +308,334 @@ impl HybridController {
     fn __repr__(&self) -> String {
         let ControllerOptions { kp, ki, limits: (low, high), .. } = *self.controller().options();
         format!("<HybridController kp {kp}, ki {ki}, limits ({low}, {high}), mode {}>", self.mode())
+    }
+}
+
+impl Words for Law {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("positional", Self::Positional), ("incremental", Self::Incremental)];
+}
+
+/// The word for a way against wind-up; the tracking time belongs to one of them.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Windup {
+    Conditional,
+    BackCalculation,
+}
+
+impl Words for Windup {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("conditional", Self::Conditional), ("back_calculation", Self::BackCalculation)];
+}
+
+impl Windup {
+    pub(super) fn with(self, tracking_time: Option<f64>) -> PyResult<AntiWindup> {
+        match (self, tracking_time) {
+            (Self::Conditional, None) => Ok(AntiWindup::Conditional),
+            (Self::Conditional, Some(time)) => {
+                let expected = "None unless anti_windup=\"back_calculation\"";
+                Err(errors::value("tracking_time", format_args!("expected {expected}, got {time:?}")))
+            }
+            (Self::BackCalculation, tracking_time) => Ok(AntiWindup::BackCalculation { tracking_time }),
+        }
+    }
+}
+
+/// The keywords that make these options.
+pub(super) fn as_keywords<'py>(py: Python<'py>, options: &ControllerOptions) -> PyResult<Bound<'py, PyDict>> {
+    let (anti_windup, tracking_time) = match options.anti_windup {
+        AntiWindup::Conditional => ("conditional", None),
+        AntiWindup::BackCalculation { tracking_time } => ("back_calculation", tracking_time),
+    };
+    Ok(keywords!(
+        py,
+        kp = options.kp,
+        ki = options.ki,
+        dt = options.dt,
+        limits = options.limits,
+        slew = options.slew,
+        law = options.law.word(),
+        anti_windup = anti_windup,
+        tracking_time = tracking_time,
+        bumpless_time = options.bumpless_time,
+        max_missing = options.max_missing,
+        measurement_range = options.measurement_range,
+        max_measurement_step = options.max_measurement_step,
+        filters = as_tuple(py, &options.filters)?,
+        start_drive = options.start_drive,
+    ))
+}
+
+impl HybridController {
+    /// With copies of an observer before the feedback and of learning before the feed-forward.
+    pub(crate) fn with_parts(
+        mut self,
+        py: Python<'_>,
+        observer: Option<Py<Observer>>,
+        repetitive: Option<Py<RepetitiveControl>>,
+    ) -> PyResult<Self> {
+        let observer = observer.map(|given| Py::new(py, shared(given.bind(py))?.clone())).transpose()?;
+        let repetitive = repetitive.map(|given| Py::new(py, shared(given.bind(py))?.clone())).transpose()?;
+        if let Some(own) = &observer {
+            let copy = own.borrow(py).observer.clone();
+            self.stage_controller = self.stage_controller.with_observer(copy).map_err(raise)?;
+        }
+        if let Some(own) = &repetitive {
+            let copy = own.borrow(py).control.clone();
+            self.stage_controller = self.stage_controller.with_repetitive(copy).map_err(raise)?;
+        }
+        (self.observer, self.repetitive) = (observer, repetitive);
+        Ok(self)
+    }
+}
+
+#[methods]
+impl HybridController {
+    /// The observer before the feedback, as a copy in its present state, or None. It has taken the present drive.
+    #[getter]
+    fn observer(&self, py: Python<'_>) -> Option<Observer> {
+        let (made, now) = (self.observer.as_ref()?, self.stage_controller.observer()?);
+        Some(Observer { observer: now.clone(), ..made.borrow(py).clone() })
+    }
+
+    /// Learning in the loop, as a copy in its present state, or None.
+    #[getter]
+    fn repetitive(&self, py: Python<'_>) -> Option<RepetitiveControl> {
+        let (made, now) = (self.repetitive.as_ref()?, self.stage_controller.repetitive()?);
+        Some(RepetitiveControl { control: now.clone(), ..made.borrow(py).clone() })
+    }
+
+    /// "learning"; "fading": what was learned goes to zero; "stopped": learning has diverged, and corrects nothing until
+    /// `restart_learning` or `reset`. None without learning.
+    #[getter]
+    #[py(-> "LearningPhase | None")]
+    fn learning_phase(&self) -> Option<&'static str> {
+        self.stage_controller.repetitive().map(|repetitive| repetitive.phase().name())
+    }
+
+    /// How often learning has diverged: the error grew from period to period, on a stage that is too far from the model. It has stopped
+    /// and faded out then.
+    #[getter]
+    fn divergence_count(&self) -> u64 {
+        self.stage_controller.repetitive().map_or(0, learning::RepetitiveControl::divergence_count)
+    }
+
+    /// Lets learning begin anew: at once after it has stopped, else as soon as what was learned has faded out, so that nothing jumps.
+    ///
+    /// Raises ValueError for a controller that does not learn.
+    fn restart_learning(slf: &Bound<'_, Self>) -> PyResult<()> {
+        let learns = exclusive(slf)?.stage_controller.restart_learning();
+        if learns { Ok(()) } else { Err(errors::value("repetitive", "expected a controller that learns, got None")) }
+    }
+
+    /// Measurements outside this range (low, high) count as missing; None without such a gate.
+    #[getter]
+    fn measurement_range(&self) -> Option<(f64, f64)> {
+        self.controller().options().measurement_range
+    }
+
+    /// Measurements farther than this from the last good one count as missing; None without such a gate.
+    #[getter]
+    fn max_measurement_step(&self) -> Option<f64> {
+        self.controller().options().max_measurement_step
+    }
+}
+
+#[methods]
+impl HybridController {
+    /// Takes a sample and returns the drive in volts.
+    ///
+    /// `reference` and `measurement` in um, with a preview the reference of `preview.ahead` samples later; `feedforward`:
+    /// volts that replace the output of the source, which follows the target all the same; `target`: what the feed-forward
+    /// is to reach, if not the reference or what the preview makes of it; `correction`: what is added to that, as
+    /// `IterativeLearning.correction`.
+    fn step(
+        slf: &Bound<'_, Self>,
+        reference: f64,
+        measurement: f64,
+        #[py(= None)] feedforward: Option<f64>,
+        #[py(*, = None)] target: Option<f64>,
+        #[py(= 0.0)] correction: f64,
+    ) -> PyResult<f64> {
+        let command = command(reference, feedforward, target, correction);
+        Ok(exclusive(slf)?.stage_controller.step(command, measurement))
+    }
+
+    /// Takes arrays of references and measurements, bit for bit like `step` in a loop; returns the drives, in `out` or a new array.
+    fn run<'py>(
+        slf: &Bound<'py, Self>,
+        #[py("ArrayLike")] references: &Bound<'py, PyAny>,
+        #[py("ArrayLike")] measurements: &Bound<'py, PyAny>,
+        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        run_both(slf, [("references", references), ("measurements", measurements)], out, |this, x, y, drives| {
+            this.stage_controller.run(x, y, drives)
+        })
+    }
+
+    /// The drive that `step` would return, without taking the sample.
+    fn peek(
+        slf: &Bound<'_, Self>,
+        reference: f64,
+        measurement: f64,
+        #[py(= None)] feedforward: Option<f64>,
+        #[py(*, = None)] target: Option<f64>,
+        #[py(= 0.0)] correction: f64,
+    ) -> PyResult<f64> {
+        let command = command(reference, feedforward, target, correction);
+        Ok(shared(slf)?.stage_controller.peek(command, measurement))
+    }
+
+    /// The drive for a sample, which only `commit` takes: write it to the amplifier between the two, and if that fails,
+    /// leave it; memory and terms are still those of the drive that is there.
+    ///
+    /// A plan replaces the one before; any change of the controller drops it.
+    fn plan(
+        slf: &Bound<'_, Self>,
+        reference: f64,
+        measurement: f64,
+        #[py(= None)] feedforward: Option<f64>,
+        #[py(*, = None)] target: Option<f64>,
+        #[py(= 0.0)] correction: f64,
+    ) -> PyResult<f64> {
+        let command = command(reference, feedforward, target, correction);
+        Ok(exclusive(slf)?.stage_controller.plan(command, measurement))
+    }
+
+    /// Takes the sample that was planned; False if there is none.
+    fn commit(slf: &Bound<'_, Self>) -> PyResult<bool> {
+        Ok(exclusive(slf)?.stage_controller.commit())
+    }
+}
+
+#[inline]
+fn command(reference: f64, feedforward: Option<f64>, target: Option<f64>, correction: f64) -> Command {
+    Command { target, correction, feedforward, ..reference.into() }
+}
+
+impl HybridController {
+    /// Another controller in the same state, made of a copy of what this one was made of.
+    pub(crate) fn duplicate(&self, py: Python<'_>) -> PyResult<Self> {
+        let copy = |source: &Py<PyAny>| {
+            Ok::<_, PyErr>(py.import(intern!(py, "copy"))?.call_method1(intern!(py, "copy"), (source,))?.unbind())
+        };
+        Ok(Self {
+            stage_controller: self.stage_controller.clone(),
+            source: self.source.as_ref().map(copy).transpose()?,
+            preview: self.preview.as_ref().map(|preview| preview.clone_ref(py)),
+            observer: self.observer.as_ref().map(|observer| observer.clone_ref(py)),
+            repetitive: self.repetitive.as_ref().map(|repetitive| repetitive.clone_ref(py)),
+        })
+    }
+
+    /// A controller that is made again begins with the model that this one goes on with.
+    pub(super) fn remember_model(&self, model: &Bound<'_, PyAny>) -> PyResult<()> {
+        let source = self.source.as_ref().map(|source| source.bind(model.py()));
+        source.map_or(Ok(()), |source| source.call_method1(intern!(model.py(), "set_model"), (model,)).map(drop))
+    }
+}
+
+#[methods]
+impl HybridController {
+    /// Changes the gains without a jump. The integral is kept in volts.
+    fn set_gains(slf: &Bound<'_, Self>, kp: f64, ki: f64) -> PyResult<()> {
+        exclusive(slf)?.controller_mut().set_gains(kp, ki).map_err(raise)
+    }
+
+    /// Changes the filters of the feedback without a jump: what they put out stays as it was, and goes on from there.
+    fn set_filters(
+        slf: &Bound<'_, Self>,
+        #[py("AnyFilter | Sequence[AnyFilter]")] filters: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let mut this = exclusive(slf)?;
+        let sections = sections(filters, this.controller().options().dt)?;
+        this.controller_mut().set_filters(&sections).map_err(raise)
+    }
+
+    /// Goes on with the weights and the output offset of another model of the same operators, without a jump: as
+    /// `Inverse.set_model` or `Forward.set_model` of the feed-forward.
+    ///
+    /// Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; the
+    /// controller is as before then.
+    fn set_model(slf: &Bound<'_, Self>, #[py("Model")] model: &Bound<'_, PyAny>) -> PyResult<()> {
+        let compiled = compiled_of("model", model)?;
+        let mut this = exclusive(slf)?;
+        this.controller_mut().set_model(&compiled).map_err(raise)?;
+        this.remember_model(model)
+    }
+
+    /// Goes on with another feed-forward (as at construction) without a jump. While a motion is under way the new stream
+    /// first moves to the last target; a change to "given" repeats the drive for one sample.
+    fn set_feedforward(
+        slf: &Bound<'_, Self>,
+        #[py("FeedForward")] feedforward: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let dt = shared(slf)?.controller().options().dt;
+        let (feedforward, source) = source(feedforward, dt)?;
+        let mut this = exclusive(slf)?;
+        this.controller_mut().set_feedforward(feedforward).map_err(raise)?;
+        this.source = source;
+        Ok(())
+    }
+
+    /// Back to the start, in mode "run", with the memory of the feed-forward at rest and all counters at zero. The drive
+    /// stays as it is, or is `drive` if the amplifier has another one now.
+    fn reset(slf: &Bound<'_, Self>, #[py(= None)] drive: Option<f64>) -> PyResult<()> {
+        exclusive(slf)?.stage_controller.reset(drive).map_err(raise)
+    }
+
+    /// Ramps the drive to `rest_drive` (V) at `rate` (V/s), or at the slew if that is slower, and holds it there.
+    ///
+    /// From the next sample on every `step` puts out the next drive of the ramp, for any reference and measurement. `hold = False` starts a motion
+    /// from the drive that is reached then.
+    fn stop(slf: &Bound<'_, Self>, rate: f64, #[py(= 0.0)] rest_drive: f64) -> PyResult<()> {
+        exclusive(slf)?.controller_mut().stop(rate, rest_drive).map_err(raise)
+    }
+
+    /// Takes over what was driven before, oldest drive first, one per sampling interval; the next motion starts from the last.
+    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
+        let drives = vector("drives", drives)?;
+        exclusive(slf)?.stage_controller.follow(drives.as_slice()?).map_err(raise)
+    }
+
+    /// Goes on from another drive that the amplifier has, with everything that is remembered.
+    ///
+    /// For a state that was loaded into a controller whose amplifier is not at its drive: the next motion starts from there.
+    fn start_at(slf: &Bound<'_, Self>, drive: f64) -> PyResult<()> {
+        exclusive(slf)?.stage_controller.start_at(drive).map_err(raise)
+    }
+
+    /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
+    /// amplifier must be at its drive. A controller with other gains, dt or limits refuses it; the model is not part of it.
+    #[getter]
+    #[py(-> "dict[str, Any]")]
+    pub(super) fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let state = shared(slf)?.stage_controller.state();
+        let is_plain = state.observer.is_none() && state.repetitive.is_none();
+        Ok(if is_plain { pythonize(slf.py(), &state.controller) } else { pythonize(slf.py(), &state) }?)
+    }
+
+    /// What `state` says, as bytes: `state` takes them too.
+    fn state_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
+        let state = shared(slf)?.stage_controller.state();
+        let is_plain = state.observer.is_none() && state.repetitive.is_none();
+        Ok(PyBytes::new(slf.py(), &if is_plain { state.controller.to_bytes() } else { state.to_bytes() }))
+    }
+
+    #[setter]
+    pub(super) fn set_state(
+        slf: &Bound<'_, Self>,
+        #[py("dict[str, Any] | bytes")] state: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let is_plain = {
+            let this = shared(slf)?;
+            this.observer.is_none() && this.repetitive.is_none()
+        };
+        if is_plain {
+            let state = bytes_of(state).unwrap_or_else(|| plain_state(state))?;
+            return exclusive(slf)?.controller_mut().set_state(&state).map_err(raise);
+        }
+        let state = bytes_of(state).unwrap_or_else(|| plain_state(state))?;
+        exclusive(slf)?.stage_controller.set_state(&state).map_err(raise)
     }
 }

@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use super::scan::axis::ScanAxis;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
-use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::convert::values::hash;
+use crate::convert::objects::hash;
+use crate::convert::objects::{Reduced, keywords, reduce};
 
 type Vector<'py> = Bound<'py, PyArray1<f64>>;
 pub(super) type Motions<'py> = PyResult<(Vector<'py>, Vector<'py>, Vector<'py>)>;

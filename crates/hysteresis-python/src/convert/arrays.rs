@@ -10,8 +10,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::errors::{self, Place, in_use, no_memory, wrong_type};
-use super::memory;
+use crate::convert::errors::{self, Place, in_use, no_memory, wrong_type};
 
 /// A one-dimensional array of real numbers: in place if it is C-contiguous float64, else converted once.
 pub(crate) fn vector<'a, 'py>(
@@ -24,7 +23,7 @@ pub(crate) fn vector<'a, 'py>(
 /// A copy of a one-dimensional array of real numbers: for work that lets the interpreter go, or calls Python.
 pub(crate) fn numbers<'a>(place: impl Into<Place<'a>>, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let place = place.into();
-    memory::copy(place, vector(place, value)?.as_slice()?)
+    copy(place, vector(place, value)?.as_slice()?)
 }
 
 /// An array of real numbers with as many dimensions as D has: in place if it is C-contiguous float64, else converted
@@ -119,5 +118,37 @@ pub(crate) fn each(name: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResu
             let expected = format!("a number or an array of shape ({count},)");
             Err(errors::value(name, format_args!("expected {expected}, got {got} elements")))
         }
+    }
+}
+
+/// Bytes for each sample that a fit needs beside the samples themselves: residuals, thinned courses, columns of the linear parts.
+pub(crate) const FIT: usize = 160;
+
+/// Bytes for each sample of a simulation or an inversion: what goes in, what comes out, and what lies between.
+pub(crate) const PASS: usize = 64;
+
+/// Bytes for each sample of a Fourier transform: spectrum, result, and what a length without small factors needs.
+pub(crate) const SPECTRUM: usize = 96;
+
+/// Bytes for each operator of a model: its parameters, its entry and tables in the engine, its place in the memory of a stream.
+pub(crate) const OPERATOR: usize = 1024;
+
+/// Checks that there is memory for so many samples, each of so many bytes.
+pub(crate) fn check_room<'a>(place: impl Into<Place<'a>>, samples: usize, bytes: usize) -> PyResult<()> {
+    reserve::<u8>(place, samples.saturating_mul(bytes), samples).map(drop)
+}
+
+/// A copy of samples.
+pub(crate) fn copy<'a>(place: impl Into<Place<'a>>, samples: &[f64]) -> PyResult<Vec<f64>> {
+    let mut room = reserve(place, samples.len(), samples.len())?;
+    room.extend_from_slice(samples);
+    Ok(room)
+}
+
+fn reserve<'a, T>(place: impl Into<Place<'a>>, elements: usize, samples: usize) -> PyResult<Vec<T>> {
+    let mut room = Vec::new();
+    match room.try_reserve_exact(elements) {
+        Ok(()) => Ok(room),
+        Err(_) => Err(no_memory(place, samples)),
     }
 }

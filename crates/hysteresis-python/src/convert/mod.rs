@@ -4,7 +4,4 @@ pub(crate) mod arguments;
 pub(crate) mod arrays;
 pub(crate) mod errors;
 pub(crate) mod files;
-pub(crate) mod memory;
 pub(crate) mod objects;
-pub(crate) mod pickling;
-pub(crate) mod values;

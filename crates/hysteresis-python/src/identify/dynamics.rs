@@ -16,10 +16,10 @@ use super::quality::Quality;
 use crate::control::linear::creep::Creep;
 use crate::control::linear::part::dynamics;
 use crate::convert::arguments::samples;
+use crate::convert::arrays::{FIT, check_room};
 use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::{self, one_record};
-use crate::convert::memory::{FIT, check_room};
-use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::model::object::compiled_of;
 
 /// What `identify_dynamics` found: the linear part behind a hysteresis model, and how far to trust it.

@@ -16,8 +16,8 @@ use super::many_tasks::Tasks;
 use super::options::{Smoothness, placed};
 use crate::convert::arguments::{callable, count};
 use crate::convert::arrays::array;
+use crate::convert::arrays::{FIT, check_room};
 use crate::convert::errors::{self, raise, record, unexpected};
-use crate::convert::memory::{FIT, check_room};
 
 /// Fits a model to each of many actuators: hysteresis and dead time, as `identify` does for one.
 ///

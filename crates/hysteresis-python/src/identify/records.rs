@@ -6,8 +6,8 @@ use pyo3::types::{PyFloat, PyList, PyString, PyTuple};
 
 use super::intervals::{Intervals, duration};
 use crate::convert::arrays::numbers;
+use crate::convert::arrays::{FIT, check_room};
 use crate::convert::errors::{self, Place, one_record, record, unexpected, wrong_type};
-use crate::convert::memory::{FIT, check_room};
 
 /// What is held out for validation.
 pub(crate) enum HeldOut {

@@ -11,8 +11,8 @@ use crate::control::linear::part::{LinearPart, dynamics_object};
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise, wrong_type};
+use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::convert::objects::{exclusive, shared};
-use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::{model_of, object};
 
 /// The weights of a model that follow a running actuator: recursive least squares with forgetting.

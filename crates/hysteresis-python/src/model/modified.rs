@@ -6,11 +6,11 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::object::ModifiedPrandtlIshlinskii;
+use crate::convert::arrays::{OPERATOR, check_room};
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::raise;
-use crate::convert::memory::{OPERATOR, check_room};
-use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::convert::values::hash;
+use crate::convert::objects::hash;
+use crate::convert::objects::{Reduced, keywords, reduce};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 

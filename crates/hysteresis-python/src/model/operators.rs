@@ -7,8 +7,8 @@ use pyo3::prelude::*;
 use crate::convert::arguments::numbers;
 use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
+use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::convert::objects::{exclusive, shared};
-use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::stream::single_argument::Stepper;
 
 /// The play operator, equations (1)-(3): z(k) = max(x - r, min(x + r, z(k-1))).

@@ -12,8 +12,8 @@ use pythonize::pythonize;
 use super::plant::Plant;
 use crate::convert::arrays::{array, read_only, vector, zeros};
 use crate::convert::errors::{self, raise, unexpected};
+use crate::convert::objects::{Reduced, keywords, reduce, saved};
 use crate::convert::objects::{exclusive, shared};
-use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 use crate::stream::blocks::BLOCK;
 
 type Vector<'py> = Bound<'py, PyArray1<f64>>;

@@ -9,10 +9,10 @@ use pyo3::types::PyType;
 use serde::{Deserialize, Serialize};
 
 use crate::convert::arguments::pair;
+use crate::convert::arrays::{PASS, check_room};
 use crate::convert::arrays::{numbers, read_only};
 use crate::convert::errors::raise;
-use crate::convert::memory::{PASS, check_room};
-use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::convert::objects::{Reduced, keywords, reduce};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 

@@ -16,13 +16,13 @@ use super::plant::Plant;
 use super::run::Run;
 use super::simulate_axes::{has_axes, simulate_axes};
 use crate::control::controller::HybridController;
+use crate::control::learning::RepetitiveControl;
 use crate::control::observer::Observer;
-use crate::control::repetitive::RepetitiveControl;
-use crate::control::source::check_interval;
+use crate::control::shared_by_controllers::check_interval;
 use crate::convert::arguments::{callable, count};
 use crate::convert::arrays::numbers;
+use crate::convert::arrays::{PASS, check_room};
 use crate::convert::errors::{self, Place, raise, unexpected};
-use crate::convert::memory::{PASS, check_room};
 use crate::convert::objects::{exclusive, instance};
 use crate::identify::recursive::RecursiveIdentifier;
 

@@ -17,7 +17,7 @@ use super::run::Run;
 use super::simulate::{check_limits, watch};
 use crate::control::controller::HybridController;
 use crate::control::multi_axis::MultiAxisController;
-use crate::control::source::check_interval;
+use crate::control::shared_by_controllers::check_interval;
 use crate::convert::arrays::{array, numbers};
 use crate::convert::errors::{self, Place, raise, unexpected};
 use crate::convert::objects::{exclusive, shared};

@@ -16,12 +16,12 @@ use super::foreign::ForeignIo;
 use super::other_side::{Functions, SharedMemory, Udp};
 use super::report::LoopReport;
 use super::stop::{Signals, Stop};
-use crate::control::source::check_interval;
+use crate::control::shared_by_controllers::check_interval;
 use crate::convert::arguments::{OrDefault, OrNone, callable, flag, path, whole, whole_number};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, Refusal, raise};
+use crate::convert::objects::keywords;
 use crate::convert::objects::{exclusive, instance};
-use crate::convert::pickling::keywords;
 use crate::plant::plant::Plant;
 
 /// How often signals are looked at, and `progress` is called.

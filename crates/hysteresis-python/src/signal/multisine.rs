@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 
 use super::signals::Samples;
 use crate::convert::arguments::{count, whole};
+use crate::convert::arrays::{SPECTRUM, check_room};
 use crate::convert::errors::{raise, unexpected, value};
-use crate::convert::memory::{SPECTRUM, check_room};
 
 /// Sines of many frequencies at once: center + the sum over k in lines of cos(2 pi k n / samples + phi_k), scaled to a peak of
 /// `amplitude`.

@@ -4,6 +4,7 @@ use hysteresis_control::feedforward::PreviewOptions;
 use hysteresis_control::filters::sections;
 use hysteresis_control::learning::{FeedbackLoop, LearningOptions, RepetitiveOptions};
 use hysteresis_control::stage::PEAK_SENSITIVITY;
+use hysteresis_control::tuning::Structure;
 use hysteresis_core::Sections;
 use hysteresis_python_macros::methods;
 use hysteresis_simulate::closed_loop::{Tracking, TrackingTask};
@@ -13,14 +14,14 @@ use super::made_controller::{SOURCES, Wishes, both};
 use super::object::Stage;
 use super::precompensate::checked_limits;
 use crate::control::controller::HybridController;
-use crate::control::feedback_loop::told;
-use crate::control::iterative::IterativeLearning;
+use crate::control::inverse_dynamics;
+use crate::control::inverse_dynamics::Preview;
+use crate::control::learning::IterativeLearning;
+use crate::control::learning::RepetitiveControl;
+use crate::control::learning::told;
 use crate::control::linear::state_space::StateSpace;
 use crate::control::observer::Observer;
-use crate::control::preview::Preview;
-use crate::control::reference;
-use crate::control::repetitive::RepetitiveControl;
-use crate::control::tune::Demands;
+use crate::control::tuning::Demands;
 use crate::control::tuning::Tuning;
 use crate::convert::arguments::{OrDefault, count, numbers, pair, samples, unknown, whole};
 use crate::convert::errors::raise;
@@ -70,10 +71,10 @@ impl Stage {
         &self,
         py: Python<'_>,
         dt: f64,
-        #[py("float" = 1.7)] peak_sensitivity: Option<&Bound<'_, PyAny>>,
-        #[py(*, "float | None" = None)] frequency_uncertainty: Option<&Bound<'_, PyAny>>,
-        #[py("float | None" = None)] damping_uncertainty: Option<&Bound<'_, PyAny>>,
-        #[py("Structure | None" = None)] structure: Option<&Bound<'_, PyAny>>,
+        #[py(= 1.7)] peak_sensitivity: f64,
+        #[py(*, = None)] frequency_uncertainty: Option<f64>,
+        #[py(= None)] damping_uncertainty: Option<f64>,
+        #[py("Structure | None" = None)] structure: Option<Structure>,
     ) -> PyResult<Tuning> {
         let demands = Demands { peak_sensitivity, frequency_uncertainty, damping_uncertainty, structure };
         demands.tune(py, self.0.clone(), dt)
@@ -277,7 +278,7 @@ impl Stage {
         #[py("Callable[[float], object] | None" = None)] progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Run> {
         let limits = checked_limits(&self.0, limits)?;
-        let reference = reference::samples("reference", reference, dt)?;
+        let reference = inverse_dynamics::samples("reference", reference, dt)?;
         let task = TrackingTask::new(&reference, period).map_err(raise)?;
         let expected = "\"inverse\" or \"preview\"";
         let feedforward = feedforward.word("feedforward", expected, "preview")?;

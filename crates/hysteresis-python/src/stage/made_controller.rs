@@ -9,9 +9,9 @@ use pyo3::types::PyString;
 use super::object::Stage;
 use super::streams::StageInverse;
 use crate::control::controller::HybridController;
-use crate::control::feedback_loop::told;
+use crate::control::learning::RepetitiveControl;
+use crate::control::learning::told;
 use crate::control::observer::Observer;
-use crate::control::repetitive::RepetitiveControl;
 use crate::convert::arguments::{numbers, unknown};
 use crate::convert::errors::{self, raise, unexpected};
 

@@ -3,6 +3,8 @@
 use hysteresis_control::stage;
 use pyo3::prelude::*;
 
+use crate::argument::Class;
+
 /// A whole stage: limits, dead time, amplifier, hysteresis, loop shift, creep, modes and sensor noise in one
 /// object.
 ///
@@ -53,3 +55,7 @@ use pyo3::prelude::*;
 /// True
 #[pyclass(module = "mpi_hyst", frozen)]
 pub(crate) struct Stage(pub(crate) stage::Stage);
+
+impl Class for Stage {
+    const CALLED: &'static str = "a mh.Stage";
+}

@@ -3,11 +3,11 @@
 use hysteresis_control::stage::{PrecompensateOptions, Precompensated, Stage};
 use pyo3::prelude::*;
 
-use crate::control::reference::samples;
+use crate::control::inverse_dynamics::samples;
 use crate::convert::arguments::{Given, pair};
 use crate::convert::arrays::vector;
+use crate::convert::arrays::{self, PASS, check_room};
 use crate::convert::errors::{raise, warn};
-use crate::convert::memory::{self, PASS, check_room};
 
 /// The keywords of `precompensate`, as they came.
 #[derive(FromPyObject)]
@@ -43,7 +43,7 @@ pub(crate) fn precompensate(
 ) -> PyResult<Precompensated> {
     let history = keywords.history.as_ref().map(|drives| vector("history", drives)).transpose()?;
     let history = history.as_ref().map_or(Ok(&[][..]), |drives| drives.as_slice())?;
-    let history = memory::copy("history", history)?;
+    let history = arrays::copy("history", history)?;
     let options = PrecompensateOptions {
         limits: checked_limits(stage, keywords.limits.as_ref())?,
         start: keywords.start.as_ref().number("start")?,

@@ -18,7 +18,7 @@ use crate::control::linear::part::dynamics_object;
 use crate::convert::arguments::{self};
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::files;
-use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::model::object::ModifiedPrandtlIshlinskii;
 use crate::stream::bracket::Bracket;
 

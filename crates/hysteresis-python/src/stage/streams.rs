@@ -13,8 +13,8 @@ use pythonize::pythonize;
 use super::object::Stage;
 use crate::convert::arrays;
 use crate::convert::errors::{Place, raise, value};
+use crate::convert::objects::{Reduced, keywords, reduce, saved_or_bytes};
 use crate::convert::objects::{exclusive, shared};
-use crate::convert::pickling::{Reduced, keywords, reduce, saved_or_bytes};
 use crate::model::object::{compiled_of, model_of};
 use crate::stream::single_argument::Stepper;
 

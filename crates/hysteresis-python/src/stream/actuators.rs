@@ -14,7 +14,7 @@ use crate::convert::arguments::path as path_of;
 use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise, wrong_type};
 use crate::convert::files::{read, write_file};
-use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::model::methods::{forward_at_rest, inverse_at_rest, method_asked_for};
 use crate::model::object::{compiled_if_model, compiled_of, model_of, object};
 

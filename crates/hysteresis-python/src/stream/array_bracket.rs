@@ -14,8 +14,8 @@ use super::stream_arrays::{MadeOf, columns, in_state, states};
 use crate::convert::arguments::{OrDefault, count};
 use crate::convert::arrays::{each, zeros};
 use crate::convert::errors::{self, raise};
+use crate::convert::objects::{Reduced, saved};
 use crate::convert::objects::{exclusive, shared};
-use crate::convert::pickling::{Reduced, saved};
 use crate::signal::excitation::shape_of;
 
 /// How uncertain the outputs of many actuators are when their history is unknown: made by `array.bracket(limits)`.

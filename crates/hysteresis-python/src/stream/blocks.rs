@@ -9,9 +9,9 @@ use pyo3::PyClass;
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::False;
 
+use crate::convert::arrays;
 use crate::convert::arrays::{is_slice, vector, zeros};
 use crate::convert::errors::{self, in_use, raise, wrong_type};
-use crate::convert::memory;
 use crate::convert::objects::exclusive;
 
 /// Samples between two looks at pending signals (Ctrl-C).
@@ -141,7 +141,7 @@ pub(crate) fn apply<'py, D: Dimension>(
         work(Block::Apart(samples.as_slice()?, free.as_slice_mut()?))?;
     } else {
         // The output overlaps the input: what is written must not be read back as input.
-        let copy = memory::copy("input", samples.as_slice()?)?;
+        let copy = arrays::copy("input", samples.as_slice()?)?;
         drop(samples);
         let mut free = out.try_readwrite().map_err(|_| in_use("out"))?;
         work(Block::Apart(&copy, free.as_slice_mut()?))?;

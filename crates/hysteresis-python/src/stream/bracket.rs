@@ -8,8 +8,8 @@ use pythonize::pythonize;
 
 use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
+use crate::convert::objects::{Reduced, keywords, reduce, saved};
 use crate::convert::objects::{exclusive, shared};
-use crate::convert::pickling::{Reduced, keywords, reduce, saved};
 use crate::stage::object::Stage;
 
 /// How uncertain the output is when its history is unknown: made by `model.bracket(limits)` or

@@ -7,7 +7,7 @@ use pyo3::types::PyTuple;
 use hysteresis_core::Method;
 
 use super::streams::method_name;
-use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::convert::objects::{Reduced, keywords, reduce};
 
 /// The model, and the arguments of its `forward` or `inverse`.
 pub(crate) struct Made {

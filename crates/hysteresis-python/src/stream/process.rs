@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use super::blocks::{self, Single};
 use super::single_argument::Stepper;
 use super::streams::{Forward, Inverse};
-use crate::control::filter_stream::Filter;
+use crate::control::filters::Filter;
 use crate::convert::objects::exclusive;
 use crate::model::operators::{CoupledPlay, Play};
 use crate::stage::streams::{StageForward, StageInverse};

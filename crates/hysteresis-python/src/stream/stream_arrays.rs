@@ -21,8 +21,8 @@ use crate::argument::Argument;
 use crate::convert::arguments::{count, whole};
 use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise};
+use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::convert::objects::{exclusive, shared};
-use crate::convert::pickling::{Reduced, keywords, reduce};
 use crate::model::object::compiled_of;
 
 /// The outputs of many models, sample by sample: made by `array.forward()`.

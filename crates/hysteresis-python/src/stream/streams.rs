@@ -11,8 +11,8 @@ use super::made::Made;
 use super::single_argument::Stepper;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
+use crate::convert::objects::Reduced;
 use crate::convert::objects::{exclusive, shared};
-use crate::convert::pickling::Reduced;
 use crate::model::object::compiled_of;
 
 /// The output of a model, sample by sample: made by `model.forward()`.

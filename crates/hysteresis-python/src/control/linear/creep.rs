@@ -9,8 +9,8 @@ use super::response::response;
 use crate::convert::arguments::count;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{self, raise, unexpected};
-use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::convert::values::hash;
+use crate::convert::objects::hash;
+use crate::convert::objects::{Reduced, keywords, reduce};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 

@@ -5,8 +5,8 @@ use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 
 use crate::convert::errors::raise;
-use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::convert::values::hash;
+use crate::convert::objects::hash;
+use crate::convert::objects::{Reduced, keywords, reduce};
 
 /// Second-order dynamics of unit static gain: y'' + 2 zeta w y' + w^2 y = w^2 u, w = 2 pi f.
 ///

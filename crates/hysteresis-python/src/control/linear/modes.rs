@@ -9,8 +9,8 @@ use pyo3::types::PyTuple;
 use super::lags::SecondOrder;
 use crate::convert::arrays::{read_only, vector};
 use crate::convert::errors::{Place, raise, unexpected};
-use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::convert::values::hash;
+use crate::convert::objects::hash;
+use crate::convert::objects::{Reduced, keywords, reduce};
 
 /// An antiresonance and the resonance that belongs to it, of unit static gain.
 ///

@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 
 use crate::convert::arrays::{array, vector};
 use crate::convert::errors::raise;
-use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::convert::values::hash;
+use crate::convert::objects::hash;
+use crate::convert::objects::{Reduced, keywords, reduce};
 
 /// Stable linear dynamics of one input and one output in continuous time: x' = A x + b u, y = c x + d u.
 ///

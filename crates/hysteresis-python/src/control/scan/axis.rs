@@ -9,7 +9,7 @@ use super::raster::Raster;
 use super::spiral::Spiral;
 use crate::control::trajectories::{Motions, sample};
 use crate::convert::arguments::pair_of_axes;
-use crate::convert::pickling::{Reduced, keywords, reduce};
+use crate::convert::objects::{Reduced, keywords, reduce};
 
 /// A scan of any kind.
 #[derive(Clone, Copy, PartialEq)]

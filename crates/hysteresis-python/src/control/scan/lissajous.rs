@@ -7,8 +7,8 @@ use pyo3::prelude::*;
 use super::axis::{AnyScan, center_of};
 use crate::convert::arguments::pair_of_axes;
 use crate::convert::errors::raise;
-use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::convert::values::hash;
+use crate::convert::objects::hash;
+use crate::convert::objects::{Reduced, keywords, reduce};
 
 /// A Lissajous figure: a sine on each axis, whose amplitudes grow from rest and fade to rest.
 ///

@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use super::axis::{AnyScan, center_of};
 use crate::convert::arguments::{OrDefault, count, numbers};
 use crate::convert::errors::raise;
-use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::convert::values::hash;
+use crate::convert::objects::hash;
+use crate::convert::objects::{Reduced, keywords, reduce};
 
 /// A raster: the fast axis x goes to and fro at a constant speed, the slow axis y advances.
 ///

@@ -6,8 +6,8 @@ use pyo3::prelude::*;
 
 use super::axis::{AnyScan, center_of};
 use crate::convert::errors::{raise, value};
-use crate::convert::pickling::{Reduced, keywords, reduce};
-use crate::convert::values::hash;
+use crate::convert::objects::hash;
+use crate::convert::objects::{Reduced, keywords, reduce};
 
 /// An Archimedean spiral from the centre outwards: r = pitch theta / (2 pi), x = r cos theta, y = r sin theta.
 ///
