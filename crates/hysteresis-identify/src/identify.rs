@@ -20,15 +20,15 @@ use crate::fit::response::Chain;
 use crate::fit::space::Space;
 use crate::judge::finding::FindingCode;
 use crate::judge::loops::{judged, turned_positions, with_positions};
-use crate::judge::{findings, is_falling, without_interval};
+use crate::judge::{findings_of_fit, is_falling, without_interval};
 use crate::options::{Options, Setting};
 use crate::records::record::{Record, check_times, leaving_out};
-use crate::records::signal::as_f64;
+use crate::records::signal::{as_f64, bounds_of};
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
 use crate::terms::dynamics::LinearPart;
 use crate::terms::loop_shift::ShiftColumns;
-use crate::terms::operators::{ModelKind, Thresholds};
+use crate::terms::operators::ModelKind;
 use crate::terms::weights::{WeightBasis, WeightLaw};
 use crate::uncertainty::errors::{Covariance, Spread, StandardErrors};
 use crate::uncertainty::root::{ColouredFit, Root};
@@ -141,10 +141,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         Some(told) => standard_errors.with_dynamics_of(told.errors),
         None => standard_errors,
     };
-    let mut warnings = findings(records, &chain);
-    // Thresholds that the fit places follow the input: where ratios carry one beyond, no number is missing.
-    let are_given = matches!(options.thresholds, Thresholds::Given(_));
-    warnings.retain(|finding| are_given || finding.code != FindingCode::UnreachedThreshold);
+    let mut warnings = findings_of_fit(records, &chain, &options.thresholds);
     match &linear {
         Some(linear) => {
             let told: Vec<_> = warnings.iter().map(|finding| finding.code).collect();
@@ -176,8 +173,8 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         dead_time_samples: intervals.common().map(|dt| dead_time / dt),
         lag: chain.linear.lag(),
         dt: intervals.seconds(),
-        drive_range: range(records.iter().map(Record::input_bounds)),
-        position_range: range(records.iter().map(Record::output_bounds)),
+        drive_range: bounds_of(records.iter().map(Record::input_bounds)),
+        position_range: bounds_of(records.iter().map(Record::output_bounds)),
         fit: Quality::pooled(&record_fits),
         record_fits,
         left_out_samples: records.iter().map(|record| record.left_out().to_vec()).collect(),
@@ -200,10 +197,6 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         options,
         penalty: linearised.into_penalty(),
     })
-}
-
-fn range(bounds: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
-    bounds.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (from, to)| (low.min(from), high.max(to)))
 }
 
 /// The hysteresis. What the record shows as an offset has crept: the model has what was there before.

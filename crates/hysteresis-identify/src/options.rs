@@ -277,6 +277,24 @@ pub enum Loss {
 }
 
 impl Loss {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Auto, Self::Squares, Self::Robust];
+
+    /// Its name in lower case.
+    ///
+    /// ```
+    /// use hysteresis_identify::Loss;
+    /// assert_eq!(Loss::Robust.name(), "robust");
+    /// ```
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Squares => "squares",
+            Self::Robust => "robust",
+        }
+    }
+
     /// How many standard deviations of the residual a glitch lies away at least; none where all samples count.
     pub(crate) fn limit(self) -> Option<f64> {
         match self {

@@ -7,9 +7,8 @@ use crate::algebra::factor::echelon_of;
 use crate::fit::own_columns::{below_own, own_values};
 use crate::fit::point::Parameter;
 use crate::fit::projection::{ProjectedFit, Projection};
-use crate::options::Options;
-use crate::options::Setting;
-use crate::records::signal::as_f64;
+use crate::options::{Options, Setting};
+use crate::records::signal::{as_f64, mean};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::weights::{WeightBasis, WeightLaw, combined, penalised};
 
@@ -185,6 +184,13 @@ impl StretchesUnderLaw<'_> {
         CrossValidation { weights, operators, smoothness, creep, loop_shift, rmse, stretches, rounding }
     }
 
+    /// The same with the smoothness that predicts best; that of the terms if none does.
+    pub(crate) fn at_best(&self, smoothnesses: &[f64], terms: &Terms) -> CrossValidation {
+        let with = |smoothness: &f64| self.cross_validate(&Terms { smoothness: *smoothness, ..*terms });
+        let tried: Vec<_> = smoothnesses.iter().map(with).collect();
+        CrossValidation::best(&tried).cloned().unwrap_or_else(|| self.cross_validate(terms))
+    }
+
     /// Between what unknowns and steps of the searched parameters lie; what a candidate does not have is held at zero.
     fn bounds(&self, terms: &Terms) -> Vec<(f64, f64)> {
         let (space, point) = (self.all.projection.space(), &self.all.fit.point);
@@ -234,10 +240,6 @@ fn without(parts: &[(Mat<f64>, usize)], held_out: usize, own: usize) -> Mat<f64>
     let height = parts[0].0.nrows();
     let stacked = Mat::from_fn(others.len() * height, columns, |i, j| others[i / height][(i % height, j)]);
     echelon_of(stacked, own).get(..columns, ..).to_owned()
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / as_f64(values.len())
 }
 
 /// Of the mean of independent values.

@@ -16,8 +16,7 @@ use crate::records::course::Course;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::terms::creep::CreepFilter;
-use crate::terms::dynamics::DynamicsModel;
-use crate::terms::dynamics::{LinearPart, Order, SampledPart};
+use crate::terms::dynamics::{DynamicsModel, LinearPart, Order, SampledPart};
 use crate::terms::operators::BLOCK;
 
 /// The ratio of neighbouring frequencies.
@@ -198,9 +197,9 @@ impl Scan {
             let mut creep = CreepFilter::new(&SampledPart::new(&creep, dt));
             let inputs = output.iter().map(|h| [*h, creep.next(*h) - h]).collect();
             let course = Course::new(record, stride, space.unread_samples());
-            let outputs = || (0..course.len()).map(|row| record.output()[course.sample(row)]);
-            let mean = outputs().sum::<f64>() / as_f64(course.len());
-            let rows = outputs().enumerate().map(|(row, y)| (course.sample(row), y - mean)).collect();
+            let outputs = course.of(record.output());
+            let mean = outputs.clone().sum::<f64>() / as_f64(course.len());
+            let rows = outputs.enumerate().map(|(row, y)| (course.sample(row), y - mean)).collect();
             Signals { dt, inputs, rows }
         };
         Self { signals: records.iter().enumerate().map(signals).collect() }

@@ -81,7 +81,7 @@ pub(crate) struct UntoldModes {
     pub(crate) needed: f64,
 }
 
-/// What stays of it once they are known.
+/// What stays of the dynamics that one record told by itself, once they are known.
 #[derive(Clone)]
 pub(crate) struct ToldAlone {
     /// With the axes of the dynamics.

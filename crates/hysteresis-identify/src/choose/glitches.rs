@@ -186,9 +186,8 @@ pub(crate) fn glitches(record: &Record<'_>, chain: &Chain, place: usize, offset:
 
 /// The smallest step of the output: that of a converter, if it is seen.
 fn resolution(record: &Record<'_>) -> f64 {
-    let output = record.fitted_of(record.output());
-    let steps = output.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
-    steps.reduce(f64::min).unwrap_or(0.0)
+    let steps = signal::steps(&record.fitted_of(record.output()));
+    steps.into_iter().reduce(f64::min).unwrap_or(0.0)
 }
 
 /// Whether each sample behind the skipped ones is not left out.

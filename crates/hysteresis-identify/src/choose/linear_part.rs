@@ -130,7 +130,7 @@ impl JointSearch<'_> {
         let (first, whole) = (found.space.modes(), Span { from: 0.63, to: 0.66 });
         while (1..modes.most()).contains(&found.space.modes()) {
             let (number, needed) = (found.space.modes(), self.needed_evidence(&found));
-            monitor.begin(Span { from: whole.at(number - 1, modes.most()), to: whole.at(number, modes.most()) });
+            monitor.begin(whole.part(number - 1, modes.most()));
             let wanted = needed * self.noise(&found);
             let with = if found.fit.is_exact() { None } else { self.problem.with_mode(&found, wanted, monitor)? };
             let told = with.as_ref().filter(|with| with.has_distinct_modes());

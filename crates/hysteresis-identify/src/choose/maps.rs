@@ -13,7 +13,7 @@ use crate::fit::descent::{best_attempt, best_of_starts};
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::{SearchMonitor, Span};
-use crate::fit::projection::{ProjectedFit, Projection, levels};
+use crate::fit::projection::{ProjectedFit, Projection, levels, rough};
 use crate::fit::response::hysteresis;
 use crate::fit::space::Space;
 use crate::judge::finding::{Finding, FindingCode};
@@ -91,7 +91,7 @@ impl MapProblem<'_> {
         }
         let candidates = self.promising(candidates, found)?;
         let (whole, count) = (Span { from: 0.0, to: 0.6 }, candidates.len() + 1);
-        let span = |number| Span { from: whole.at(number, count), to: whole.at(number + 1, count) };
+        let span = |number| whole.part(number, count);
         if let [only] = &candidates[..] {
             let (place, _) = self.searched(only, found, None, whole, monitor)?;
             return Ok(Chosen { place, untold: None, were_searched: !only.is_none() });
@@ -119,7 +119,7 @@ impl MapProblem<'_> {
 
     /// How a place predicts, without a search.
     fn judged_there(&self, place: &Place) -> Result<Judged, Error> {
-        self.judged_at(place.clone(), |finest| finest.fit(&place.point, None))
+        self.judged_at(place.clone(), |projection| projection.fit(&place.point, None))
     }
 
     /// Both maps, if both are left open; `one` is the better of them.
@@ -163,8 +163,7 @@ impl MapProblem<'_> {
     fn is_promising(&self, maps: &Maps, found: &JointFit) -> Result<bool, Error> {
         let JointProblem { records, basis, .. } = self.fitted;
         let space = maps.in_front_and_behind(&found.space);
-        let levels = levels(records, &space, basis, self.smoothness, true)?;
-        let (fit, linearised) = levels[levels.len() - 1].at(&found.fit.point);
+        let (fit, linearised) = rough(records, &space, basis, self.smoothness)?.at(&found.fit.point);
         let step = linearised.step(&space.step_bounds(&fit.point, REACH), basis);
         Ok(step.objective * MUST_PROMISE < fit.objective)
     }
@@ -201,16 +200,11 @@ impl MapProblem<'_> {
         let space = &place.space;
         let terms =
             |smoothness| Terms { creep: space.creep_amplitudes(), loop_shift: LoopShiftModel::Auto, smoothness };
-        let levels = levels(records, space, basis, self.smoothness, true)?;
-        let finest = &levels[levels.len() - 1];
-        let fit = fit(finest);
-        let stretches = Stretches::new(finest, &fit);
-        let under = stretches.under(options, basis);
-        let tried = self.asked.smoothnesses().iter().map(|smoothness| under.cross_validate(&terms(*smoothness)));
-        let tried: Vec<_> = tried.collect();
-        let best = CrossValidation::best(&tried).cloned();
-        let alone = best.unwrap_or_else(|| under.cross_validate(&terms(self.smoothness)));
-        drop(levels);
+        let projection = rough(records, space, basis, self.smoothness)?;
+        let fit = fit(&projection);
+        let stretches = Stretches::new(&projection, &fit);
+        let alone = stretches.under(options, basis).at_best(self.asked.smoothnesses(), &terms(self.smoothness));
+        drop(projection);
         let tells_shift = Variety::of(records).apart_from_time;
         let shifted = if tells_shift { None } else { self.shifted(&place, &terms(alone.smoothness))? };
         Ok(Judged { place, alone, shifted })
@@ -223,10 +217,9 @@ impl MapProblem<'_> {
         let space = space.with_loop_shift(records, options.loop_shift)?;
         let Some(shift) = space.shift() else { return Ok(None) };
         let basis = options.weight_basis(space.shift_len());
-        let levels = levels(records, &space, &basis, terms.smoothness, true)?;
-        let projection = &levels[levels.len() - 1];
+        let projection = rough(records, &space, &basis, terms.smoothness)?;
         let fit = projection.fit(point, None);
-        let stretches = Stretches::new(projection, &fit);
+        let stretches = Stretches::new(&projection, &fit);
         let under = stretches.under(&options, &basis);
         let of_one = shift.filters.iter().map(|filter| LoopShiftModel::Both(filter.time_constant));
         let kinds = of_one.chain([LoopShiftModel::Auto]);
@@ -244,7 +237,7 @@ impl MapProblem<'_> {
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<(Place, ProjectedFit), Error> {
         let JointProblem { records, basis, .. } = self.fitted;
-        let [alone, together] = [0, 1].map(|half| Span { from: span.at(half, 2), to: span.at(half + 1, 2) });
+        let [alone, together] = [0, 1].map(|half| span.part(half, 2));
         let space = maps.in_front_and_behind(&found.space);
         let mut starts = vec![found.fit.point];
         if let Some(near) = near {
@@ -252,10 +245,9 @@ impl MapProblem<'_> {
         } else if !maps.is_none() {
             starts.push(self.with_hysteresis_alone(maps, found, alone, monitor)?);
         }
-        let levels = levels(records, &space, basis, self.smoothness, true)?;
-        let projection = &levels[levels.len() - 1];
-        let fit = best_attempt(projection, basis, &starts, PASSES, together, monitor)?;
-        drop(levels);
+        let projection = rough(records, &space, basis, self.smoothness)?;
+        let fit = best_attempt(&projection, &starts, PASSES, together, monitor)?;
+        drop(projection);
         Ok((Place { space, point: fit.point }, fit))
     }
 
@@ -271,7 +263,7 @@ impl MapProblem<'_> {
         let space = maps.in_front_and_behind(&Space::new(records, &options)?);
         let basis = options.weight_basis(space.shift_len());
         let levels = levels(records, &space, &basis, self.smoothness, true)?;
-        let alone = best_of_starts(&levels[0], &basis, &ROUNDS, span, monitor)?.point;
+        let alone = best_of_starts(&levels[0], &ROUNDS, span, monitor)?.point;
         let with_alone = |point: Point, parameter| point.with(parameter, alone.get(parameter));
         Ok(Parameter::of_hysteresis().fold(found.fit.point, with_alone))
     }

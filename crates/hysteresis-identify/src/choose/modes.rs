@@ -16,7 +16,7 @@ use crate::fit::response::{hysteresis, through};
 use crate::fit::space::Space;
 use crate::records::course::Course;
 use crate::records::record::Record;
-use crate::records::signal::as_f64;
+use crate::records::signal::{as_f64, mean};
 use crate::terms::creep::CreepFilter;
 use crate::terms::dynamics::{LinearPart, Mode, SampledPart};
 use crate::terms::operators::BLOCK;
@@ -263,7 +263,7 @@ impl Scan {
     fn centred(&self, mut column: Vec<f64>) -> Vec<f64> {
         for signals in &self.signals {
             let rows = &mut column[signals.rows.clone()];
-            let mean = rows.iter().sum::<f64>() / as_f64(rows.len());
+            let mean = mean(rows);
             for value in &mut *rows {
                 *value -= mean;
             }

@@ -5,7 +5,6 @@ use crate::choose::linear_part::{FoundJoint, search_joint};
 use crate::choose::maps::{Chosen, MapProblem, maps_and_lag};
 use crate::choose::quiet_record::{Told, told_by_quietest};
 use crate::choose::structure::{USUAL_SMOOTHNESS, restructured, with_operators_chosen};
-use crate::choose::told::is_open;
 use crate::error::Error;
 use crate::fit::descent::search;
 use crate::fit::joint::{JointFit, JointProblem};
@@ -34,7 +33,7 @@ pub(crate) fn search_all(
 /// The same with a number of operators that is known, and with dynamics that may still stand in for what the hysteresis lacks.
 fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     let all = asked.with_open_terms(&asked.intervals(records)?);
-    let (is_joint, chooses) = (all.is_joint(), is_open(asked));
+    let (is_joint, chooses) = (all.is_joint(), asked.leaves_structure_open());
     monitor.begin(Span {
         from: 0.0,
         to: if is_joint {
@@ -169,7 +168,7 @@ pub(crate) fn search_polynomial(
 
 /// The same with a number of operators that is known.
 fn search_powers(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
-    let chooses = is_open(asked);
+    let chooses = asked.leaves_structure_open();
     monitor.begin(Span { from: 0.0, to: if chooses { 0.8 } else { 1.0 } });
     let found = search_beside(records, asked, |space| space.with_powers(), monitor)?;
     if !chooses || found.partial {
@@ -192,7 +191,7 @@ fn search_beside(
     let levels = levels(records, &space, &basis, smoothness, false)?;
     let searched = match monitor.kept() {
         Some(_) => Err(Error::Interrupted),
-        None => search(&levels, &basis, None, monitor),
+        None => search(&levels, None, monitor),
     };
     let ((fit, linearised), partial) = match (searched, monitor.kept()) {
         (Err(Error::Interrupted), Some(best)) => (levels[levels.len() - 1].at(&best), true),

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::{SearchMonitor, Span};
-use crate::fit::projection::{enough, levels};
+use crate::fit::projection::{enough, rough};
 use crate::fit::space::Space;
 use crate::options::{Options, Setting};
 use crate::records::record::Record;
@@ -49,10 +49,9 @@ impl StructureProblem<'_> {
         let laws: Vec<_> = laws.iter().map(|options| (options, options.weight_basis(shifts))).collect();
         let Some((_, widest)) = laws.last() else { return Ok(Structure::default()) };
         let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { asked.given_smoothness() };
-        let levels = levels(records, &space, widest, usual, true)?;
-        let projection = &levels[levels.len() - 1];
+        let projection = rough(records, &space, widest, usual)?;
         let fit = projection.fit(self.point, None);
-        let stretches = Stretches::new(projection, &fit);
+        let stretches = Stretches::new(&projection, &fit);
         let under: Vec<_> = laws.iter().map(|(options, law)| stretches.under(options, law)).collect();
         let (terms, terms_tried) = self.terms(&under[under.len() - 1], &space, usual);
         let (best, tried): (Vec<_>, Vec<_>) = under.iter().map(|law| self.smoothness(law, &terms)).unzip();
@@ -140,6 +139,70 @@ fn shift_kinds(asked: LoopShiftModel, space: &Space) -> Vec<Vec<LoopShiftModel>>
 /// A point with only the first amplitudes of creep.
 pub(crate) fn with_creep_amplitudes(point: &Point, space: &Space, amplitudes: usize) -> Point {
     (amplitudes..space.creep_amplitudes()).fold(*point, |point, number| point.with(Parameter::Creep(number), 0.0))
+}
+
+/// How many last descents there are at most, each with the smoothness that is chosen where the one before led.
+const DESCENTS: usize = 3;
+
+/// The same with terms, weight law and smoothness as cross-validation chooses them at a place, fitted anew from there.
+pub(crate) fn restructured(
+    records: &[Record<'_>],
+    asked: &Options,
+    found: Found,
+    Place { space, point }: Place,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let mut structure = StructureProblem { records, asked, space: &space, point: &point }.choose()?;
+    let mut options = Options { weights: structure.weights, loop_shift: structure.loop_shift, ..found.options.clone() };
+    let mut space = space.with_loop_shift(records, options.loop_shift)?;
+    let mut point = point;
+    if asked.creep == CreepModel::Auto {
+        point = with_creep_amplitudes(&point, &space, structure.creep);
+        space = space.with_creep_amplitudes(structure.creep);
+        options.creep = [CreepModel::UnderWay, CreepModel::Slow, CreepModel::SlowAndFast][structure.creep].clone();
+    }
+    let basis = options.weight_basis(space.shift_len());
+    let problem = JointProblem { records, options: &options, basis: &basis, smoothness: structure.smoothness };
+    let (fit, partial) = last_descents(problem, &mut structure, Place { space, point }, monitor)?;
+    let is_told = |_: &LinearEvidence| {
+        let asked = matches!(asked.dynamics, DynamicsModel::Order(_));
+        asked || fit.space.order().is_some() || fit.space.creep_amplitudes() > 0
+    };
+    let linear = found.linear.filter(is_told);
+    Ok(Found { fit, smoothness: structure.smoothness, options, basis, structure, linear, partial, ..found })
+}
+
+/// The last descent, with the smoothness that is chosen where it led until that stays the same; and whether it was stopped.
+fn last_descents(
+    mut problem: JointProblem<'_>,
+    structure: &mut Structure,
+    Place { mut space, mut point }: Place,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<(JointFit, bool), Error> {
+    let (records, options) = (problem.records, problem.options);
+    let mut descents = 0;
+    loop {
+        monitor.within(1, 2);
+        let fit = match problem.search_around(space.clone(), &point, monitor) {
+            Err(Error::Interrupted) if monitor.keeps_best() => {
+                return Ok((problem.at(&space, &monitor.kept().unwrap_or(point))?, true));
+            }
+            searched => searched?,
+        };
+        descents += 1;
+        if options.smoothness != Setting::Fit || descents == DESCENTS {
+            return Ok((fit, false));
+        }
+        // It was chosen at ratios that suit another one. The part of the work before is done: progress does not go back.
+        monitor.hold();
+        (space, point) = (fit.space.clone(), fit.fit.point);
+        let again = StructureProblem { records, asked: options, space: &space, point: &point }.choose()?;
+        if again.smoothness == problem.smoothness {
+            return Ok((fit, false));
+        }
+        problem.smoothness = again.smoothness;
+        (structure.smoothness, structure.smoothness_tried) = (again.smoothness, again.smoothness_tried);
+    }
 }
 
 /// The numbers that are tried where any may be chosen.
@@ -291,83 +354,16 @@ impl Choice<'_> {
             return Ok(false);
         }
         let basis = options.weight_basis(space.shift_len());
-        let levels = match levels(self.records, &space, &basis, *smoothness, true) {
+        let projection = match rough(self.records, &space, &basis, *smoothness) {
             Err(Error::TooFewSamples { .. }) => return Ok(false),
-            levels => levels?,
+            projection => projection?,
         };
-        let projection = &levels[levels.len() - 1];
         let fit = projection.fit(&found.fit.point, None);
         monitor.looked(fraction)?;
-        let stretches = Stretches::spread(projection, &fit, TURNS);
-        let under = stretches.under(options, &basis);
-        let terms = |smoothness| Terms { creep: space.creep_amplitudes(), loop_shift: options.loop_shift, smoothness };
-        let tried: Vec<_> = options.smoothnesses().iter().map(|value| under.cross_validate(&terms(*value))).collect();
-        let best = CrossValidation::best(&tried).cloned();
-        self.tried.push(best.unwrap_or_else(|| under.cross_validate(&terms(*smoothness))));
+        let stretches = Stretches::spread(&projection, &fit, TURNS);
+        let (creep, loop_shift) = (space.creep_amplitudes(), options.loop_shift);
+        let terms = Terms { creep, loop_shift, smoothness: *smoothness };
+        self.tried.push(stretches.under(options, &basis).at_best(options.smoothnesses(), &terms));
         Ok(true)
-    }
-}
-
-/// How many last descents there are at most, each with the smoothness that is chosen where the one before led.
-const DESCENTS: usize = 3;
-
-/// The same with terms, weight law and smoothness as cross-validation chooses them at a place, fitted anew from there.
-pub(crate) fn restructured(
-    records: &[Record<'_>],
-    asked: &Options,
-    found: Found,
-    Place { space, point }: Place,
-    monitor: &mut SearchMonitor<'_>,
-) -> Result<Found, Error> {
-    let mut structure = StructureProblem { records, asked, space: &space, point: &point }.choose()?;
-    let mut options = Options { weights: structure.weights, loop_shift: structure.loop_shift, ..found.options.clone() };
-    let mut space = space.with_loop_shift(records, options.loop_shift)?;
-    let mut point = point;
-    if asked.creep == CreepModel::Auto {
-        point = with_creep_amplitudes(&point, &space, structure.creep);
-        space = space.with_creep_amplitudes(structure.creep);
-        options.creep = [CreepModel::UnderWay, CreepModel::Slow, CreepModel::SlowAndFast][structure.creep].clone();
-    }
-    let basis = options.weight_basis(space.shift_len());
-    let problem = JointProblem { records, options: &options, basis: &basis, smoothness: structure.smoothness };
-    let (fit, partial) = last_descents(problem, &mut structure, Place { space, point }, monitor)?;
-    let is_told = |_: &LinearEvidence| {
-        let asked = matches!(asked.dynamics, DynamicsModel::Order(_));
-        asked || fit.space.order().is_some() || fit.space.creep_amplitudes() > 0
-    };
-    let linear = found.linear.filter(is_told);
-    Ok(Found { fit, smoothness: structure.smoothness, options, basis, structure, linear, partial, ..found })
-}
-
-/// The last descent, with the smoothness that is chosen where it led until that stays the same; and whether it was stopped.
-fn last_descents(
-    mut problem: JointProblem<'_>,
-    structure: &mut Structure,
-    Place { mut space, mut point }: Place,
-    monitor: &mut SearchMonitor<'_>,
-) -> Result<(JointFit, bool), Error> {
-    let (records, options) = (problem.records, problem.options);
-    let mut descents = 0;
-    loop {
-        monitor.within(1, 2);
-        let fit = match problem.search_around(space.clone(), &point, monitor) {
-            Err(Error::Interrupted) if monitor.keeps_best() => {
-                return Ok((problem.at(&space, &monitor.kept().unwrap_or(point))?, true));
-            }
-            searched => searched?,
-        };
-        descents += 1;
-        if options.smoothness != Setting::Fit || descents == DESCENTS {
-            return Ok((fit, false));
-        }
-        // It was chosen at ratios that suit another one. The part of the work before is done: progress does not go back.
-        monitor.hold();
-        (space, point) = (fit.space.clone(), fit.fit.point);
-        let again = StructureProblem { records, asked: options, space: &space, point: &point }.choose()?;
-        if again.smoothness == problem.smoothness {
-            return Ok((fit, false));
-        }
-        problem.smoothness = again.smoothness;
-        (structure.smoothness, structure.smoothness_tried) = (again.smoothness, again.smoothness_tried);
     }
 }

@@ -5,9 +5,8 @@
 use crate::error::Error;
 use crate::options::{Options, Setting};
 use crate::records::course::turns;
-use crate::records::record::Intervals;
-use crate::records::record::Record;
-use crate::records::signal::as_f64;
+use crate::records::record::{Intervals, Record};
+use crate::records::signal::{as_f64, bounds_of};
 use crate::terms::creep::CreepModel;
 use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
@@ -48,8 +47,7 @@ pub(crate) struct Variety {
 
 impl Variety {
     pub(crate) fn of(records: &[Record<'_>]) -> Self {
-        let bounds = records.iter().map(Record::input_bounds);
-        let (low, high) = bounds.fold((f64::INFINITY, f64::NEG_INFINITY), |p, q| (p.0.min(q.0), p.1.max(q.1)));
+        let (low, high) = bounds_of(records.iter().map(Record::input_bounds));
         let range = high - low;
         let swings: Vec<Vec<f64>> = records.iter().map(|record| swings(record, SMALLEST_SWING * range)).collect();
         let alike = ALIKE * range;
@@ -114,6 +112,17 @@ impl Options {
         }
         all
     }
+
+    /// Whether anything is left to cross-validation once everything was fitted.
+    pub(crate) fn leaves_structure_open(&self) -> bool {
+        let laws = self.model == ModelKind::Modified || self.operators() > 4;
+        (self.weights == WeightLaw::Auto && laws)
+            || self.smoothness == Setting::Fit
+            || self.creep == CreepModel::Auto
+            || self.loop_shift == LoopShiftModel::Auto
+            || self.input_map != MapModel::None
+            || self.output_map != MapModel::None
+    }
 }
 
 /// The distances between successive reversals of the fitted samples.
@@ -164,17 +173,6 @@ fn comes_back(swings: &[f64], alike: f64) -> usize {
     let mut course: Vec<usize> = swings.iter().map(|swing| classes.partition_point(|class| class <= swing)).collect();
     course.dedup();
     (1..=classes.len()).filter(|class| course.iter().filter(|other| *other == class).count() > 1).count()
-}
-
-/// Whether anything is left to [`StructureProblem::choose`].
-pub(crate) fn is_open(options: &Options) -> bool {
-    let laws = options.model == ModelKind::Modified || options.operators() > 4;
-    (options.weights == WeightLaw::Auto && laws)
-        || options.smoothness == Setting::Fit
-        || options.creep == CreepModel::Auto
-        || options.loop_shift == LoopShiftModel::Auto
-        || options.input_map != MapModel::None
-        || options.output_map != MapModel::None
 }
 
 #[cfg(test)]

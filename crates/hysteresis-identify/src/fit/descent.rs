@@ -7,7 +7,6 @@ use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::{SearchMonitor, SearchStage, Span};
 use crate::fit::projection::{Linearised, ProjectedFit, Projection};
 use crate::records::signal::as_f64;
-use crate::terms::weights::WeightBasis;
 
 /// Successive halving: how many fits enter each round, and how many passes over the records each may take in it.
 type Rounds = [(usize, usize)];
@@ -27,24 +26,42 @@ const SHORT: usize = 3;
 const FIRST: Span = Span { from: 0.0, to: 0.6 };
 
 /// A longer dead time must lower the sum of squares by this share: whole periods of the drive fit alike.
-const DEAD_TIME_MUST_GAIN: f64 = 0.01;
+pub(crate) const DEAD_TIME_MUST_GAIN: f64 = 0.01;
 
 /// The trust region of the first step, in scales of the axes.
-const FIRST_RADIUS: f64 = 0.25;
+pub(crate) const FIRST_RADIUS: f64 = 0.25;
 
 /// Below this share of the sum of squares of the data the residual is rounding.
-const ROUNDING_SQUARES: f64 = 1e-28;
+pub(crate) const ROUNDING_SQUARES: f64 = 1e-28;
 
 /// Steps below this, in scales, change nothing.
 const MIN_STEP: f64 = 1e-13;
 
 /// When to stop improving.
 #[derive(Clone, Copy)]
-struct Patience {
-    /// The promised decrease, as a share of the sum of squares, that is not worth a step.
-    gain: f64,
-    /// How many passes over the records the steps may take.
-    passes: usize,
+pub(crate) struct Patience {
+    /// The promised decrease, as a share of the objective, that is not worth a step.
+    pub(crate) gain: f64,
+    /// How many passes over the samples the steps may take.
+    pub(crate) passes: usize,
+}
+
+impl Patience {
+    /// Whether a step of this size, in scales, is worth a pass.
+    pub(crate) fn is_worth(&self, promised: f64, objective: f64, size: f64) -> bool {
+        promised > self.gain * objective && size >= MIN_STEP
+    }
+}
+
+/// The radius of a box-shaped trust region after a step of this size, in scales, that promised more or less than it did.
+pub(crate) fn trusted(radius: f64, size: f64, decrease: f64, promised: f64) -> f64 {
+    if decrease > 0.75 * promised {
+        radius.max(2.0 * size)
+    } else if decrease.is_nan() || decrease < 0.25 * promised {
+        0.25 * size
+    } else {
+        radius
+    }
 }
 
 /// The best fit on all rows with its derivatives; `levels` are the same problem on ever more rows: the first finds where
@@ -52,7 +69,6 @@ struct Patience {
 /// all of them.
 pub(crate) fn search(
     levels: &[Projection<'_>],
-    basis: &WeightBasis,
     known: Option<&ProjectedFit>,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<(ProjectedFit, Linearised), Error> {
@@ -61,16 +77,13 @@ pub(crate) fn search(
     let patience = |rows: usize, passes| Patience { gain: (1e-2 / as_f64(rows)).max(1e-9), passes };
     let mut best = None;
     if !all.space().axes().is_empty() {
-        let mut found = if let Some(known) = known {
-            known.clone()
-        } else {
-            best_of_starts(thinned, basis, &ROUNDS, FIRST, monitor)?
-        };
+        let mut found =
+            if let Some(known) = known { known.clone() } else { best_of_starts(thinned, &ROUNDS, FIRST, monitor)? };
         let (between, middle) = (Span { from: 0.6, to: 0.7 }, &levels[1..levels.len() - 1]);
         for (i, more) in middle.iter().enumerate() {
-            let span = Span { from: between.at(i, middle.len()), to: between.at(i + 1, middle.len()) };
+            let span = between.part(i, middle.len());
             let patience = patience(more.rows(), if i == 0 { LONG } else { MEDIUM });
-            found = improve(more, basis, &found.point, Some(&found), patience, span, monitor)?.0;
+            found = improve(more, &found.point, Some(&found), patience, span, monitor)?.0;
         }
         best = Some(found);
     }
@@ -78,7 +91,6 @@ pub(crate) fn search(
     let start = best.as_ref().map_or(*all.space().origin(), |fit| fit.point);
     improve(
         all,
-        basis,
         &start,
         best.as_ref(),
         patience(all.rows(), if levels.len() > 2 { SHORT } else { LONG }),
@@ -90,13 +102,12 @@ pub(crate) fn search(
 /// The best that the usual starts lead to on a selection of the rows.
 pub(crate) fn best_of_starts(
     thinned: &Projection<'_>,
-    basis: &WeightBasis,
     rounds: &Rounds,
     span: Span,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<ProjectedFit, Error> {
     let scanned = scan(thinned, &thinned.space().starts(), Span { to: span.at(1, 3), ..span }, monitor)?;
-    refine(thinned, basis, rounds, scanned, Span { from: span.at(1, 3), ..span }, monitor)
+    refine(thinned, rounds, scanned, Span { from: span.at(1, 3), ..span }, monitor)
 }
 
 /// The fits at all starts, best first, all at the dead time that suits the best of them.
@@ -134,7 +145,6 @@ fn scan(
 /// Where the best of these fits leads: in every round the better ones go on.
 fn refine(
     thinned: &Projection<'_>,
-    basis: &WeightBasis,
     rounds: &Rounds,
     mut fits: Vec<ProjectedFit>,
     whole: Span,
@@ -145,9 +155,9 @@ fn refine(
     for (entering, passes) in rounds.iter().copied() {
         fits.truncate(entering);
         for fit in &mut fits {
-            let span = Span { from: whole.at(done, total), to: whole.at(done + 1, total) };
+            let span = whole.part(done, total);
             let patience = Patience { gain: 1e-5, passes };
-            *fit = improve(thinned, basis, &fit.point, Some(&*fit), patience, span, monitor)?.0;
+            *fit = improve(thinned, &fit.point, Some(&*fit), patience, span, monitor)?.0;
             done += 1;
         }
         fits.sort_by(by_objective);
@@ -162,7 +172,6 @@ fn by_objective(p: &ProjectedFit, q: &ProjectedFit) -> Ordering {
 /// The best of where a few steps lead from each start, of which there is one at least.
 pub(crate) fn best_attempt(
     projection: &Projection<'_>,
-    basis: &WeightBasis,
     starts: &[Point],
     passes: usize,
     span: Span,
@@ -170,9 +179,9 @@ pub(crate) fn best_attempt(
 ) -> Result<ProjectedFit, Error> {
     let mut fits = Vec::with_capacity(starts.len());
     for (number, start) in starts.iter().enumerate() {
-        let span = Span { from: span.at(number, starts.len()), to: span.at(number + 1, starts.len()) };
+        let span = span.part(number, starts.len());
         let patience = Patience { gain: 1e-4, passes };
-        fits.push(improve(projection, basis, start, None, patience, span, monitor)?.0);
+        fits.push(improve(projection, start, None, patience, span, monitor)?.0);
     }
     fits.sort_by(by_objective);
     Ok(fits.swap_remove(0))
@@ -187,7 +196,6 @@ pub(crate) fn best_attempt(
 /// next derivatives at once, at the weights that the step foresaw.
 fn improve(
     projection: &Projection<'_>,
-    basis: &WeightBasis,
     start: &Point,
     like: Option<&ProjectedFit>,
     mut patience: Patience,
@@ -206,7 +214,7 @@ fn improve(
     let passes = patience.passes;
     while !projection.space().axes().is_empty() && here.objective > ROUNDING_SQUARES * here.base_squares {
         let fraction = span.at(passes - patience.passes, passes);
-        let found = step_down(projection, basis, &here, &linearised, &mut radius, &mut patience, fraction, monitor)?;
+        let found = step_down(projection, &here, &linearised, &mut radius, &mut patience, fraction, monitor)?;
         let Some(there) = found else { break };
         (here, linearised) = there;
     }
@@ -215,10 +223,8 @@ fn improve(
 }
 
 /// The first fit below `here` that shrinking the trust region finds, or none if none is worth a step.
-#[expect(clippy::too_many_arguments, reason = "the state of one descent")]
 fn step_down(
     projection: &Projection<'_>,
-    basis: &WeightBasis,
     here: &ProjectedFit,
     linearised: &Linearised,
     radius: &mut f64,
@@ -226,26 +232,19 @@ fn step_down(
     fraction: f64,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Option<(ProjectedFit, Linearised)>, Error> {
-    let axes = projection.space().axes();
+    let space = projection.space();
     while patience.passes > 0 {
         patience.passes -= 1;
-        let bounds = projection.space().step_bounds(&here.point, *radius);
-        let step = linearised.step(&bounds, basis);
-        let size = axes.iter().zip(&step.along).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max);
-        let promised_decrease = here.objective - step.objective;
-        let worth_it = promised_decrease > patience.gain * here.objective && size >= MIN_STEP;
-        if !worth_it {
+        let step = linearised.step(&space.step_bounds(&here.point, *radius), projection.basis());
+        let (size, promised) = (space.size_of(&step.along), here.objective - step.objective);
+        if !patience.is_worth(promised, here.objective, size) {
             return Ok(None);
         }
-        let point = projection.space().moved(&here.point, &step.along);
+        let point = space.moved(&here.point, &step.along);
         let (there, next) = projection.linearise(&point, &step.weights, Some(here));
         monitor.evaluated(projection, &there, fraction)?;
         let decrease = here.objective - there.objective;
-        if decrease > 0.75 * promised_decrease {
-            *radius = radius.max(2.0 * size);
-        } else if decrease.is_nan() || decrease < 0.25 * promised_decrease {
-            *radius = 0.25 * size;
-        }
+        *radius = trusted(*radius, size, decrease, promised);
         if decrease > 0.0 {
             return Ok(Some((there, next)));
         }

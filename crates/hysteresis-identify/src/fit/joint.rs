@@ -10,7 +10,7 @@ use faer::Mat;
 use crate::algebra::bounded::solve;
 use crate::algebra::factor::TriangularFactor;
 use crate::error::Error;
-use crate::fit::descent::{best_attempt, search};
+use crate::fit::descent::{FIRST_RADIUS, best_attempt, search};
 use crate::fit::own_columns::below_own;
 use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::{SearchMonitor, Span};
@@ -20,7 +20,7 @@ use crate::fit::space::Space;
 use crate::options::Options;
 use crate::records::course::Course;
 use crate::records::record::Record;
-use crate::records::signal::as_f64;
+use crate::records::signal::{Line, as_f64};
 use crate::terms::weights::WeightBasis;
 use crate::uncertainty::colour::Colour;
 
@@ -110,8 +110,8 @@ impl JointProblem<'_> {
         let levels = levels(self.records, &space, self.basis, self.smoothness, false)?;
         // What is left is the work once the best of them is found.
         let span = Span { from: 0.0, to: 0.6 };
-        let start = best_attempt(&levels[level], self.basis, starts, passes, span, monitor)?;
-        let (fit, linearised) = search(&levels, self.basis, Some(&start), monitor)?;
+        let start = best_attempt(&levels[level], starts, passes, span, monitor)?;
+        let (fit, linearised) = search(&levels, Some(&start), monitor)?;
         drop(levels);
         Ok(JointFit { space, fit, linearised })
     }
@@ -171,9 +171,6 @@ const PASSES_BESIDE_GAINS: usize = 12;
 
 /// A step that promises a smaller share of the sum of squares is not worth a pass.
 const MIN_GAIN: f64 = 1e-7;
-
-/// The trust region of the first step, in scales of the axes.
-const FIRST_RADIUS: f64 = 0.25;
 
 /// A record is never taken for less noisy than this share of the noisiest.
 const MIN_NOISE_SHARE: f64 = 1e-3;
@@ -261,14 +258,8 @@ impl JointProblem<'_> {
 
 /// What the best gain of a signal and an offset leave of another.
 fn beside_gain(mut values: Vec<f64>, signal: &[f64]) -> Vec<f64> {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / as_f64(values.len());
-    let (offset, center) = (mean(&values), mean(signal));
-    let (product, square) = values.iter().zip(signal).fold((0.0, 0.0), |(product, square), (value, signal)| {
-        let from_center = signal - center;
-        (product + from_center * (value - offset), square + from_center * from_center)
-    });
-    let gain = if square > 0.0 { product / square } else { 0.0 };
-    values.iter_mut().zip(signal).for_each(|(value, signal)| *value -= offset + gain * (signal - center));
+    let line = Line::through(signal, &values);
+    values.iter_mut().zip(signal).for_each(|(value, signal)| *value -= line.at(*signal));
     values
 }
 

@@ -76,13 +76,13 @@ impl<'a> SearchMonitor<'a> {
 
     /// Makes the next search the part number `part` of so many.
     pub(crate) fn within(&mut self, part: usize, of: usize) {
-        self.span = Span { from: WHOLE.at(part, of), to: WHOLE.at(part + 1, of) };
+        self.span = WHOLE.part(part, of);
         self.enter(SearchStage::Scan);
     }
 
     /// Begins the choice of the structure, the first half of a part of the work.
     pub(crate) fn begin_structure(&mut self) {
-        self.span = Span { from: WHOLE.at(0, 2), to: WHOLE.at(1, 2) };
+        self.span = WHOLE.part(0, 2);
         self.enter(SearchStage::Refine);
     }
 
@@ -178,6 +178,11 @@ impl Span {
     /// A share of it, as a share of the whole.
     fn within(self, share: f64) -> f64 {
         self.from + (self.to - self.from) * share
+    }
+
+    /// The part number `number` of so many equal ones.
+    pub(crate) fn part(self, number: usize, of: usize) -> Self {
+        Self { from: self.at(number, of), to: self.at(number + 1, of) }
     }
 
     pub(crate) fn at(self, done: usize, of: usize) -> f64 {

@@ -91,7 +91,8 @@ impl<'a> Projection<'a> {
         let course = |record| Course::new(record, stride, space.unread_samples());
         let courses: Vec<_> = records.iter().map(course).collect();
         let rows = courses.iter().map(Course::len).sum();
-        let input_squares = records.iter().zip(&courses).map(|(record, course)| input_squares(record, course)).sum();
+        let input_squares =
+            records.iter().zip(&courses).map(|(record, course)| course.squares_of(record.input())).sum();
         Self { records, space, basis, smoothness, courses, rows, input_squares }
     }
 
@@ -275,23 +276,16 @@ pub(crate) fn squares(a: &Mat<f64>, b: &[f64], x: &[f64]) -> f64 {
     (0..b.len()).map(|i| error(i).powi(2)).sum()
 }
 
-/// The sum of squares of the input about its mean over the rows of a record.
-fn input_squares(record: &Record<'_>, course: &Course) -> f64 {
-    let inputs = || (0..course.len()).map(|row| record.input()[course.sample(row)]);
-    let mean = inputs().sum::<f64>() / as_f64(course.len());
-    inputs().map(|u| (u - mean).powi(2)).sum()
-}
-
 /// Those that are not at their bound, zero.
 fn free(unknowns: &[f64]) -> Vec<usize> {
     (0..unknowns.len()).filter(|j| unknowns[*j] != 0.0).collect()
 }
 
 /// The scan uses about this many samples per unknown, however long the records are.
-const SCAN_SAMPLES_PER_UNKNOWN: usize = 40;
+pub(crate) const SCAN_SAMPLES_PER_UNKNOWN: usize = 40;
 
 /// Before the descent on all samples, others on about so many: most steps of a long record cost little.
-const REFINE_SAMPLES: [usize; 2] = [20_000, 160_000];
+pub(crate) const REFINE_SAMPLES: [usize; 2] = [20_000, 160_000];
 
 /// How many samples there are, if there are enough for so many unknowns, and the latter.
 pub(crate) fn enough(records: &[Record<'_>], space: &Space, basis: &WeightBasis) -> Result<(usize, usize), Error> {
@@ -301,6 +295,17 @@ pub(crate) fn enough(records: &[Record<'_>], space: &Space, basis: &WeightBasis)
         return Err(Error::TooFewSamples { expected: 2 * unknowns, got: samples });
     }
     Ok((samples, unknowns))
+}
+
+/// The problem on so many rows that a term can be judged, but not on all of a long record.
+pub(crate) fn rough<'a>(
+    records: &'a [Record<'a>],
+    space: &'a Space,
+    basis: &'a WeightBasis,
+    smoothness: f64,
+) -> Result<Projection<'a>, Error> {
+    let mut levels = levels(records, space, basis, smoothness, true)?;
+    Ok(levels.swap_remove(levels.len() - 1))
 }
 
 /// The same problem on ever more rows; `roughly` without the last of them.

@@ -304,6 +304,11 @@ pub(crate) struct Chain {
 }
 
 impl Chain {
+    /// One without creep under way when a record begins.
+    pub(crate) fn from_rest(operators: OperatorsAt, weights: Vec<f64>, linear: LinearPart, dt: f64) -> Self {
+        Self { operators, weights, linear, underway: Vec::new(), creep_underway: CreepBasis::default(), dt }
+    }
+
     /// What of an output offset stands in front of the creep, which creeps with it.
     pub(crate) fn rest_of(&self, output_offset: f64) -> f64 {
         output_offset / (1.0 + self.linear.amplitudes.iter().sum::<f64>())

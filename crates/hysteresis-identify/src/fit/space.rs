@@ -324,6 +324,11 @@ impl Space {
         })
     }
 
+    /// How far a step goes along the axes, in their scales.
+    pub(crate) fn size_of(&self, step: &[f64]) -> f64 {
+        self.axes.iter().zip(step).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max)
+    }
+
     /// How far every axis lets a step go either way, `radius` scales at most.
     pub(crate) fn step_bounds(&self, point: &Point, radius: f64) -> Vec<(f64, f64)> {
         let within = |axis: &Axis| {

@@ -7,7 +7,7 @@ use crate::judge::finding::{Finding, FindingCode};
 use crate::judge::places::{input_bounds, named_sample};
 use crate::records::record::Record;
 use crate::records::signal;
-use crate::records::signal::as_f64;
+use crate::records::signal::{Line, as_f64};
 
 /// A swing of the input counts from this share of its range on.
 const SWING: f64 = 0.05;
@@ -43,8 +43,8 @@ pub(crate) fn records_differ(records: &[Record<'_>]) -> Option<Finding> {
     const LIMIT: f64 = 3.0;
     let slope = |record: &Record<'_>| {
         clear_correlation(record)?;
-        let line = signal::line(&record.input()[record.skip()..], &record.output()[record.skip()..]);
-        Some((line(1.0) - line(0.0)).abs())
+        let line = Line::through(&record.input()[record.skip()..], &record.output()[record.skip()..]);
+        Some((line.at(1.0) - line.at(0.0)).abs())
     };
     let slopes: Vec<(usize, f64)> =
         records.iter().enumerate().filter_map(|(place, record)| Some((place, slope(record)?))).collect();

@@ -23,9 +23,8 @@ use crate::options::{Options, Setting};
 use crate::records::record::{Record, check_times};
 use crate::records::signal;
 use crate::records::signal::as_f64;
-use crate::terms::creep::CreepBasis;
 use crate::terms::dynamics::LinearPart;
-use crate::terms::operators::OperatorBank;
+use crate::terms::operators::{OperatorBank, Thresholds};
 
 /// Looks for what records cannot tell and what a model left in them, in their fitted samples, given the model and dead time
 /// fitted to them; `dead_time` in seconds, or in samples for records without a sampling interval.
@@ -60,26 +59,24 @@ pub fn diagnose(records: &[Record<'_>], model: &Model, dead_time: f64) -> Result
     check_times(records, None)?;
     Options { dead_time: Setting::Fixed(dead_time), ..Options::default() }.intervals(records)?;
     let (bank, weights, offsets) = OperatorBank::of_model(model);
-    let operators = OperatorsAt::alone(bank, offsets.input);
-    let linear = LinearPart::delay(dead_time);
-    let found = findings(
-        records,
-        &Chain {
-            operators,
-            weights,
-            linear,
-            underway: Vec::new(),
-            creep_underway: CreepBasis::default(),
-            dt: first.dt().unwrap_or(1.0),
-        },
-    );
+    let (operators, linear) = (OperatorsAt::alone(bank, offsets.input), LinearPart::delay(dead_time));
+    let found = findings(records, &Chain::from_rest(operators, weights, linear, first.dt().unwrap_or(1.0)));
     let is_there = |code| found.iter().any(|finding: &Finding| finding.code == code);
     let explains_all = is_there(FindingCode::WrongSign) && is_there(FindingCode::PoorFit);
     Ok(if explains_all { causes(found) } else { found })
 }
 
+/// The findings about a fitted chain whose operators have these thresholds.
+pub(crate) fn findings_of_fit(records: &[Record<'_>], chain: &Chain, thresholds: &Thresholds) -> Vec<Finding> {
+    let mut found = findings(records, chain);
+    // Thresholds that the fit places follow the input: where ratios carry one beyond, no number is missing.
+    let are_given = matches!(thresholds, Thresholds::Given(_));
+    found.retain(|finding| are_given || finding.code != FindingCode::UnreachedThreshold);
+    found
+}
+
 /// The findings about a whole chain. What records leave out says nothing but how much it is.
-pub(crate) fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
+fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
     let failed = worst(records, |_, record| samples::failed_rows(record));
     let mut found = if records.iter().all(|record| record.left_out().is_empty()) {
         of_complete(records, chain)

@@ -7,7 +7,7 @@ use crate::judge::finding::{Finding, FindingCode};
 use crate::judge::places::{named_sample, one_part};
 use crate::records::record::Record;
 use crate::records::signal;
-use crate::records::signal::as_f64;
+use crate::records::signal::{Line, as_f64};
 
 /// A constant, the drive, and plays of these widths over the range of the drive: enough hysteresis to tell a gain.
 const WIDTHS: [f64; 3] = [0.05, 0.15, 0.3];
@@ -116,9 +116,13 @@ fn split(rows: &[[f64; COLUMNS + 1]], place: usize) -> Option<Parts> {
         return Some(Parts { squares: [left, 0.0], unexplained: [share, 0.0], gain: 1.0 });
     }
     let [x, y]: [Vec<f64>; 2] = [other.iter().map(fitted).collect(), other.iter().map(|row| row[COLUMNS]).collect()];
-    let line = signal::line(&x, &y);
-    let (others, others_share) = squares(other, &|row| line(fitted(row)));
-    Some(Parts { squares: [left, others], unexplained: [share, others_share], gain: (line(1.0) - line(0.0)).abs() })
+    let line = Line::through(&x, &y);
+    let (others, others_share) = squares(other, &|row| line.at(fitted(row)));
+    Some(Parts {
+        squares: [left, others],
+        unexplained: [share, others_share],
+        gain: (line.at(1.0) - line.at(0.0)).abs(),
+    })
 }
 
 /// Least squares; where columns make up each other, one answer of several.
@@ -240,14 +244,13 @@ pub(crate) fn rate_change(record: &Record<'_>) -> Option<Finding> {
     const STEPS: usize = 25;
     let times = &record.times()?[record.skip()..];
     let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let mean = |part: &[f64]| part.iter().sum::<f64>() / as_f64(part.len());
     // A gap makes one step long, and is no other rate.
-    let is_even = |part: &&[f64]| signal::bounds(part).1 < 2.0 * mean(part);
-    let means: Vec<f64> = steps.chunks_exact(STEPS).filter(is_even).map(mean).collect();
+    let is_even = |part: &&[f64]| signal::bounds(part).1 < 2.0 * signal::mean(part);
+    let means: Vec<f64> = steps.chunks_exact(STEPS).filter(is_even).map(signal::mean).collect();
     let (short, long) = means.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), step| (a.min(*step), b.max(*step)));
     let first = *means.first()?;
     let ratio = |step: f64| (step / first).max(first / step);
-    let other = (0..steps.len().saturating_sub(STEPS)).find(|k| ratio(mean(&steps[*k..k + STEPS])) > LIMIT)?;
+    let other = (0..steps.len().saturating_sub(STEPS)).find(|k| ratio(signal::mean(&steps[*k..k + STEPS])) > LIMIT)?;
     let around = other..(other + STEPS).min(steps.len());
     let (value, sample) = (long / short, record.skip() + 1 + first_other(&steps[around], first) + other);
     let message = format!(

@@ -67,6 +67,5 @@ pub(crate) fn named_sample(record: &Record<'_>, sample: usize) -> String {
 
 /// Lowest and highest input of all fitted samples.
 pub(crate) fn input_bounds(records: &[Record<'_>]) -> (f64, f64) {
-    let bounds = records.iter().map(|record| signal::bounds(&record.input()[record.skip()..]));
-    bounds.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (l, h)| (low.min(l), high.max(h)))
+    signal::bounds_of(records.iter().map(|record| signal::bounds(&record.input()[record.skip()..])))
 }

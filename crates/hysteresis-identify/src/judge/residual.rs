@@ -83,10 +83,7 @@ fn swings_on(input: &[f64], end: usize) -> bool {
     };
     let turns = signal::turns(input, SWING * range(input));
     let next = turns.iter().copied().filter(|turn| *turn > end).nth(2).unwrap_or(input.len());
-    let step = |values: &[f64]| {
-        let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
-        signal::median(&steps.collect::<Vec<_>>())
-    };
+    let step = |values: &[f64]| signal::median(&signal::steps(values));
     let (before, after) = (step(&input[..end]), step(&input[end..]));
     // Less than a whole swing may lie about a turn, where a sine hardly moves.
     let is_alike = turns.get(2).is_none_or(|turn| *turn > end) || before.max(after) <= ALIKE * before.min(after);

@@ -160,8 +160,7 @@ pub(crate) fn input_outliers(record: &Record<'_>) -> Option<Finding> {
     const LIMIT: f64 = 0.03;
     /// A drive of few bits moves by so much at least.
     const STEPS: f64 = 3.0;
-    let steps: Vec<f64> =
-        record.input().windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|x| *x > 0.0).collect();
+    let steps = signal::steps(record.input());
     let (distances, range) = from_medians(record.input());
     let least = LIMIT.max(STEPS * signal::median(&steps) / range);
     let mut far = single_outliers(record, &distances, least);
@@ -268,9 +267,7 @@ pub(crate) fn failed_rows(record: &Record<'_>) -> Option<Finding> {
 pub(crate) fn unrelated(record: &Record<'_>, residual: &[f64]) -> Finding {
     const LIMIT: f64 = 0.6;
     let output = &record.output()[record.skip()..];
-    let mean = output.iter().sum::<f64>() / as_f64(output.len());
-    let centred: Vec<f64> = output.iter().map(|y| y - mean).collect();
-    let value = signal::rms(residual) / signal::rms(&centred);
+    let value = signal::rms(residual) / signal::rms(&signal::centred(output));
     let message = format!("the drive explains only {:.0} % of what the position does", 100.0 * (1.0 - value).max(0.0));
     Finding::new(FindingCode::Unrelated, value, LIMIT, message)
 }

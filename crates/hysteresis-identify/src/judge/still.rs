@@ -118,7 +118,7 @@ pub(crate) fn input(record: &Record<'_>, unexplained: &[f64], residual: &[f64]) 
     /// The drive catches up by so many usual steps.
     const JUMP: f64 = 5.0;
     let (input, range) = (&record.input()[record.skip()..], record.output_range());
-    let steps: Vec<f64> = input.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0).collect();
+    let steps = signal::steps(input);
     let jump = JUMP * signal::median(&steps);
     let catches_up = |stretch: &Range<usize>| {
         input.get(stretch.end).is_some_and(|next| (next - input[stretch.end - 1]).abs() > jump)

@@ -64,8 +64,8 @@ impl Survey {
                 }
                 residual.push(measured - predicted[k]);
             }
-            residuals.push(centred(&residual));
-            let output = centred(&record.output()[record.skip()..]);
+            residuals.push(signal::centred(&residual));
+            let output = signal::centred(&record.output()[record.skip()..]);
             squares += as_f64(output.len()) * signal::rms(&output).powi(2);
         }
         let factor = factor.finish();
@@ -139,11 +139,6 @@ impl Survey {
         };
         (self.residuals.iter().map(variance).sum::<f64>() / as_f64(samples)).sqrt()
     }
-}
-
-fn centred(values: &[f64]) -> Vec<f64> {
-    let mean = values.iter().sum::<f64>() / as_f64(values.len());
-    values.iter().map(|value| value - mean).collect()
 }
 
 /// A column of length one; a column of zeros stays.

@@ -11,24 +11,15 @@ use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process};
 
 use crate::algebra::eight::{LANES, SimdLoop, copy_signals, dispatch};
 use crate::error::Error;
+use crate::fit::descent::{FIRST_RADIUS, Patience, ROUNDING_SQUARES, trusted};
 use crate::fit::point::{Parameter, Point};
 use crate::fit::projection::{ProjectedFit, Projection};
 use crate::fit::space::Space;
 use crate::many::normal::{Gram, Normal};
 use crate::records::course::{Course, SeenSamples};
 use crate::records::record::Record;
-use crate::records::signal::as_f64;
 use crate::terms::operators::{BLOCK, BankLanes, OperatorBank, Runs, max, min};
 use crate::terms::weights::WeightBasis;
-
-/// The trust region of the first step, in scales of the axes.
-pub(crate) const FIRST_RADIUS: f64 = 0.25;
-
-/// Below this share of the sum of squares of the data the residual is rounding.
-const ROUNDING_SQUARES: f64 = 1e-28;
-
-/// Steps below this, in scales, change nothing.
-const MIN_STEP: f64 = 1e-13;
 
 /// The problem of one actuator on a selection of its samples.
 pub(crate) struct Problem<'a> {
@@ -59,15 +50,6 @@ pub(crate) struct State {
     guess: Vec<usize>,
 }
 
-/// When to stop improving.
-#[derive(Clone, Copy)]
-pub(crate) struct Patience {
-    /// The promised decrease, as a share of the objective, that is not worth a step.
-    pub(crate) gain: f64,
-    /// How many passes over the samples the steps may take.
-    pub(crate) passes: usize,
-}
-
 impl State {
     /// Where weights are not solved for anew.
     pub(crate) fn about(start: Start, objective: f64, normal: Normal) -> Self {
@@ -88,9 +70,7 @@ impl<'a> Problem<'a> {
 
     /// The sum of squares of the positions about their mean.
     pub(crate) fn base_squares(&self) -> f64 {
-        let outputs = || (0..self.course.len()).map(|row| self.record.output()[self.course.sample(row)]);
-        let mean = outputs().sum::<f64>() / as_f64(self.course.len());
-        outputs().map(|y| (y - mean).powi(2)).sum()
+        self.course.squares_of(self.record.output())
     }
 
     /// One pass: the best weights at the point of a start, and the problem of a step from there. An error where no model can have the
@@ -121,9 +101,7 @@ impl<'a> Problem<'a> {
         let (thresholds, ratios) = (self.space.thresholds(&about.point), self.space.ratios(&about.point));
         let bank = OperatorBank::from_ratios(&thresholds, ratios);
         let z = Outputs::new(&bank, about.point.get(Parameter::InputOffset), visits.inputs());
-        let measured: Vec<f64> = (0..self.course.len())
-            .map(|row| self.record.output()[self.course.sample(row)] - about.output_offset)
-            .collect();
+        let measured: Vec<f64> = self.course.of(self.record.output()).map(|y| y - about.output_offset).collect();
         let rows = Rows { visits: &visits, z: &z, here: &here, there: &there, measured: &measured };
         let columns = 1 + self.basis.columns() + there.len() + 1;
         let gram = Gram::of(self.course.len(), columns, |first, block| rows.write(first, columns, block));
@@ -137,26 +115,20 @@ impl<'a> Problem<'a> {
     /// Descends from a start in a box-shaped trust region, as the search of a single fit does.
     pub(crate) fn improve(&self, mut here: State, patience: Patience) -> State {
         let least = ROUNDING_SQUARES * self.base_squares();
-        let axes = self.space.axes();
         let mut radius = FIRST_RADIUS;
         for _ in 0..patience.passes {
-            if axes.is_empty() || here.objective <= least {
+            if self.space.axes().is_empty() || here.objective <= least {
                 break;
             }
             let (next, along, promised) = self.step(&here, radius);
-            let size = axes.iter().zip(&along).map(|(axis, step)| step.abs() / axis.scale).fold(0.0, f64::max);
-            let decrease_promised = here.objective - promised;
-            if decrease_promised.is_nan() || decrease_promised <= patience.gain * here.objective || size < MIN_STEP {
+            let (size, promised) = (self.space.size_of(&along), here.objective - promised);
+            if !patience.is_worth(promised, here.objective, size) {
                 break;
             }
             // Where no model can be, nothing is gained.
             let there = self.pass(next).ok();
             let decrease = there.as_ref().map_or(f64::NAN, |there| here.objective - there.objective);
-            if decrease > 0.75 * decrease_promised {
-                radius = radius.max(2.0 * size);
-            } else if decrease.is_nan() || decrease < 0.25 * decrease_promised {
-                radius = 0.25 * size;
-            }
+            radius = trusted(radius, size, decrease, promised);
             if let Some(there) = there.filter(|_| decrease > 0.0) {
                 here = there;
             }

@@ -5,12 +5,13 @@ use fearless_simd::Simd;
 
 use crate::algebra::bounded;
 use crate::algebra::eight::{SimdLoop, dispatch};
+use crate::fit::descent::{DEAD_TIME_MUST_GAIN, FIRST_RADIUS};
 use crate::fit::point::{Axis, Parameter, Point};
 use crate::fit::space::Space;
-use crate::many::descent::{FIRST_RADIUS, Problem, Start, State};
+use crate::many::descent::{Problem, Start, State};
 use crate::many::normal::Normal;
 use crate::records::course::Course;
-use crate::records::signal::as_f64;
+use crate::records::signal::{as_f64, mean};
 use crate::terms::weights::WeightBasis;
 
 /// How many points are tried besides the starts of a single fit.
@@ -24,9 +25,6 @@ const WEIGHED: usize = 24;
 
 /// A column of which less than this share is left beside those before it depends on them.
 const MIN_INDEPENDENT_SHARE: f64 = 1e-9;
-
-/// A longer dead time must lower the sum of squares by this share: whole periods of the drive fit alike.
-const DEAD_TIME_MUST_GAIN: f64 = 0.01;
 
 /// The points of a scan: the starts of a single fit, and others spread evenly over the space; `size` is the size of the
 /// columns of one point.
@@ -207,7 +205,7 @@ impl Drive<'_> {
 fn centred(columns: MatRef<'_, f64>) -> (Vec<Vec<f64>>, Vec<f64>) {
     let of = |j: usize| {
         let values: Vec<f64> = (0..columns.nrows()).map(|i| columns[(i, j)]).collect();
-        let mean = values.iter().sum::<f64>() / as_f64(values.len());
+        let mean = mean(&values);
         (values.iter().map(|value| value - mean).collect(), mean)
     };
     (0..columns.ncols()).map(of).unzip()
@@ -271,8 +269,8 @@ pub(crate) struct Positions {
 
 impl Positions {
     pub(crate) fn new(output: &[f64], course: &Course) -> Self {
-        let y: Vec<f64> = (0..course.len()).map(|row| output[course.sample(row)]).collect();
-        let mean = y.iter().sum::<f64>() / as_f64(y.len());
+        let y: Vec<f64> = course.of(output).collect();
+        let mean = mean(&y);
         let y: Vec<f64> = y.iter().map(|y| y - mean).collect();
         let squares = dot(&y, &y);
         Self { y, mean, squares }

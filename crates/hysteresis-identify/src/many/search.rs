@@ -12,37 +12,30 @@ use crate::choose::found::Found;
 use crate::choose::linear_part::untold_dead_time;
 use crate::choose::search::{search_hysteresis, with_least_slope};
 use crate::error::Error;
+use crate::fit::descent::Patience;
 use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::{SearchMonitor, Stop};
-use crate::fit::projection::{ProjectedFit, Projection};
+use crate::fit::projection::{ProjectedFit, Projection, REFINE_SAMPLES, SCAN_SAMPLES_PER_UNKNOWN};
 use crate::fit::response::Chain;
 use crate::fit::space::Space;
 use crate::identify::model;
 use crate::judge::finding::{Finding, FindingCode};
-use crate::judge::findings;
+use crate::judge::findings_of_fit;
 use crate::judge::loops::{judged, turned_positions};
-use crate::many::descent::{Patience, Problem, Start, State};
+use crate::many::descent::{Problem, Start, State};
 use crate::many::normal::Normal;
 use crate::many::records::{ActuatorFit, BriefFinding, ManyRecords};
 use crate::many::scan::{Candidate, Drive, Factored, Positions, dead_times, points};
-use crate::options::{Options, Setting};
+use crate::options::Options;
 use crate::records::course::Course;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::result::quality::Quality;
-use crate::terms::creep::CreepBasis;
-use crate::terms::operators::Thresholds;
 use crate::terms::weights::WeightBasis;
 use crate::uncertainty::errors::StandardErrors;
 
 /// The scan looks at about so many samples.
 const SCAN_ROWS: usize = 300;
-
-/// The steps of several starts use about this many samples per unknown, however long the record.
-const ROWS_PER_UNKNOWN: usize = 40;
-
-/// Between these and all samples, others on about so many: most steps of a long record cost little.
-const MORE_ROWS: [usize; 2] = [20_000, 160_000];
 
 /// How many starts are followed at first, and how many passes over the selected samples their steps may take.
 const ROUNDS: [(usize, usize); 3] = [(8, 4), (3, 4), (1, 8)];
@@ -75,16 +68,17 @@ struct SharedDrive<'a> {
 
 impl<'a> SharedDrive<'a> {
     /// What the drive of a record tells.
-    pub(crate) fn new(record: &Record<'a>, options: &'a Options, smoothness: f64) -> Result<Self, Error> {
+    pub(crate) fn new(record: &Record<'a>, options: &'a Options) -> Result<Self, Error> {
         let records = slice::from_ref(record);
         let (space, basis) = (Space::new(records, options)?, options.weight_basis(0));
         let samples = record.fitted_samples();
         let unknowns = basis.freedom() + 1 + space.axes().len();
         let course = |rows: usize| Course::new(record, (samples / rows).max(1), 0);
-        let mut courses = vec![course(ROWS_PER_UNKNOWN * unknowns)];
-        courses.extend(MORE_ROWS.into_iter().filter(|rows| samples / rows > 1).map(course));
+        let mut courses = vec![course(SCAN_SAMPLES_PER_UNKNOWN * unknowns)];
+        courses.extend(REFINE_SAMPLES.into_iter().filter(|rows| samples / rows > 1).map(course));
         courses.push(course(samples));
-        Ok(Self { input: record.input(), options, smoothness, scan: course(SCAN_ROWS), courses, space, basis })
+        let (input, smoothness, scan) = (record.input(), options.given_smoothness(), course(SCAN_ROWS));
+        Ok(Self { input, options, smoothness, space, basis, scan, courses })
     }
 
     fn drive(&self) -> Drive<'_> {
@@ -157,12 +151,7 @@ impl<'a> SharedDrive<'a> {
             fit: &fit,
             normal: &state.normal,
         };
-        settled.report(|| {
-            let positions = turned_positions(slice::from_ref(record));
-            let turned =
-                Record::new(record.input(), &positions[0], record.skip()).map_err(|error| error.in_record(0))?;
-            Ok(self.search(&self.problem(&turned, &projection), table)?.objective)
-        })
+        settled.report(|turned| Ok(self.search(&self.problem(turned, &projection), table)?.objective))
     }
 
     /// The best fit under another law at the point of one, on all samples.
@@ -191,11 +180,7 @@ pub(crate) fn fit_sharing(
     let Some(first) = checked.iter().find_map(|record| record.as_ref().ok()) else {
         return Ok(checked.into_iter().map(|record| record.and(Err(Error::NoRecords))).collect());
     };
-    let smoothness = match options.smoothness {
-        Setting::Fixed(smoothness) => smoothness,
-        Setting::Fit => 0.0,
-    };
-    let drive = SharedDrive::new(first, options, smoothness)?;
+    let drive = SharedDrive::new(first, options)?;
     let tables = drive.dead_time_tables(shared).ok_or(Error::Interrupted)?;
     let dead_time = |record: &Record<'_>| Positions::new(record.output(), &drive.scan).dead_time(&tables);
     let chosen = shared.all(checked.len(), false, |m, _| checked[m].as_ref().ok().map(dead_time));
@@ -246,11 +231,7 @@ fn fit_one(record: &Record<'_>, options: &Options, underway: &Underway<'_>) -> R
     let problem = Problem { record, space, basis: &basis, course, smoothness, projection: &projection };
     let normal = problem.pass(start(fit))?.normal;
     let settled = Settled { record, options: &options, space, basis: &basis, fit, normal: &normal };
-    settled.report(|| {
-        let positions = turned_positions(slice::from_ref(record));
-        let turned = Record::new(record.input(), &positions[0], record.skip()).map_err(|error| error.in_record(0))?;
-        Ok(search_one(&turned, &options, underway)?.fit.fit.squares)
-    })
+    settled.report(|turned| Ok(search_one(turned, &options, underway)?.fit.fit.squares))
 }
 
 fn start(fit: &ProjectedFit) -> Start {
@@ -269,22 +250,19 @@ struct Settled<'a> {
 }
 
 impl Settled<'_> {
-    /// What is reported; `turned` fits the position with its sign turned and says what sum of squares that leaves.
-    pub(crate) fn report(&self, turned: impl FnOnce() -> Result<f64, Error>) -> Result<ActuatorFit, Error> {
+    /// What is reported; `fit_turned` fits the record with the sign of its position turned and says what sum of squares that leaves.
+    fn report(&self, fit_turned: impl FnOnce(&Record<'_>) -> Result<f64, Error>) -> Result<ActuatorFit, Error> {
         let Self { options, space, basis, fit, .. } = *self;
-        let chain = Chain {
-            operators: space.operators(&fit.point),
-            weights: fit.weights.clone(),
-            linear: space.linear_part(&fit.point),
-            underway: Vec::new(),
-            creep_underway: CreepBasis::default(),
-            dt: space.intervals().of_record(0),
-        };
+        let (operators, linear) = (space.operators(&fit.point), space.linear_part(&fit.point));
+        let chain = Chain::from_rest(operators, fit.weights.clone(), linear, space.intervals().of_record(0));
         let (estimated, deviation) = self.deviation();
         let quality = self.quality(&chain);
         let mut found = self.findings(&chain, &estimated, deviation);
         if found.iter().any(|finding| finding.code == FindingCode::WrongSign) {
-            let left = (turned()? / as_f64(quality.samples)).sqrt() / quality.range;
+            let (record, positions) = (self.record, turned_positions(slice::from_ref(self.record)));
+            let turned =
+                Record::new(record.input(), &positions[0], record.skip()).map_err(|error| error.in_record(0))?;
+            let left = (fit_turned(&turned)? / as_f64(quality.samples)).sqrt() / quality.range;
             found = judged(found, quality.nrmse, left);
         }
         Ok(ActuatorFit {
@@ -325,10 +303,7 @@ impl Settled<'_> {
     }
 
     fn findings(&self, chain: &Chain, estimated: &[usize], deviation: f64) -> Vec<Finding> {
-        let mut found = findings(std::slice::from_ref(self.record), chain);
-        // Thresholds that the fit places follow the input: where ratios carry one beyond, no number is missing.
-        let are_given = matches!(self.options.thresholds, Thresholds::Given(_));
-        found.retain(|finding| are_given || finding.code != FindingCode::UnreachedThreshold);
+        let mut found = findings_of_fit(slice::from_ref(self.record), chain, &self.options.thresholds);
         let place = self.space.axes().iter().position(|axis| axis.parameter == Parameter::DeadTime);
         if let Some(place) = place {
             let dead_time = deviation * self.normal.error_of(self.fit.unknowns.len() + place, estimated);

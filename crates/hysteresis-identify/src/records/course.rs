@@ -68,6 +68,17 @@ impl Course {
         }
     }
 
+    /// What of a signal of the record is at the rows.
+    pub(crate) fn of<'a>(&'a self, signal: &'a [f64]) -> impl Iterator<Item = f64> + Clone {
+        (0..self.len()).map(|row| signal[self.sample(row)])
+    }
+
+    /// The sum of squares of a signal about its mean over the rows.
+    pub(crate) fn squares_of(&self, signal: &[f64]) -> f64 {
+        let mean = self.of(signal).sum::<f64>() / as_f64(self.len());
+        self.of(signal).map(|value| (value - mean).powi(2)).sum()
+    }
+
     /// The samples to see between rows; all of them if there are none.
     pub(crate) fn turns(&self) -> Option<&[usize]> {
         match self {

@@ -6,6 +6,26 @@ pub(crate) fn bounds(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
+/// The lowest and the highest of several bounds.
+pub(crate) fn bounds_of(all: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
+    all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (from, to)| (low.min(from), high.max(to)))
+}
+
+pub(crate) fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / as_f64(values.len())
+}
+
+/// Values about their mean.
+pub(crate) fn centred(values: &[f64]) -> Vec<f64> {
+    let mean = mean(values);
+    values.iter().map(|value| value - mean).collect()
+}
+
+/// How far a signal moves from sample to sample, where it does.
+pub(crate) fn steps(values: &[f64]) -> Vec<f64> {
+    values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0).collect()
+}
+
 /// The root of the mean of the squares, scaled so that no square under- or overflows.
 pub(crate) fn rms(values: &[f64]) -> f64 {
     let largest = values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
@@ -33,8 +53,7 @@ pub(crate) fn neighbours(values: &[f64]) -> f64 {
 
 /// Without its mean and over its standard deviation.
 fn standardised(values: &[f64]) -> Option<Vec<f64>> {
-    let mean = values.iter().sum::<f64>() / as_f64(values.len());
-    let centred: Vec<f64> = values.iter().map(|value| value - mean).collect();
+    let centred = centred(values);
     let deviation = rms(&centred);
     // What a constant leaves by rounding is no variation.
     let size = values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
@@ -139,13 +158,23 @@ pub(crate) fn largest(values: &[f64]) -> Option<usize> {
 }
 
 /// The straight line of least squares through points; through their mean if `x` is constant.
-pub(crate) fn line(x: &[f64], y: &[f64]) -> impl Fn(f64) -> f64 {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / as_f64(values.len());
-    let (at, mean) = (mean(x), mean(y));
-    let squares: f64 = x.iter().map(|x| (x - at) * (x - at)).sum();
-    let products: f64 = x.iter().zip(y).map(|(x, y)| (x - at) * (y - mean)).sum();
-    let slope = if squares > 0.0 { products / squares } else { 0.0 };
-    move |x| mean + slope * (x - at)
+pub(crate) struct Line {
+    /// The means of x and y.
+    center: (f64, f64),
+    pub(crate) slope: f64,
+}
+
+impl Line {
+    pub(crate) fn through(x: &[f64], y: &[f64]) -> Self {
+        let (at, mean) = (mean(x), mean(y));
+        let squares: f64 = x.iter().map(|x| (x - at) * (x - at)).sum();
+        let products: f64 = x.iter().zip(y).map(|(x, y)| (x - at) * (y - mean)).sum();
+        Self { center: (at, mean), slope: if squares > 0.0 { products / squares } else { 0.0 } }
+    }
+
+    pub(crate) fn at(&self, x: f64) -> f64 {
+        self.center.1 + self.slope * (x - self.center.0)
+    }
 }
 
 /// What least squares makes of a signal with a mean and these columns, without the mean; a column that the others make up is
@@ -320,8 +349,8 @@ mod tests {
     #[test]
     fn lines_projections_and_swings_by_hand() {
         let x = [0.0, 1.0, 2.0, 3.0];
-        assert!((line(&x, &[1.0, 3.0, 5.0, 7.0])(10.0) - 21.0).abs() < 1e-12);
-        assert_eq!(line(&[2.0, 2.0], &[1.0, 3.0])(9.0), 2.0);
+        assert!((Line::through(&x, &[1.0, 3.0, 5.0, 7.0]).at(10.0) - 21.0).abs() < 1e-12);
+        assert_eq!(Line::through(&[2.0, 2.0], &[1.0, 3.0]).at(9.0), 2.0);
         // x and x^2 make up a parabola but for its mean, whatever else repeats them.
         let columns = [x.to_vec(), x.map(|x| x * x).to_vec(), x.map(|x| 3.0 - x).to_vec(), vec![5.0; 4]];
         let parabola = x.map(|x| 2.0 + 3.0 * x - x * x);

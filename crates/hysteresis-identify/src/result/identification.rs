@@ -13,7 +13,7 @@ use crate::fit::response::Chain;
 use crate::judge::finding::{Finding, FindingCode, Severity, Verdict};
 use crate::options::Options;
 use crate::records::record::{Record, check_finite};
-use crate::records::signal::as_f64;
+use crate::records::signal::Line;
 use crate::result::quality::Quality;
 use crate::terms::weights::WeightLaw;
 use crate::uncertainty::errors::{Covariance, Spread, StandardErrors};
@@ -234,8 +234,9 @@ impl Identification {
         if record.skip() == 0 || column.is_empty() {
             column = vec![0.0; record.input().len()];
         }
-        let (offset, amplitude) = line_through(&record.fitted_of(&column), &record.fitted_of(&left));
-        left.iter().zip(column).map(|(e, more)| e - offset - amplitude * more).collect()
+        let line = Line::through(&record.fitted_of(&column), &record.fitted_of(&left));
+        let offset = line.at(0.0);
+        left.iter().zip(column).map(|(e, more)| e - offset - line.slope * more).collect()
     }
 
     fn interval_of(&self, record: &Record<'_>) -> f64 {
@@ -260,19 +261,6 @@ pub(crate) fn judged(record: &Record<'_>, residuals: &[f64]) -> Quality {
     let [input, measured, left] = [record.input(), record.output(), residuals].map(|signal| record.fitted_of(signal));
     let predicted: Vec<f64> = measured.iter().zip(&left).map(|(y, e)| y - e).collect();
     Quality::of(&measured, &predicted, record.output_range()).with_loops(&input, &measured, &predicted)
-}
-
-/// The best a + b x for values y: (a, b); b is 0 where x does not vary.
-fn line_through(x: &[f64], y: &[f64]) -> (f64, f64) {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / as_f64(values.len());
-    let (x_mean, y_mean) = (mean(x), mean(y));
-    let (mut xx, mut xy) = (0.0, 0.0);
-    for (x, y) in x.iter().zip(y) {
-        xx += (x - x_mean).powi(2);
-        xy += (x - x_mean) * (y - y_mean);
-    }
-    let slope = if xx > 0.0 { xy / xx } else { 0.0 };
-    (y_mean - slope * x_mean, slope)
 }
 
 impl Identification {

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::fit::own_columns::{OwnColumns, below_own, own_values};
 use crate::fit::rows::Tangent;
 use crate::records::record::{Record, leaving_out};
-use crate::records::signal::{as_f64, bounds, turns};
+use crate::records::signal::{as_f64, bounds, bounds_of, turns};
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
 use crate::terms::loop_shift::ShiftColumns;
@@ -116,8 +116,7 @@ impl Identification {
 /// Every loop of every record: the record and the samples.
 fn loops(records: &[Record<'_>]) -> Vec<(usize, Range<usize>)> {
     let fitted = || records.iter().map(|record| &record.input()[record.skip()..]);
-    let (low, high) =
-        fitted().map(bounds).fold((f64::INFINITY, f64::NEG_INFINITY), |p, q| (p.0.min(q.0), p.1.max(q.1)));
+    let (low, high) = bounds_of(fitted().map(bounds));
     let swing = SWING * (high - low);
     let maxima = |input: &[f64]| {
         let turns = turns(input, swing);

@@ -9,18 +9,37 @@ use hysteresis_core::{CoupledPlay, Model, Offsets, Ratios};
 use crate::algebra::eight::{Lanes, SimdLoop, dispatch, eights, load, splat, sum};
 use crate::records::course::turns;
 use crate::records::record::Record;
-use crate::records::signal::as_f64;
+use crate::records::signal::{as_f64, bounds_of};
 
 /// Which model to fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ModelKind {
     /// The conventional Prandtl-Ishlinskii model (CPI), equation (4): plays. It has no ratios, and its input offset
-    /// moves nothing but the virgin state: [`Setting::Fit`] puts it at the middle of the input range.
+    /// moves nothing but the virgin state: [`Setting::Fit`](crate::Setting::Fit) puts it at the middle of the input range.
     Conventional,
     /// The modified Prandtl-Ishlinskii model (MPI), equation (6): coupled plays.
     #[default]
     Modified,
+}
+
+impl ModelKind {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Conventional, Self::Modified];
+
+    /// Its name in lower case.
+    ///
+    /// ```
+    /// use hysteresis_identify::ModelKind;
+    /// assert_eq!(ModelKind::default().name(), "modified");
+    /// ```
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Conventional => "conventional",
+            Self::Modified => "modified",
+        }
+    }
 }
 
 /// The fewest operators where their number follows from the records by doubling.
@@ -148,9 +167,7 @@ pub(crate) struct Placement {
 
 impl Placement {
     pub(crate) fn new(records: &[Record<'_>], model: ModelKind, thresholds: &Thresholds) -> Self {
-        let bounds = records.iter().map(Record::input_bounds);
-        let (low, high) =
-            bounds.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (from, to)| (low.min(from), high.max(to)));
+        let (low, high) = bounds_of(records.iter().map(Record::input_bounds));
         let thresholds = thresholds.clone();
         let reversals = match thresholds {
             Thresholds::Quantiles(_) => records.iter().map(|record| reversals(record, MERGED * (high - low))).collect(),

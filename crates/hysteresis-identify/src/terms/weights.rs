@@ -30,6 +30,27 @@ pub enum WeightLaw {
     Split,
 }
 
+impl WeightLaw {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Auto, Self::Free, Self::Quadratic, Self::Split];
+
+    /// Its name in lower case.
+    ///
+    /// ```
+    /// use hysteresis_identify::WeightLaw;
+    /// assert_eq!(WeightLaw::default().name(), "auto");
+    /// ```
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Free => "free",
+            Self::Quadratic => "quadratic",
+            Self::Split => "split",
+        }
+    }
+}
+
 /// An identity weighs at least this share of all other operators together, so that every model has an inverse, nearly always in single
 /// precision too. Records that show no slope right after a reversal hardly tell such a slope from none.
 const LEAST_SLOPE: f64 = 1e-3;

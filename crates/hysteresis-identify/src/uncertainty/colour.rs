@@ -12,7 +12,7 @@ pub(crate) const WHITE_LIMIT: f64 = 51.6;
 const MAX_LAGS: usize = 200;
 
 /// Residuals below this share of the output's range are rounding: neither white nor coloured.
-const ROUNDING: f64 = 1e-10;
+pub(crate) const ROUNDING: f64 = 1e-10;
 
 /// How the residuals follow from each other.
 #[derive(Clone, Copy, Debug)]

@@ -24,7 +24,7 @@ use crate::records::course::Course;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::terms::weights::WeightBasis;
-use crate::uncertainty::colour::{Autoregression, RowFilter};
+use crate::uncertainty::colour::{Autoregression, ROUNDING, RowFilter};
 use crate::uncertainty::lags::{Amplitudes, Generalised, Lags};
 
 /// What is reported of a fit.
@@ -244,9 +244,6 @@ fn white_root(fit: &ProjectedFit, linearised: &Linearised, mut free: Vec<usize>,
     free.iter().enumerate().for_each(|(place, parameter)| places[*parameter] = Some(own + place));
     Root { x, places, unknowns: fit.unknowns.len(), deviation: s }
 }
-
-/// Residuals below this share of the output's range are rounding.
-const ROUNDING: f64 = 1e-10;
 
 /// Lags are looked for in records of so many rows for each column.
 const ROWS_PER_COLUMN: usize = 10;
