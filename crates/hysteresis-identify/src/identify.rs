@@ -30,8 +30,8 @@ use crate::terms::dynamics::LinearPart;
 use crate::terms::loop_shift::ShiftColumns;
 use crate::terms::operators::ModelKind;
 use crate::terms::weights::{WeightBasis, WeightLaw};
-use crate::uncertainty::errors::{Covariance, Spread, StandardErrors};
 use crate::uncertainty::root::{ColouredFit, Root};
+use crate::uncertainty::standard_errors::{Covariance, Spread, StandardErrors};
 
 /// Fits a model to records: weights w_i >= 0, one output offset per record, and whatever `options` leaves to search.
 ///

@@ -18,7 +18,7 @@ use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::operators::{ModelKind, Thresholds};
 use crate::terms::weights::WeightLaw;
-use crate::uncertainty::errors::{Covariance, StandardErrors};
+use crate::uncertainty::standard_errors::{Covariance, StandardErrors};
 
 /// The options of [`identify_dynamics`](crate::identify_dynamics).
 ///

@@ -65,7 +65,7 @@ pub use terms::loop_shift::LoopShiftModel;
 pub use terms::maps::MapModel;
 pub use terms::operators::{ModelKind, Thresholds};
 pub use terms::weights::WeightLaw;
-pub use uncertainty::errors::{Covariance, StandardErrors};
+pub use uncertainty::standard_errors::{Covariance, StandardErrors};
 
 /// The example of the README of this crate, run as a test.
 #[cfg(doctest)]

@@ -19,7 +19,6 @@ const BLOCK_ROWS: usize = 128;
 
 /// A column of no larger values has squares that lose digits; times this power of two, 2^600, it has not.
 const TINY: f64 = 1e-120;
-
 const UP: f64 = f64::from_bits((1023 + 600) << 52);
 
 /// Upper-triangular R with R'R = A'A, for A of any number of rows, by Householder reflections.
@@ -162,11 +161,11 @@ const NOTHING: f64 = 1e-280;
 /// Folds fresh rows: eights of columns, one eight of all rows after the other, `capacity` rows each, of which the first `rows` count. The
 /// triangle has the eights of a row side by side.
 struct Fold<'a> {
-    pub(crate) columns: usize,
-    pub(crate) triangle: &'a mut [Lanes],
+    columns: usize,
+    triangle: &'a mut [Lanes],
     fresh: &'a mut [Lanes],
     capacity: usize,
-    pub(crate) rows: usize,
+    rows: usize,
 }
 
 /// The reflections of the columns of a panel, whose vectors lie where its fresh rows were.

@@ -24,9 +24,7 @@ const RATIO: f64 = 1.1;
 
 /// The frequencies looked at: from so many cycles per longest record to so many per sample.
 const CYCLES_PER_RECORD: f64 = 2.0;
-
 const CYCLES_PER_SAMPLE: f64 = 0.4;
-
 const DAMPINGS: [f64; 4] = [0.02, 0.1, 0.4, 1.0];
 
 /// About so many rows are compared, however long the records.

@@ -2,6 +2,7 @@
 
 use crate::choose::cross_validation::CrossValidation;
 use crate::error::Error;
+use crate::fit::colour::Colour;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::point::Point;
 use crate::fit::progress::SearchMonitor;
@@ -10,8 +11,7 @@ use crate::options::Options;
 use crate::records::record::Record;
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::weights::{WeightBasis, WeightLaw};
-use crate::uncertainty::colour::Colour;
-use crate::uncertainty::errors::StandardErrors;
+use crate::uncertainty::standard_errors::StandardErrors;
 
 /// The fit, and how it was found.
 #[derive(Clone)]

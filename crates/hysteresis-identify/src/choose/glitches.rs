@@ -111,7 +111,6 @@ const AT_ONCE: f64 = 0.8;
 /// The deviation of samples is that share of all below which there are this many standard deviations of normal noise: with a
 /// tenth of them wrong it still is that of the good ones.
 const MOST: f64 = 0.9;
-
 const DEVIATIONS_OF_MOST: f64 = 1.645;
 
 /// The median distance of normal noise is one standard deviation over this.

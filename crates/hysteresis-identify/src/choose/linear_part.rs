@@ -5,6 +5,7 @@ use core::f64::consts::TAU;
 
 use crate::choose::found::{LinearEvidence, UntoldModes};
 use crate::error::Error;
+use crate::fit::colour::{Colour, WHITE_LIMIT};
 use crate::fit::joint::{Attempts, JointFit, JointProblem};
 use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::{SearchMonitor, Span};
@@ -15,9 +16,8 @@ use crate::options::{Options, Setting};
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Mode, ModesModel, Order};
-use crate::uncertainty::colour::{Colour, WHITE_LIMIT};
-use crate::uncertainty::errors::StandardErrors;
 use crate::uncertainty::root::{Gradients, Quantity, Root, log_damping, log_frequency};
+use crate::uncertainty::standard_errors::StandardErrors;
 
 /// Dynamics must lower the sum of squares by this many noise variances per e-fold of samples: the strongest resonance
 /// that white noise looks like, somewhere among N / 2 frequencies, takes about 2 log(N / 2), and this is twice as much.
@@ -417,11 +417,8 @@ impl JointProblem<'_> {
 
 /// Relative standard errors beyond which a parameter counts as undetermined; of the dead time, in samples.
 const MAX_FREQUENCY_ERROR: f64 = 0.05;
-
 const MAX_DAMPING_ERROR: f64 = 0.25;
-
 const MAX_CREEP_ERROR: f64 = 0.5;
-
 const MAX_DEAD_TIME_ERROR: f64 = 0.1;
 
 /// A lag of the amplifier that is shorter, in samples, is told from a dead time by the fastest motion alone, which errors of

@@ -285,10 +285,10 @@ impl MapProblem<'_> {
 
 /// Where a candidate leads, and how it predicts.
 struct Judged {
-    pub(crate) place: Place,
-    pub(crate) alone: CrossValidation,
+    place: Place,
+    alone: CrossValidation,
     /// With the best loop shift beside it, where loops only decay: they do not tell one from a map.
-    pub(crate) shifted: Option<CrossValidation>,
+    shifted: Option<CrossValidation>,
 }
 
 impl Judged {

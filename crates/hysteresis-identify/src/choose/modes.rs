@@ -118,9 +118,7 @@ const SEEN: f64 = 0.3;
 
 /// The close look: frequencies to either side, their ratio, and dampings.
 const NEAR: i32 = 8;
-
 const NEAR_RATIO: f64 = 1.005;
-
 const DAMPINGS: [f64; 7] = [0.003, 0.007, 0.015, 0.03, 0.06, 0.12, 0.25];
 
 /// Modes whose frequencies are nearer than this are not told apart.
@@ -312,13 +310,13 @@ const MODES: usize = 4 * LANES - 1;
 
 /// For each mode the products of the difference that it makes, which is how far its answer is from that of the first mode.
 struct Products {
-    pub(crate) squares: Vec<f64>,
+    squares: Vec<f64>,
     with_residual: Vec<f64>,
     with_columns: Vec<Vec<f64>>,
 }
 
 impl Products {
-    pub(crate) fn new(scan: &Scan, modes: &[Mode]) -> Self {
+    fn new(scan: &Scan, modes: &[Mode]) -> Self {
         let columns = vec![Vec::with_capacity(modes.len()); scan.columns.len()];
         let (squares, with_residual) = (Vec::with_capacity(modes.len()), Vec::with_capacity(modes.len()));
         let mut all = Self { squares, with_residual, with_columns: columns };

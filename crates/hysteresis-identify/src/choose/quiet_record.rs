@@ -7,6 +7,7 @@
 use crate::choose::found::{Found, LinearEvidence, Search, ToldAlone};
 use crate::choose::linear_part::needed_evidence;
 use crate::error::Error;
+use crate::fit::colour::Colour;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::point::Point;
 use crate::fit::progress::SearchMonitor;
@@ -20,9 +21,8 @@ use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
 use crate::terms::operators::Thresholds;
 use crate::terms::weights::WeightLaw;
-use crate::uncertainty::colour::Colour;
-use crate::uncertainty::errors::StandardErrors;
 use crate::uncertainty::root::{ColouredFit, Root};
+use crate::uncertainty::standard_errors::StandardErrors;
 
 /// How many operators the hysteresis of the one record has: its dynamics are wanted, and a few make a small loop.
 const OPERATORS: usize = 8;

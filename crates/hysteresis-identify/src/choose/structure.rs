@@ -228,7 +228,6 @@ const CHOICE: Span = Span { from: 0.0, to: 0.3 };
 
 /// How far a search is done before the number of operators is chosen, and after it: the search with the number chosen is a short one.
 const BEFORE: f64 = 0.7;
-
 const AFTER: f64 = 0.97;
 
 /// What a search finds with as many operators as `asked` asks for; with as many as are chosen where it leaves that open.

@@ -28,7 +28,6 @@ const STILL: f64 = 0.002;
 
 /// A rest lasts so many samples and this share of the record at least. A drive that moves on goes further than [`STILL`] meanwhile.
 const SHORTEST_REST: usize = 30;
-
 const SHARE_OF_REST: f64 = 0.005;
 
 /// The share of the record that all rests last together. The tops of sines of any height are at most an eighth.

@@ -142,7 +142,6 @@ fn share_modified(judgements: &mut [(ComparedModel, CrossValidation)]) {
 
 /// The names of coupled plays alone, and of those with all extensions.
 const MODIFIED: &str = "modified";
-
 pub(crate) const ALL: &str = "modified + all";
 
 /// A model to compare.

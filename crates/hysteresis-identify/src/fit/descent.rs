@@ -17,9 +17,7 @@ const ROUNDS: [(usize, usize); 3] = [(25, 5), (12, 8), (5, 18)];
 /// How many passes over the records the steps of a descent may take, how many after a descent on fewer rows, and how many
 /// over all samples of a long record: what is left then are steps along directions that the data hardly tell.
 const LONG: usize = 60;
-
 const MEDIUM: usize = 15;
-
 const SHORT: usize = 3;
 
 /// The part of a search from nothing that finds where to go on with all samples.

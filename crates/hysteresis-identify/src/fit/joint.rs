@@ -10,6 +10,7 @@ use faer::Mat;
 use crate::algebra::bounded::solve;
 use crate::algebra::factor::TriangularFactor;
 use crate::error::Error;
+use crate::fit::colour::Colour;
 use crate::fit::descent::{FIRST_RADIUS, best_attempt, search};
 use crate::fit::own_columns::below_own;
 use crate::fit::point::{Parameter, Point};
@@ -22,7 +23,6 @@ use crate::records::course::Course;
 use crate::records::record::Record;
 use crate::records::signal::{Line, as_f64};
 use crate::terms::weights::WeightBasis;
-use crate::uncertainty::colour::Colour;
 
 /// How many passes over the records a start may take before the best of them goes on.
 pub(crate) const PASSES: usize = 10;

@@ -3,6 +3,7 @@
 //! `point` names what is searched, `space` makes a model of a point. `rows` has its columns and derivatives for every row of a record,
 //! `projection` the best weights for these, `descent` steps to a better point, and `joint` is what the search for the terms calls.
 
+pub(crate) mod colour;
 pub(crate) mod descent;
 pub(crate) mod filter_lanes;
 pub(crate) mod joint;

@@ -309,10 +309,10 @@ struct Layout {
     operators: usize,
     eights: usize,
     is_split: bool,
-    pub(crate) output: usize,
-    pub(crate) derivatives: usize,
-    pub(crate) known: usize,
-    pub(crate) end: usize,
+    output: usize,
+    derivatives: usize,
+    known: usize,
+    end: usize,
 }
 
 impl Layout {
@@ -328,7 +328,7 @@ impl Layout {
     }
 
     /// The lane of a column.
-    pub(crate) fn lane(&self, column: usize) -> usize {
+    fn lane(&self, column: usize) -> usize {
         if self.is_split && column >= self.operators { column - self.operators + self.eights * LANES } else { column }
     }
 
@@ -363,7 +363,7 @@ struct OperatorBlocks<'a> {
     there: Vec<(Bank<'a>, f64)>,
     z: Vec<Lanes>,
     /// The output of the tangent in the last block.
-    pub(crate) output: [f64; BLOCK],
+    output: [f64; BLOCK],
 }
 
 /// What the drive becomes before it reaches operators, and the loop shift, in a block.
@@ -386,7 +386,7 @@ struct Bank<'a> {
 }
 
 impl<'a> OperatorBlocks<'a> {
-    pub(crate) fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64) -> Self {
+    fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64) -> Self {
         let here = &tangent.operators;
         let mut drives = vec![Drive::new(here, dt, true)];
         let mut bank = |at: &'a OperatorsAt| {
@@ -412,7 +412,7 @@ impl<'a> OperatorBlocks<'a> {
     }
 
     /// Goes on to these samples, a block at most, and writes the signals there.
-    pub(crate) fn put_out(&mut self, samples: &[usize], signals: &mut [Lanes]) {
+    fn put_out(&mut self, samples: &[usize], signals: &mut [Lanes]) {
         let (layout, count) = (self.layout, samples.len());
         for drive in &mut self.drives {
             drive.take(self.input, samples);

@@ -11,7 +11,6 @@ use crate::records::signal::{Line, as_f64};
 
 /// A constant, the drive, and plays of these widths over the range of the drive: enough hysteresis to tell a gain.
 const WIDTHS: [f64; 3] = [0.05, 0.15, 0.3];
-
 const COLUMNS: usize = 2 + WIDTHS.len();
 
 /// The position moves by another factor of the drive from some sample on: another unit, gain or range.

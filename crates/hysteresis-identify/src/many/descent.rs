@@ -303,7 +303,7 @@ struct Visits<'a> {
 
 impl<'a> Visits<'a> {
     /// `delay` in samples, not negative.
-    pub(crate) fn new(input: &'a [f64], course: &Course, delay: f64) -> Self {
+    fn new(input: &'a [f64], course: &Course, delay: f64) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a delay is not negative")]
         let whole = delay.floor() as usize;
         let fraction = delay - delay.floor();
@@ -322,13 +322,7 @@ impl<'a> Visits<'a> {
     }
 
     /// The output of the hysteresis at a point, without the output offset, for all inputs.
-    pub(crate) fn outputs(
-        &self,
-        point: &Point,
-        weights: &[f64],
-        space: &Space,
-        basis: &WeightBasis,
-    ) -> Result<Vec<f64>, Error> {
+    fn outputs(&self, point: &Point, weights: &[f64], space: &Space, basis: &WeightBasis) -> Result<Vec<f64>, Error> {
         let (above, below) = basis.families(weights);
         let offsets = Offsets { input: point.get(Parameter::InputOffset), output: 0.0 };
         let (thresholds, ratios) = (space.thresholds(point), space.ratios(point));
@@ -340,17 +334,17 @@ impl<'a> Visits<'a> {
     }
 
     /// What the operators are to see, from rest.
-    pub(crate) fn inputs(&self) -> &[f64] {
+    fn inputs(&self) -> &[f64] {
         &self.inputs
     }
 
     /// Of a row the places of its newest sample and of the one before.
-    pub(crate) fn places(&self, row: usize) -> (usize, usize) {
+    fn places(&self, row: usize) -> (usize, usize) {
         (self.places[row], self.places[row].saturating_sub(1))
     }
 
     /// The share of the one before.
-    pub(crate) fn fraction(&self) -> f64 {
+    fn fraction(&self) -> f64 {
         self.fraction
     }
 }

@@ -32,7 +32,7 @@ use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::result::quality::Quality;
 use crate::terms::weights::WeightBasis;
-use crate::uncertainty::errors::StandardErrors;
+use crate::uncertainty::standard_errors::StandardErrors;
 
 /// The scan looks at about so many samples.
 const SCAN_ROWS: usize = 300;
@@ -42,7 +42,6 @@ const ROUNDS: [(usize, usize); 3] = [(8, 4), (3, 4), (1, 8)];
 
 /// How many passes the steps may take on the first larger selection, and on any later one.
 const LONG: usize = 60;
-
 const SHORT: usize = 15;
 
 /// On n samples an estimate is known to a share of 1/n of the sum of squares: so much of that is worth a pass, which is cheap here.
@@ -68,7 +67,7 @@ struct SharedDrive<'a> {
 
 impl<'a> SharedDrive<'a> {
     /// What the drive of a record tells.
-    pub(crate) fn new(record: &Record<'a>, options: &'a Options) -> Result<Self, Error> {
+    fn new(record: &Record<'a>, options: &'a Options) -> Result<Self, Error> {
         let records = slice::from_ref(record);
         let (space, basis) = (Space::new(records, options)?, options.weight_basis(0));
         let samples = record.fitted_samples();
@@ -240,13 +239,13 @@ fn start(fit: &ProjectedFit) -> Start {
 
 /// A fit, and what it is a fit of.
 struct Settled<'a> {
-    pub(crate) record: &'a Record<'a>,
-    pub(crate) options: &'a Options,
-    pub(crate) space: &'a Space,
-    pub(crate) basis: &'a WeightBasis,
-    pub(crate) fit: &'a ProjectedFit,
+    record: &'a Record<'a>,
+    options: &'a Options,
+    space: &'a Space,
+    basis: &'a WeightBasis,
+    fit: &'a ProjectedFit,
     /// The problem about the fit.
-    pub(crate) normal: &'a Normal,
+    normal: &'a Normal,
 }
 
 impl Settled<'_> {

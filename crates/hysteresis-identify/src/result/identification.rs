@@ -16,7 +16,7 @@ use crate::records::record::{Record, check_finite};
 use crate::records::signal::Line;
 use crate::result::quality::Quality;
 use crate::terms::weights::WeightLaw;
-use crate::uncertainty::errors::{Covariance, Spread, StandardErrors};
+use crate::uncertainty::standard_errors::{Covariance, Spread, StandardErrors};
 
 /// An identified model, and how well it fits.
 #[derive(Clone, Debug, PartialEq)]

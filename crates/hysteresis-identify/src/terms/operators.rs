@@ -150,7 +150,6 @@ const MERGED: f64 = 0.01;
 
 /// The smallest threshold of geometric ones over the reach, and the largest factor between neighbours.
 const SMALLEST: f64 = 0.01;
-
 const OCTAVE: f64 = 2.0;
 
 /// What the thresholds are made of.

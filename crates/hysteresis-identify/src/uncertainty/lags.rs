@@ -6,8 +6,8 @@ use std::ops::Range;
 use faer::{Mat, c64};
 
 use crate::algebra::factor::{DEPENDS, Echelon};
+use crate::fit::colour::Autoregression;
 use crate::records::signal::as_f64;
-use crate::uncertainty::colour::Autoregression;
 
 /// Each lag is so many times as long as the one before: half a decade.
 const RATIO: f64 = 3.162_277_660_168_379_5;

@@ -2,7 +2,7 @@
 //!
 //! Least squares makes p - p_true = (J'J)^-1 J'e. What is left, e, is taken as e = L c + v:
 //!
-//! - v is noise, stationary in every record, with the spectrum of an autoregressive model (`colour.rs`). Its part of
+//! - v is noise, stationary in every record, with the spectrum of an autoregressive model (`fit::colour`). Its part of
 //!   J'e has the covariance J' Omega J, the sum of squares of the rows of J through the filter of that model.
 //! - L c is what a linear part that the model lacks adds to its output, a sum of lags (`lags.rs`). It follows the drive as J does,
 //!   so it adds up where noise averages out. It counts if noise alone would hardly ever show as much.
@@ -15,6 +15,7 @@ use faer::Mat;
 use hysteresis_control::linear::Dynamics;
 
 use crate::algebra::factor::{Echelon, TriangularFactor, back_substitute, echelon_of, triangle_of};
+use crate::fit::colour::{Autoregression, ROUNDING, RowFilter};
 use crate::fit::point::Parameter;
 use crate::fit::projection::{Linearised, ProjectedFit};
 use crate::fit::response::Chain;
@@ -24,7 +25,6 @@ use crate::records::course::Course;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::terms::weights::WeightBasis;
-use crate::uncertainty::colour::{Autoregression, ROUNDING, RowFilter};
 use crate::uncertainty::lags::{Amplitudes, Generalised, Lags};
 
 /// What is reported of a fit.

@@ -5,7 +5,6 @@ use crate::records::signal::as_f64;
 /// Autocorrelations that the test for white residuals looks at (Ljung and Box), and the statistic that white noise
 /// exceeds once in ten thousand records: 20 + 5 sqrt(40), five standard deviations beyond its mean.
 const TESTED_LAGS: usize = 20;
-
 pub(crate) const WHITE_LIMIT: f64 = 51.6;
 
 /// The longest correlation time that is looked for, in samples.
