@@ -7,8 +7,8 @@ use hysteresis_control::filters::sections;
 use hysteresis_control::linear::Creep;
 use hysteresis_control::stage::{PEAK_SENSITIVITY, Stage};
 use hysteresis_core::{CoupledPlay, PiecewiseLinearMap};
+use sha2::{Digest, Sha256};
 
-use crate::digest;
 use crate::error::Error;
 
 /// What is asked of a header.
@@ -43,7 +43,7 @@ pub struct HeaderOptions<'a> {
 /// [`Error`] for a name that is none of C, and as [`Stage::tune`] for a sampling interval.
 pub fn c_header(stage: &Stage, options: &HeaderOptions<'_>) -> Result<String, Error> {
     let name = options.name;
-    if name.is_empty() || crate::c_name(name) != name {
+    if name.is_empty() || c_name(name) != name {
         return Err(Error::argument("name", "a name of C: letters, digits and underscores, no digit first", name));
     }
     let mut header = Header { name, upper: name.to_ascii_uppercase(), text: String::new() };
@@ -258,4 +258,26 @@ impl Header<'_> {
 fn comment(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || " %.^°-()[]·²³".contains(c);
     text.chars().map(|c| if plain(c) { c } else { '_' }).collect()
+}
+
+/// A name of C for a text: what no name may have becomes an underscore.
+///
+/// ```
+/// assert_eq!(hysteresis_export::c_name("x axis-2"), "x_axis_2");
+/// assert_eq!(hysteresis_export::c_name("2nd"), "_2nd");
+/// ```
+#[must_use]
+pub fn c_name(text: &str) -> String {
+    let name: String = text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    if name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') { name } else { format!("_{name}") }
+}
+
+/// Of texts, one behind the other.
+pub(crate) fn digest(texts: &[&str]) -> String {
+    let mut hash = Sha256::new();
+    for text in texts {
+        hash.update(text);
+    }
+    let digits = |byte: &u8| [byte >> 4, byte & 15].map(|digit| char::from_digit(digit.into(), 16).unwrap_or_default());
+    hash.finalize().iter().flat_map(digits).collect()
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use hysteresis_control::stage::Stage;
 
-use crate::digest;
+use crate::c_header::{c_name, digest};
 use crate::error::Error;
 use crate::simulation::{Kind, Quantity, Role, Settings, Simulation, Type, Variable, variables};
 
@@ -45,7 +45,7 @@ impl MockUp {
         let plain = Settings { guid: String::new(), ..settings.clone() };
         let guid = guid(&digest(&[env!("CARGO_PKG_VERSION"), "\n", name, "\n", &plain.to_json(), "\n", &text]));
         let settings = Settings { guid, ..plain };
-        let identifier = crate::c_name(name);
+        let identifier = c_name(name);
         let description = description(stage, &settings, &simulation, [name, &identifier]);
         Ok(Self { identifier, description, settings: settings.to_json(), stage: text })
     }

@@ -1,12 +1,12 @@
-//! Stage files: JSON of one schema, refused unless every field is known and valid.
+//! A stage as it is saved: in a file, JSON of one schema, refused unless every field is known and valid; and as bytes.
 
 use std::fs::File as Opened;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
-use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, PiecewiseLinearMap};
+use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap};
 use nalgebra::{DMatrix, DVector};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Error, Identified, LoopShift, Stage, StageParts, Units};
 use crate::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, Section, StateSpace};
@@ -41,6 +41,7 @@ struct Header {
     schema: Option<String>,
 }
 
+/// What is saved of a stage, in the order of both.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -51,27 +52,69 @@ struct File {
     dead_time: f64,
     amplifier_bandwidth: Option<f64>,
     input_map: Option<MapFile>,
-    hysteresis: serde_json::Value,
+    hysteresis: Hysteresis,
     output_map: Option<MapFile>,
     /// Not there in files of stages without one, which older readers take then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     loop_shift: Option<LoopShiftFile>,
     creep: Option<CreepFile>,
-    dynamics: Vec<SectionFile>,
+    dynamics: Vec<AnySection>,
     noise: Option<f64>,
     identified: Option<Identified>,
 }
 
+/// As bytes it has all fields but for the schema.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "File")]
+struct Whole {
+    #[serde(skip)]
+    schema: String,
+    units: Units,
+    limits: Option<(f64, f64)>,
+    slew: Option<f64>,
+    dead_time: f64,
+    amplifier_bandwidth: Option<f64>,
+    input_map: Option<MapFile>,
+    hysteresis: Hysteresis,
+    output_map: Option<MapFile>,
+    loop_shift: Option<LoopShiftFile>,
+    creep: Option<CreepFile>,
+    dynamics: Vec<AnySection>,
+    noise: Option<f64>,
+    identified: Option<Identified>,
+}
+
+/// A stage for memories without files.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct StageBytes(#[serde(with = "Whole")] File);
+
+/// In a file it is the object of a model file, in bytes its numbers.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Hysteresis {
+    Model(serde_json::Value),
+    Operators(Operators),
+}
+
+#[derive(Serialize, Deserialize)]
+struct Operators {
+    weights: Vec<f64>,
+    weights_negative: Option<Vec<f64>>,
+    /// r, ra, rb, rc of every operator.
+    thresholds: Vec<[f64; 4]>,
+    offsets: [f64; 2],
+}
+
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct MapFile {
+struct MapFile {
     x: Vec<f64>,
     y: Vec<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct LoopShiftFile {
+struct LoopShiftFile {
     center: f64,
     half_range: f64,
     amplitudes: [f64; 2],
@@ -81,21 +124,34 @@ pub(crate) struct LoopShiftFile {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct CreepFile {
+struct CreepFile {
     amplitudes: Vec<f64>,
     time_constants: Vec<f64>,
 }
 
 #[derive(Clone, Copy, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct ModeFile {
+struct ModeFile {
     frequency: f64,
     damping: f64,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub(crate) enum SectionFile {
+enum SectionFile {
+    FirstOrder { frequency: f64 },
+    SecondOrder { frequency: f64, damping: f64 },
+    Antiresonance { zero: ModeFile, pole: ModeFile },
+    Modes { gains: Vec<f64>, modes: Vec<ModeFile> },
+    StateSpace { a: Vec<Vec<f64>>, b: Vec<f64>, c: Vec<f64>, d: f64 },
+}
+
+/// In a file a tag beside the fields of a section names its kind. Bytes have no names, so its number comes first.
+struct AnySection(SectionFile);
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "SectionFile")]
+enum Numbered {
     FirstOrder { frequency: f64 },
     SecondOrder { frequency: f64, damping: f64 },
     Antiresonance { zero: ModeFile, pole: ModeFile },
@@ -107,24 +163,9 @@ impl Stage {
     /// The stage as JSON text; every number reads back bit for bit.
     #[must_use]
     pub fn to_json(&self) -> String {
-        let parts = self.parts();
-        let file = File {
-            schema: SCHEMA.into(),
-            units: parts.units.clone(),
-            limits: parts.limits,
-            slew: parts.slew,
-            dead_time: parts.dead_time,
-            amplifier_bandwidth: parts.amplifier.map(|amplifier| amplifier.frequency()),
-            input_map: parts.input_map.as_ref().map(MapFile::from),
-            // What the core writes is JSON.
-            hysteresis: serde_json::from_str(&Model::from(parts.hysteresis.clone()).to_json()).unwrap_or_default(),
-            output_map: parts.output_map.as_ref().map(MapFile::from),
-            loop_shift: parts.loop_shift.map(LoopShiftFile::from),
-            creep: parts.creep.as_ref().map(CreepFile::from),
-            dynamics: sections(&parts.dynamics).collect(),
-            noise: parts.noise,
-            identified: parts.identified.clone(),
-        };
+        // What the core writes is JSON.
+        let model = serde_json::from_str(&Model::from(self.parts().hysteresis.clone()).to_json()).unwrap_or_default();
+        let file = File::new(self.parts(), Hysteresis::Model(model));
         // Serialising plain numbers and strings into memory has no way to fail.
         serde_json::to_string_pretty(&file).unwrap_or_default()
     }
@@ -158,16 +199,49 @@ fn hysteresis(text: &str) -> Result<ModifiedPrandtlIshlinskii, Error> {
     }
 }
 
+impl From<&StageParts> for StageBytes {
+    fn from(parts: &StageParts) -> Self {
+        Self(File::new(parts, Hysteresis::Operators((&parts.hysteresis).into())))
+    }
+}
+
+impl StageBytes {
+    pub(crate) fn stage(self) -> Result<Stage, Error> {
+        self.0.stage()
+    }
+}
+
 impl File {
+    fn new(parts: &StageParts, hysteresis: Hysteresis) -> Self {
+        Self {
+            schema: SCHEMA.into(),
+            units: parts.units.clone(),
+            limits: parts.limits,
+            slew: parts.slew,
+            dead_time: parts.dead_time,
+            amplifier_bandwidth: parts.amplifier.map(|amplifier| amplifier.frequency()),
+            input_map: parts.input_map.as_ref().map(MapFile::from),
+            hysteresis,
+            output_map: parts.output_map.as_ref().map(MapFile::from),
+            loop_shift: parts.loop_shift.map(LoopShiftFile::from),
+            creep: parts.creep.as_ref().map(CreepFile::from),
+            dynamics: parts.dynamics.sections().iter().map(|section| AnySection(section.into())).collect(),
+            noise: parts.noise,
+            identified: parts.identified.clone(),
+        }
+    }
+
     fn stage(self) -> Result<Stage, Error> {
         Stage::new(StageParts {
-            hysteresis: hysteresis(&self.hysteresis.to_string())?,
+            hysteresis: self.hysteresis.model()?,
             input_map: self.input_map.map(MapFile::map).transpose()?,
             output_map: self.output_map.map(MapFile::map).transpose()?,
             amplifier: self.amplifier_bandwidth.map(FirstOrder::new).transpose()?,
             loop_shift: self.loop_shift.map(LoopShiftFile::shift).transpose()?,
             creep: self.creep.map(CreepFile::creep).transpose()?,
-            dynamics: dynamics(self.dynamics)?,
+            dynamics: self.dynamics.into_iter().try_fold(LinearDynamics::none(), |dynamics, section| {
+                Ok::<_, Error>(dynamics.then(section.0.section()?))
+            })?,
             dead_time: self.dead_time,
             limits: self.limits,
             slew: self.slew,
@@ -178,14 +252,65 @@ impl File {
     }
 }
 
-/// The sections of linear dynamics, one by one.
-pub(crate) fn sections(dynamics: &LinearDynamics) -> impl Iterator<Item = SectionFile> + '_ {
-    dynamics.sections().iter().map(SectionFile::from)
+impl<'de> Deserialize<'de> for Hysteresis {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        if deserializer.is_human_readable() {
+            serde_json::Value::deserialize(deserializer).map(Self::Model)
+        } else {
+            Operators::deserialize(deserializer).map(Self::Operators)
+        }
+    }
 }
 
-/// Sections one behind the other.
-pub(crate) fn dynamics(sections: impl IntoIterator<Item = SectionFile>) -> Result<LinearDynamics, Error> {
-    sections.into_iter().try_fold(LinearDynamics::none(), |dynamics, section| Ok(dynamics.then(section.section()?)))
+impl Hysteresis {
+    fn model(self) -> Result<ModifiedPrandtlIshlinskii, Error> {
+        match self {
+            Self::Model(model) => hysteresis(&model.to_string()),
+            Self::Operators(operators) => operators.model(),
+        }
+    }
+}
+
+impl From<&ModifiedPrandtlIshlinskii> for Operators {
+    fn from(model: &ModifiedPrandtlIshlinskii) -> Self {
+        let numbers = |play: &CoupledPlay| [play.r(), play.ra(), play.rb(), play.rc()];
+        Self {
+            weights: model.weights().to_vec(),
+            weights_negative: model.is_split().then(|| model.weights_negative().to_vec()),
+            thresholds: model.operators().iter().map(numbers).collect(),
+            offsets: [model.offsets().input, model.offsets().output],
+        }
+    }
+}
+
+impl Operators {
+    fn model(self) -> Result<ModifiedPrandtlIshlinskii, Error> {
+        let [r, ra, rb, rc] =
+            [0, 1, 2, 3].map(|which| self.thresholds.iter().map(|play| play[which]).collect::<Vec<_>>());
+        let [input, output] = self.offsets;
+        let model = ModifiedPrandtlIshlinskii::new(&self.weights, &r, &ra, &rb, &rc, Offsets { input, output })?;
+        match self.weights_negative {
+            Some(below) => Ok(model.with_negative_weights(&below)?),
+            None => Ok(model),
+        }
+    }
+}
+
+impl Serialize for AnySection {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if serializer.is_human_readable() {
+            self.0.serialize(serializer)
+        } else {
+            Numbered::serialize(&self.0, serializer)
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for AnySection {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let is_file = deserializer.is_human_readable();
+        if is_file { SectionFile::deserialize(deserializer) } else { Numbered::deserialize(deserializer) }.map(Self)
+    }
 }
 
 impl From<&PiecewiseLinearMap> for MapFile {
@@ -196,7 +321,7 @@ impl From<&PiecewiseLinearMap> for MapFile {
 }
 
 impl MapFile {
-    pub(crate) fn map(self) -> Result<PiecewiseLinearMap, Error> {
+    fn map(self) -> Result<PiecewiseLinearMap, Error> {
         Ok(PiecewiseLinearMap::new(&self.x, &self.y)?)
     }
 }
@@ -208,7 +333,7 @@ impl From<&Creep> for CreepFile {
 }
 
 impl CreepFile {
-    pub(crate) fn creep(self) -> Result<Creep, Error> {
+    fn creep(self) -> Result<Creep, Error> {
         Ok(Creep::new(&self.amplitudes, &self.time_constants)?)
     }
 }
@@ -226,7 +351,7 @@ impl From<LoopShift> for LoopShiftFile {
 }
 
 impl LoopShiftFile {
-    pub(crate) fn shift(self) -> Result<LoopShift, Error> {
+    fn shift(self) -> Result<LoopShift, Error> {
         Ok(LoopShift::new(self.center, self.half_range, self.amplitudes, self.time_constant, self.limit)?)
     }
 }

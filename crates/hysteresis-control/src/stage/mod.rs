@@ -31,13 +31,14 @@
 //! (feedback, controllers).
 
 mod design;
-pub(crate) mod file;
+mod file;
 mod forward;
 mod knowledge;
 mod parts;
 mod precompensate;
 
 pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
+pub(crate) use file::StageBytes;
 pub use file::{SCHEMA, read_file};
 pub use forward::{StageForward, StageState};
 pub use parts::{Identified, LoopShift, RecordSource, StageParts, StageWarning, Units};
