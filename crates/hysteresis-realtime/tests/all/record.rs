@@ -99,7 +99,7 @@ fn a_record_is_valid_whenever_its_process_is_killed() {
     for round in 0..5 {
         let path = folder.path().join(format!("{round}.npy"));
         let mut child = Command::new(env::current_exe().unwrap());
-        child.args(["--exact", "writes_until_it_is_killed"]).env(PATH, &path);
+        child.args(["--exact", "record::writes_until_it_is_killed"]).env(PATH, &path);
         let child = Killed(child.stdout(std::process::Stdio::null()).spawn().unwrap());
         // Killed at some moment after the first rows.
         while !path.exists() || fs::metadata(&path).unwrap().len() < 50_000 {
