@@ -29,9 +29,9 @@
 //! kind, for the model and for the model behind its inverse.
 
 use crate::engine::{Engine, Evaluates, Families, Point};
-use crate::error::{Error, check_length};
+use crate::error::{Error, check_length, check_non_negative};
 use crate::model::{Offsets, Ratios, check_invertible, check_weights};
-use crate::operator::CoupledPlay;
+use crate::operator::{CoupledPlay, Play};
 use crate::process::Process;
 use crate::real::Real;
 use crate::store::Inline;
@@ -171,12 +171,7 @@ impl<T: Real, const N: usize> Model<T, N> {
         check_length("thresholds", weights.len(), thresholds.len())?;
         let at = move |i: usize| {
             let r = thresholds.get(i).copied().unwrap_or_default();
-            CoupledPlay::indexed(Some(i), r, r, r, r).map_err(|error| match error {
-                Error::Domain { index, expected, got, .. } => {
-                    Error::Domain { parameter: "thresholds", index, expected, got }
-                }
-                other => other,
-            })
+            check_non_negative("thresholds", Some(i), r).and_then(Play::new).map(CoupledPlay::from)
         };
         Self::of(weights, weights, offsets, at)
     }

@@ -364,6 +364,57 @@ pub fn check_length(parameter: &'static str, expected: usize, got: usize) -> Res
     if got == expected { Ok(()) } else { Err(Error::Length { parameter, expected, got }) }
 }
 
+/// Checks that a block consists of whole rows, or names it.
+#[cfg(feature = "alloc")]
+pub(crate) fn check_rows(parameter: &'static str, width: usize, got: usize) -> Result<(), Error> {
+    if got.is_multiple_of(width) { Ok(()) } else { Err(Error::Rows { parameter, width, got }) }
+}
+
+/// The error about the number of a thing that is none of so many, counted from 0.
+#[cfg(feature = "alloc")]
+pub(crate) fn no_such(parameter: &'static str, index: Option<usize>, got: usize, count: usize) -> Error {
+    let expected = Bound::FromTo { first: 0, last: count.saturating_sub(1) };
+    Error::Whole { parameter, index, expected, got: got as u64 }
+}
+
+/// Checks a number against the two that it must lie between, or names it.
+pub(crate) fn check_between(
+    parameter: &'static str,
+    index: Option<usize>,
+    got: f64,
+    (low, high): (f64, f64),
+) -> Result<f64, Error> {
+    if low <= got && got <= high {
+        Ok(got)
+    } else {
+        Err(Error::Domain { parameter, index, expected: Bound::Between { low, high }, got })
+    }
+}
+
+/// Checks one number for each of these limits, or names it.
+#[cfg(feature = "alloc")]
+pub(crate) fn check_each_between(
+    parameter: &'static str,
+    numbers: &[f64],
+    limits: impl ExactSizeIterator<Item = (f64, f64)>,
+) -> Result<(), Error> {
+    check_length(parameter, limits.len(), numbers.len())?;
+    let mut each = numbers.iter().zip(limits).enumerate();
+    each.try_for_each(|(i, (number, limits))| check_between(parameter, Some(i), *number, limits).map(drop))
+}
+
+/// Checks rows of one number for each of these limits, or names them.
+#[cfg(feature = "alloc")]
+pub(crate) fn check_rows_between(
+    parameter: &'static str,
+    rows: &[f64],
+    limits: impl ExactSizeIterator<Item = (f64, f64)> + Clone,
+) -> Result<(), Error> {
+    check_rows(parameter, limits.len(), rows.len())?;
+    let mut rows = rows.chunks_exact(limits.len().max(1));
+    rows.try_for_each(|row| check_each_between(parameter, row, limits.clone()))
+}
+
 /// Checks one outer threshold, or names it.
 pub(crate) fn check_non_negative(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {
     if is_admissible(got) && got >= 0.0 {

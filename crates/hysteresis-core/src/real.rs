@@ -167,6 +167,21 @@ pub(crate) fn check_admissible<T: Real>(parameter: &'static str, index: Option<u
     Err(Error::Domain { parameter, index, expected: T::FINITE, got: got.wide() })
 }
 
+/// Checks a pair (low, high) of admissible numbers, or names it.
+pub(crate) fn check_range<T: Real>(
+    parameter: &'static str,
+    (low, high): (T, T),
+    low_name: &'static str,
+) -> Result<(), Error> {
+    check_admissible(parameter, Some(0), low)?;
+    check_admissible(parameter, Some(1), high)?;
+    if low < high {
+        return Ok(());
+    }
+    let expected = Bound::Above { what: low_name, limit: low.wide() };
+    Err(Error::Domain { parameter, index: Some(1), expected, got: high.wide() })
+}
+
 /// Checks that drives lie within limits, or names the first that does not.
 pub(crate) fn check_within_limits<T: Real>(
     parameter: &'static str,

@@ -7,8 +7,11 @@ use alloc::vec::Vec;
 use super::controller::{Command, HybridController};
 use super::controller_state::ControllerState;
 use super::law::Mode;
-use super::options::check_drives;
-use crate::error::{Bound, Error, check_all_finite, check_length, check_positive, is_admissible};
+use super::options::check_stop;
+use crate::error::{
+    Bound, Error, check_all_finite, check_each_between, check_length, check_rows, check_rows_between, is_admissible,
+    no_such,
+};
 
 /// A matrix is refused above this condition number: six of sixteen digits would be left.
 const LARGEST_CONDITION: f64 = 1e10;
@@ -301,9 +304,7 @@ impl MultiAxisController {
     /// length; nothing is taken then.
     pub fn run(&mut self, references: &[f64], measurements: &[f64], drives: &mut [f64]) -> Result<(), Error> {
         let (width, got) = (self.controllers.len().max(1), references.len());
-        if !got.is_multiple_of(width) {
-            return Err(Error::Rows { parameter: "references", width, got });
-        }
+        check_rows("references", width, got)?;
         check_length("measurements", got, measurements.len())?;
         check_length("drives", got, drives.len())?;
         let rows = references.chunks_exact(width).zip(measurements.chunks_exact(width));
@@ -448,8 +449,7 @@ impl MultiAxisController {
     /// [`Error::Length`] unless there is a rest drive for each actuator, [`Error::Domain`] for a rate that is not above zero
     /// or a rest drive outside its limits; all is as before then.
     pub fn stop(&mut self, rate: f64, rest_drives: &[f64]) -> Result<(), Error> {
-        check_positive("rate", rate)?;
-        check_drives("rest_drives", rest_drives, self.limits())?;
+        check_stop(["rate", "rest_drives"], rate, rest_drives, self.limits())?;
         let mut each = self.controllers.iter_mut().zip(rest_drives);
         each.try_for_each(|(controller, rest_drive)| controller.stop(rate, *rest_drive))
     }
@@ -470,9 +470,8 @@ impl MultiAxisController {
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     pub fn controller_mut(&mut self, axis: usize) -> Result<&mut HybridController, Error> {
-        let last = self.controllers.len().saturating_sub(1);
-        let (expected, got) = (Bound::FromTo { first: 0, last }, axis as u64);
-        self.controllers.get_mut(axis).ok_or(Error::Whole { parameter: "axis", index: None, expected, got })
+        let axes = self.controllers.len();
+        self.controllers.get_mut(axis).ok_or_else(|| no_such("axis", None, axis, axes))
     }
 
     /// All axes as made, but for options and gains that were changed since and for the drives, which stay.
@@ -507,11 +506,8 @@ impl MultiAxisController {
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
-        let (width, got) = (self.controllers.len().max(1), drives.len());
-        if !got.is_multiple_of(width) {
-            return Err(Error::Rows { parameter: "drives", width, got });
-        }
-        drives.chunks_exact(width).try_for_each(|row| check_drives("drives", row, self.limits()))?;
+        check_rows_between("drives", drives, self.limits())?;
+        let width = self.controllers.len().max(1);
         let mut moved = self.controllers.clone();
         for (i, controller) in moved.iter_mut().enumerate() {
             let column: Vec<f64> = drives.iter().skip(i).step_by(width).copied().collect();
@@ -522,7 +518,7 @@ impl MultiAxisController {
     }
 
     /// The limits of the drive of every actuator.
-    fn limits(&self) -> impl ExactSizeIterator<Item = (f64, f64)> + '_ {
+    fn limits(&self) -> impl ExactSizeIterator<Item = (f64, f64)> + Clone + '_ {
         self.controllers.iter().map(|controller| controller.options().limits)
     }
 
@@ -532,7 +528,7 @@ impl MultiAxisController {
     /// [`Error::Length`] unless there is a drive for each actuator, [`Error::Domain`] for one outside its limits; all is as
     /// before then.
     pub fn start_at(&mut self, drives: &[f64]) -> Result<(), Error> {
-        check_drives("drives", drives, self.limits())?;
+        check_each_between("drives", drives, self.limits())?;
         let mut each = self.controllers.iter_mut().zip(drives);
         each.try_for_each(|(controller, drive)| controller.start_at(*drive))
     }

@@ -1,11 +1,11 @@
 //! The hybrid controller of one axis: its samples, and changes while it runs.
 
 use super::feedforward::{FeedForward, Preview};
-use super::law::{Counters, Gate, LoopState, Mode, Reading, Rules, Sample, StopRamp, Terms};
+use super::law::{Counters, Gate, LoopState, Mode, Reading, Rules, Sample, StopRamp, Terms, add};
 use super::limiter::Limiter;
-use super::options::{ControllerOptions, Gains, check_drive};
+use super::options::{ControllerOptions, Gains};
 use super::source::{DriveSource, View};
-use crate::error::{Error, check_length, is_admissible};
+use crate::error::{Error, check_between, check_length, is_admissible};
 use crate::filter::Sections;
 use crate::real::check_within_limits;
 
@@ -308,7 +308,7 @@ impl<S: DriveSource> HybridController<S> {
             SampleStatus::Stopping(ramp) => return self.rules.ramp(&now, &self.limiter, ramp),
             SampleStatus::Rejected => {
                 now.started = false;
-                now.counters.rejected_count = now.counters.rejected_count.saturating_add(1);
+                add(&mut now.counters.rejected_count, 1);
             }
             SampleStatus::Waiting(_, reading) => {
                 now.started = false;
@@ -556,7 +556,7 @@ impl<S: DriveSource> HybridController<S> {
     /// # Errors
     /// [`Error::Domain`] for a drive outside the limits; the controller is as before then.
     pub fn reset_at(&mut self, drive: f64) -> Result<(), Error> {
-        check_drive("drive", None, drive, self.options.limits)?;
+        check_between("drive", None, drive, self.options.limits)?;
         self.restart(drive);
         Ok(())
     }
@@ -582,7 +582,7 @@ impl<S: DriveSource> HybridController<S> {
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     pub fn start_at(&mut self, drive: f64) -> Result<(), Error> {
-        check_drive("drive", None, drive, self.options.limits)?;
+        check_between("drive", None, drive, self.options.limits)?;
         self.end_motion();
         self.now.terms.drive = drive;
         Ok(())

@@ -5,10 +5,10 @@ use alloc::vec::Vec;
 use super::controller::HybridController;
 use super::feedforward::{FeedForwardState, Preview, PreviewState};
 use super::law::LoopState;
-use super::options::ControllerOptions;
+use super::options::{ControllerOptions, check_unchanged};
 use super::source::DriveSource;
 use crate::engine::CompiledModel;
-use crate::error::{Bound, Error};
+use crate::error::Error;
 use crate::filter::Biquad;
 
 /// The limits of the drive in a saved state.
@@ -77,19 +77,13 @@ pub struct ControllerState {
 impl ControllerState {
     /// Whether it is the state of a controller with these options.
     pub(super) fn check(&self, options: &ControllerOptions) -> Result<(), Error> {
-        let same = [
+        check_unchanged([
             ("state.kp", options.kp, self.kp),
             ("state.ki", options.ki, self.ki),
             ("state.dt", options.dt, self.dt),
             ("state.limits.low", options.limits.0, self.limits.low),
             ("state.limits.high", options.limits.1, self.limits.high),
-        ];
-        for (parameter, value, got) in same {
-            if value != got {
-                let expected = Bound::EqualTo { value, what: "as in this controller" };
-                return Err(Error::Domain { parameter, index: None, expected, got });
-            }
-        }
+        ])?;
         if self.filters != options.filters.as_slice() {
             return Err(Error::State { expected: "the filters that the controller has" });
         }

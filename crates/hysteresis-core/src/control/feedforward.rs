@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 
 use super::source::{DriveSource, View, check_same_limits};
 use crate::engine::CompiledModel;
-use crate::error::{Bound, Error, check_finite};
+use crate::error::{Error, check_all_finite, check_between, no_such};
 use crate::fingerprint::Fingerprint;
 use crate::process::Process;
 use crate::quasistatic::{QuasiStaticInverse, QuasiStaticState};
@@ -256,12 +256,9 @@ impl Preview {
     /// window.
     pub fn new(coefficients: &[f64], ahead: usize) -> Result<Self, Error> {
         let last = coefficients.len().checked_sub(1).ok_or(Error::Empty { parameter: "coefficients" })?;
-        for (j, c) in coefficients.iter().enumerate() {
-            check_finite("coefficients", Some(j), *c)?;
-        }
+        check_all_finite("coefficients", coefficients)?;
         if ahead > last {
-            let expected = Bound::FromTo { first: 0, last };
-            return Err(Error::Whole { parameter: "ahead", index: None, expected, got: ahead as u64 });
+            return Err(no_such("ahead", None, ahead, coefficients.len()));
         }
         let past = vec![0.0; last].into();
         Ok(Self { coefficients: coefficients.into(), ahead, smooth: Box::default(), past, newest: 0, samples: 0 })
@@ -297,14 +294,8 @@ impl Preview {
         if kernel.len().is_multiple_of(2) {
             return Err(Error::whole("kernel", None, "an odd number of weights", kernel.len()));
         }
-        for (i, weight) in kernel.iter().enumerate() {
-            check_finite("kernel", Some(i), *weight)?;
-        }
-        let sum: f64 = kernel.iter().sum();
-        if !(1.0 - SUM_TOLERANCE..=1.0 + SUM_TOLERANCE).contains(&sum) {
-            let expected = Bound::Between { low: 1.0 - SUM_TOLERANCE, high: 1.0 + SUM_TOLERANCE };
-            return Err(Error::Domain { parameter: "kernel", index: None, expected, got: sum });
-        }
+        check_all_finite("kernel", kernel)?;
+        check_between("kernel", None, kernel.iter().sum(), (1.0 - SUM_TOLERANCE, 1.0 + SUM_TOLERANCE))?;
         let size = self.coefficients.len() + kernel.len() - 1;
         let (mut coefficients, mut smooth) = (vec![0.0; size], vec![0.0; size]);
         for (i, weight) in kernel.iter().enumerate() {
@@ -415,13 +406,10 @@ impl Preview {
             let expected = "the state of a preview with the same coefficients, samples ahead and smoothing";
             return Err(Error::State { expected });
         }
-        for (j, r) in state.past.iter().enumerate() {
-            check_finite("state.preview.past", Some(j), *r)?;
-        }
-        let last = self.coefficients.len();
-        if state.samples > last {
-            let (parameter, got) = ("state.preview.samples", state.samples as u64);
-            return Err(Error::Whole { parameter, index: None, expected: Bound::FromTo { first: 0, last }, got });
+        check_all_finite("state.preview.past", &state.past)?;
+        let most = self.coefficients.len();
+        if state.samples > most {
+            return Err(no_such("state.preview.samples", None, state.samples, most + 1));
         }
         Ok(())
     }

@@ -1,11 +1,12 @@
 //! Equation (8) for one sample: from one state of the loop to the next, and which measurements are believed.
 
 use super::limiter::{Limiter, approach};
-use super::options::{AntiWindup, ControllerOptions, Gains, Law, check_drive, check_range};
-#[cfg(feature = "alloc")]
-use crate::error::check_finite;
+use super::options::{AntiWindup, ControllerOptions, Gains, Law, bumpless_samples};
 use crate::error::{Error, check_positive, is_admissible};
+#[cfg(feature = "alloc")]
+use crate::error::{check_between, check_finite};
 use crate::filter::{FilterState, Sections};
+use crate::real::check_range;
 
 /// What the controller does with its samples.
 ///
@@ -127,6 +128,12 @@ pub struct Counters {
     pub slewing_count: u64,
 }
 
+/// Counts events, never past the largest number.
+#[inline]
+pub(super) fn add(counter: &mut u64, events: u64) {
+    *counter = counter.saturating_add(events);
+}
+
 /// A term of a saved state may be this large: products and sums of admissible numbers, over any number of samples, are
 /// smaller, and sums of such terms stay finite.
 #[cfg(feature = "alloc")]
@@ -160,7 +167,7 @@ pub struct StopRamp {
 impl StopRamp {
     pub(super) fn check(&self, names: [&'static str; 2], limits: (f64, f64)) -> Result<(), Error> {
         check_positive(names[0], self.rate)?;
-        check_drive(names[1], None, self.rest_drive, limits)?;
+        check_between(names[1], None, self.rest_drive, limits)?;
         Ok(())
     }
 }
@@ -270,7 +277,7 @@ impl LoopState {
         let Terms { reference, target, error, filtered_error, feedforward, .. } = self.terms;
         let Terms { proportional, integral, bumpless, unlimited_drive, .. } = self.terms;
         filters.check(&self.filter)?;
-        check_drive("state.feedback_loop.terms.drive", None, self.terms.drive, limits)?;
+        check_between("state.feedback_loop.terms.drive", None, self.terms.drive, limits)?;
         check_finite("state.feedback_loop.terms.target", None, target)?;
         check_finite("state.feedback_loop.last_measurement", None, self.last_measurement.unwrap_or(0.0))?;
         // A smoothed reference may lie beyond those that it is made of, by rounding.
@@ -359,7 +366,7 @@ impl LoopState {
             Reading::Missing => &mut self.counters.missing_count,
             Reading::Implausible => &mut self.counters.implausible_count,
         };
-        *count = count.saturating_add(1);
+        add(count, 1);
         self.missing_in_a_row = self.missing_in_a_row.saturating_add(1);
     }
 }
@@ -415,7 +422,7 @@ impl Rules {
                 IntegratorUpdate::BackCalculation { share: tracking_time.map(share).transpose()? }
             }
         };
-        let bumpless_samples = options.bumpless_samples()?;
+        let bumpless_samples = bumpless_samples(options.bumpless_time, dt)?;
         Ok(Self { gains, filters, update, dt, bumpless_samples, max_missing: options.max_missing })
     }
 
@@ -491,9 +498,9 @@ impl Rules {
     #[inline]
     fn bumpless(&self, after: &mut LoopState, jump: f64) -> f64 {
         let (bumpless, samples) = (after.terms.bumpless, after.bumpless_samples);
-        let left = samples.saturating_sub(1);
-        let rest = if left > 0 { bumpless * (f64::from(left) / f64::from(samples)) } else { 0.0 };
-        after.bumpless_samples = if jump == 0.0 { left } else { self.bumpless_samples };
+        let share = bumpless_share(samples);
+        let rest = if share > 0.0 { bumpless * share } else { 0.0 };
+        after.bumpless_samples = if jump == 0.0 { samples.saturating_sub(1) } else { self.bumpless_samples };
         rest - jump
     }
 
@@ -514,6 +521,13 @@ impl Rules {
             IntegratorUpdate::Incremental => sum - excess,
         }
     }
+}
+
+/// What share of a bumpless term that goes on for so many samples is left after the next one: it goes down by the same amount at each.
+#[inline]
+pub(super) fn bumpless_share(samples: u32) -> f64 {
+    let left = samples.saturating_sub(1);
+    if left > 0 { f64::from(left) / f64::from(samples) } else { 0.0 }
 }
 
 /// What the wanted drive jumps by for other reasons than motion: the proportional term comes or goes with the feedback,
@@ -538,7 +552,7 @@ impl LoopState {
         (self.terms.unlimited_drive, self.terms.drive) = (unlimited_drive, limited.drive);
         (self.terms.saturated, self.terms.slewing) = (limited.saturated, limited.slewing);
         let Counters { saturated_count, slewing_count, .. } = &mut self.counters;
-        *saturated_count = saturated_count.saturating_add(limited.saturated.into());
-        *slewing_count = slewing_count.saturating_add(limited.slewing.into());
+        add(saturated_count, limited.saturated.into());
+        add(slewing_count, limited.slewing.into());
     }
 }

@@ -1,7 +1,8 @@
 //! What stands between every number and the amplifier.
 
-use super::options::{ControllerOptions, check_range};
+use super::options::ControllerOptions;
 use crate::error::{Error, check_positive};
+use crate::real::check_range;
 
 /// The limits of the drive, and how far it may move in one sample.
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,8 @@
 //! How a controller is set up.
 
 #[cfg(feature = "alloc")]
-use crate::error::check_length;
-use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, check_non_negative, check_positive};
+use crate::error::check_each_between;
+use crate::error::{Bound, Error, MAX_MAGNITUDE, check_between, check_finite, check_non_negative, check_positive};
 use crate::filter::Sections;
 
 /// The form of the law that is evaluated.
@@ -111,19 +111,11 @@ impl ControllerOptions {
         check_positive("dt", self.dt)
     }
 
-    /// The bumpless time in samples.
-    pub(super) fn bumpless_samples(&self) -> Result<u32, Error> {
-        let time = check_non_negative("bumpless_time", None, self.bumpless_time)?;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is not negative")]
-        let samples = (time / self.checked_dt()? + 0.5) as u32;
-        Ok(samples)
-    }
-
     /// The drive at the start.
     pub(super) fn checked_start_drive(&self) -> Result<f64, Error> {
         let (low, high) = self.limits;
         let Some(drive) = self.start_drive else { return Ok(0.0_f64.max(low).min(high)) };
-        check_drive("start_drive", None, drive, self.limits)
+        check_between("start_drive", None, drive, self.limits)
     }
 }
 
@@ -140,13 +132,7 @@ impl Gains {
     pub(super) fn new(kp: f64, ki: f64, dt: f64, filters: &Sections) -> Result<Self, Error> {
         let has_filters = !filters.as_slice().is_empty();
         let kp = if has_filters { check_finite("kp", None, kp)? } else { check_non_negative("kp", None, kp)? };
-        let ki = check_non_negative("ki", None, ki)?;
-        let ki_dt = ki * dt;
-        if ki_dt > MAX_MAGNITUDE {
-            let expected = Bound::Between { low: 0.0, high: MAX_MAGNITUDE / dt };
-            return Err(Error::Domain { parameter: "ki", index: None, expected, got: ki });
-        }
-        Ok(Self { kp, ki_dt })
+        Ok(Self { kp, ki_dt: per_sample("ki", ki, dt, MAX_MAGNITUDE)? })
     }
 
     /// One sample over the integral time |kp| / ki, at most 1.
@@ -156,40 +142,44 @@ impl Gains {
     }
 }
 
-/// Checks a pair (low, high) of finite numbers, or names it.
-pub(super) fn check_range(parameter: &'static str, range: (f64, f64), low_name: &'static str) -> Result<(), Error> {
-    let (low, high) = range;
-    check_finite(parameter, Some(0), low)?;
-    check_finite(parameter, Some(1), high)?;
-    if low < high {
-        return Ok(());
+/// A gain per second, which may not be negative, for one sample of `dt` seconds: at most `most` there.
+pub(super) fn per_sample(parameter: &'static str, gain: f64, dt: f64, most: f64) -> Result<f64, Error> {
+    let per_sample = check_non_negative(parameter, None, gain)? * dt;
+    if per_sample <= most {
+        return Ok(per_sample);
     }
-    let expected = Bound::Above { what: low_name, limit: low };
-    Err(Error::Domain { parameter, index: Some(1), expected, got: high })
+    let expected = Bound::Between { low: 0.0, high: most / dt };
+    Err(Error::Domain { parameter, index: None, expected, got: gain })
 }
 
-/// Checks a drive against the limits, or names it.
-pub(super) fn check_drive(
-    parameter: &'static str,
-    index: Option<usize>,
-    got: f64,
-    (low, high): (f64, f64),
-) -> Result<f64, Error> {
-    if low <= got && got <= high {
-        Ok(got)
-    } else {
-        Err(Error::Domain { parameter, index, expected: Bound::Between { low, high }, got })
-    }
+/// The bumpless time in samples of `dt` seconds.
+pub(super) fn bumpless_samples(bumpless_time: f64, dt: f64) -> Result<u32, Error> {
+    let time = check_non_negative("bumpless_time", None, bumpless_time)?;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is not negative")]
+    let samples = (time / dt + 0.5) as u32;
+    Ok(samples)
 }
 
-/// Checks one drive for each actuator, whose limits these are, or names it.
+/// Checks numbers of a saved state, each beside that of the controller, or names the first that is another one.
 #[cfg(feature = "alloc")]
-pub(super) fn check_drives(
-    parameter: &'static str,
-    drives: &[f64],
+pub(super) fn check_unchanged<const N: usize>(numbers: [(&'static str, f64, f64); N]) -> Result<(), Error> {
+    match numbers.into_iter().find(|(_, value, got)| value != got) {
+        None => Ok(()),
+        Some((parameter, value, got)) => {
+            let expected = Bound::EqualTo { value, what: "as in this controller" };
+            Err(Error::Domain { parameter, index: None, expected, got })
+        }
+    }
+}
+
+/// Checks the rate of a stop and the drive at which each actuator is to rest, or names them.
+#[cfg(feature = "alloc")]
+pub(super) fn check_stop(
+    [rate_name, drives_name]: [&'static str; 2],
+    rate: f64,
+    rest_drives: &[f64],
     limits: impl ExactSizeIterator<Item = (f64, f64)>,
 ) -> Result<(), Error> {
-    check_length(parameter, limits.len(), drives.len())?;
-    let each = drives.iter().zip(limits).enumerate();
-    each.into_iter().try_for_each(|(i, (drive, limits))| check_drive(parameter, Some(i), *drive, limits).map(drop))
+    check_positive(rate_name, rate)?;
+    check_each_between(drives_name, rest_drives, limits)
 }

@@ -4,7 +4,7 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use super::validity::{Offsets, Ratios, check_invertible, check_weights, slope_range};
-use crate::error::{Error, check_finite, check_length};
+use crate::error::{Error, check_all_finite, check_length, check_non_negative};
 use crate::fingerprint::Fingerprint;
 use crate::operator::{CoupledPlay, Play};
 
@@ -37,19 +37,9 @@ impl PrandtlIshlinskii {
     pub fn new(weights: &[f64], thresholds: &[f64], offsets: Offsets) -> Result<Self, Error> {
         check_weights("weights", weights)?;
         check_length("thresholds", weights.len(), thresholds.len())?;
-        let operators = thresholds
-            .iter()
-            .enumerate()
-            .map(|(i, r)| {
-                Play::new(*r).map_err(|error| match error {
-                    Error::Domain { expected, got, .. } => {
-                        Error::Domain { parameter: "thresholds", index: Some(i), expected, got }
-                    }
-                    other => other,
-                })
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { weights: weights.into(), operators: operators.into(), offsets: offsets.check()? })
+        let play = |(i, r): (usize, &f64)| check_non_negative("thresholds", Some(i), *r).and_then(Play::new);
+        let operators: Result<_, Error> = thresholds.iter().enumerate().map(play).collect();
+        Ok(Self { weights: weights.into(), operators: operators?, offsets: offsets.check()? })
     }
 
     /// The weights w_i.
@@ -190,9 +180,7 @@ impl ModifiedPrandtlIshlinskii {
     /// [`Error::Length`] unless there is one for each operator, [`Error::Domain`] for one that is not finite.
     pub fn with_negative_weights(mut self, weights_negative: &[f64]) -> Result<Self, Error> {
         check_length("weights_negative", self.weights.len(), weights_negative.len())?;
-        for (i, v) in weights_negative.iter().enumerate() {
-            check_finite("weights_negative", Some(i), *v)?;
-        }
+        check_all_finite("weights_negative", weights_negative)?;
         self.weights_negative = (*weights_negative != *self.weights).then(|| weights_negative.into());
         Ok(self)
     }

@@ -1,7 +1,7 @@
 //! What models of any size and of a fixed size have in common: offsets, proportions of thresholds, and when weights and slopes are
 //! those of a model that can be inverted.
 
-use crate::error::{Bound, Error, check_finite, check_non_negative, check_within};
+use crate::error::{Error, check_all_finite, check_between, check_finite, check_non_negative, check_within};
 use crate::operator::CoupledPlay;
 use crate::real::Real;
 
@@ -63,12 +63,8 @@ impl Ratios {
     pub(crate) fn check(self) -> Result<Self, Error> {
         check_non_negative("ra", None, self.ra)?;
         check_within("rb", None, self.rb, "ra", self.ra)?;
-        if (0.0..=1.0).contains(&self.rc) {
-            Ok(self)
-        } else {
-            let expected = Bound::Between { low: 0.0, high: 1.0 };
-            Err(Error::Domain { parameter: "rc", index: None, expected, got: self.rc })
-        }
+        check_between("rc", None, self.rc, (0.0, 1.0))?;
+        Ok(self)
     }
 }
 
@@ -76,10 +72,7 @@ pub(crate) fn check_weights(parameter: &'static str, weights: &[f64]) -> Result<
     if weights.is_empty() {
         return Err(Error::Empty { parameter });
     }
-    for (i, w) in weights.iter().enumerate() {
-        check_finite(parameter, Some(i), *w)?;
-    }
-    Ok(())
+    check_all_finite(parameter, weights)
 }
 
 /// The slope of the model is the identity weight plus weights of operators that slide, so it is positive

@@ -4,7 +4,7 @@ use alloc::boxed::Box;
 
 use super::stage::{QuasiStatic, QuasiStaticForward, QuasiStaticState};
 use crate::engine::CompiledModel;
-use crate::error::{Bound, Error, check_length};
+use crate::error::{Bound, Error, check_length, check_rows, check_rows_between};
 use crate::process::Process;
 use crate::real::check_within_limits;
 use crate::stream::{ActuatorError, check_limits};
@@ -193,7 +193,7 @@ impl BracketArray {
     /// [`Error::Rows`] unless `input` consists of whole rows of M elements, [`Error::Length`] unless `low` and `high` are as long;
     /// nothing is taken then.
     pub fn run(&mut self, input: &[f64], low: &mut [f64], high: &mut [f64]) -> Result<(), Error> {
-        self.check_rows("input", input)?;
+        check_rows("input", self.brackets.len(), input.len())?;
         check_length("low", input.len(), low.len())?;
         check_length("high", input.len(), high.len())?;
         let width = self.brackets.len().max(1);
@@ -213,13 +213,7 @@ impl BracketArray {
     /// [`Error::Rows`] unless they are whole rows, [`Error::Domain`] for a drive that is not finite or outside its limits;
     /// nothing is taken then.
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
-        self.check_rows("drives", drives)?;
-        for row in drives.chunks_exact(self.brackets.len().max(1)) {
-            let each = self.brackets.iter().zip(row).enumerate();
-            for (index, (bracket, drive)) in each {
-                check_within_limits("drives", &[*drive], bracket.limits()).map_err(|error| at(error, index))?;
-            }
-        }
+        check_rows_between("drives", drives, self.brackets.iter().map(Bracket::limits))?;
         for row in drives.chunks_exact(self.brackets.len().max(1)) {
             self.brackets.iter_mut().zip(row).try_for_each(|(bracket, drive)| bracket.follow(&[*drive]))?;
         }
@@ -244,20 +238,5 @@ impl BracketArray {
         }
         self.brackets = restored;
         Ok(())
-    }
-
-    fn check_rows(&self, parameter: &'static str, rows: &[f64]) -> Result<(), Error> {
-        let (width, got) = (self.brackets.len(), rows.len());
-        if got.is_multiple_of(width) { Ok(()) } else { Err(Error::Rows { parameter, width, got }) }
-    }
-}
-
-/// The same error about the number of an actuator.
-fn at(error: Error, index: usize) -> Error {
-    match error {
-        Error::Domain { parameter, expected, got, .. } => {
-            Error::Domain { parameter, index: Some(index), expected, got }
-        }
-        other => other,
     }
 }

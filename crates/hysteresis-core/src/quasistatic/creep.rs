@@ -1,7 +1,7 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use crate::error::{Bound, Error, check_all_finite, check_finite, check_length};
+use crate::error::{Bound, Error, check_all_finite, check_between, check_finite, check_length};
 
 /// Creep at the samples: y(k) = h(k) + sum_j c_j q_j(k), q_j(k+1) = a_j q_j(k) + (1 - a_j) h(k).
 ///
@@ -56,10 +56,7 @@ impl CreepTerms {
             }
         }
         for (index, decay) in decays.iter().enumerate() {
-            if !(0.0..=1.0).contains(decay) {
-                let expected = Bound::Between { low: 0.0, high: 1.0 };
-                return Err(Error::Domain { parameter: "decays", index: Some(index), expected, got: *decay });
-            }
+            check_between("decays", Some(index), *decay, (0.0, 1.0))?;
         }
         Ok(Self { amplitudes: amplitudes.into(), decays: decays.into() })
     }
@@ -111,10 +108,7 @@ impl CreepMemory {
     }
 
     pub(super) fn check(&self, states: &[f64]) -> Result<(), Error> {
-        if states.len() != self.terms.len() {
-            let (expected, got) = (self.terms.len(), states.len());
-            return Err(Error::Length { parameter: "state.creep", expected, got });
-        }
+        check_length("state.creep", self.terms.len(), states.len())?;
         check_all_finite("state.creep", states)
     }
 

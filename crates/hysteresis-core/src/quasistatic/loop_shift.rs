@@ -2,7 +2,7 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::error::{Bound, Error, check_all_finite, check_finite, check_non_negative};
+use crate::error::{Bound, Error, check_all_finite, check_between, check_finite, check_length, check_non_negative};
 
 /// The least and the greatest half range, and the greatest limit: products with admissible drives then stay finite.
 const SCALE: (f64, f64) = (1e-50, 1e50);
@@ -89,10 +89,7 @@ impl LoopShiftTerms {
             }
         }
         check_all_finite("amplitudes", &amplitudes)?;
-        if !(0.0..=1.0).contains(&decay) {
-            let expected = Bound::Between { low: 0.0, high: 1.0 };
-            return Err(Error::Domain { parameter: "decay", index: None, expected, got: decay });
-        }
+        check_between("decay", None, decay, (0.0, 1.0))?;
         Ok(Self { center, half_range, amplitudes, limit, decay })
     }
 
@@ -171,10 +168,7 @@ impl LoopShiftMemory {
     }
 
     pub(super) fn check(&self, states: &[f64]) -> Result<(), Error> {
-        let expected = if self.motion.is_some() { 3 } else { 0 };
-        if states.len() != expected {
-            return Err(Error::Length { parameter: "state.loop_shift", expected, got: states.len() });
-        }
+        check_length("state.loop_shift", if self.motion.is_some() { 3 } else { 0 }, states.len())?;
         check_all_finite("state.loop_shift", states)?;
         // A mean of squares.
         states.first().map_or(Ok(()), |mean| check_non_negative("state.loop_shift", Some(0), *mean).map(drop))

@@ -1,7 +1,7 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use crate::error::{Bound, Error, check_finite, check_length};
+use crate::error::{Bound, Error, check_all_finite, check_length};
 
 /// A slope of a map and its reciprocal: neither may overflow when it meets an admissible number.
 const STEEPEST: f64 = 1e50;
@@ -48,9 +48,7 @@ impl PiecewiseLinearMap {
             return Err(Error::Length { parameter: "x", expected: 2, got: x.len() });
         };
         for (parameter, values) in [("x", x), ("y", y)] {
-            for (index, value) in values.iter().enumerate() {
-                check_finite(parameter, Some(index), *value)?;
-            }
+            check_all_finite(parameter, values)?;
         }
         let sign = if second_y > first_y { 1.0 } else { -1.0 };
         let lines = (1..x.len()).map(|i| MapLine::through(x, y, i, sign)).collect::<Result<Vec<_>, _>>()?;

@@ -4,7 +4,7 @@ use core::hint::black_box;
 
 use super::{Forward, Inverse};
 use crate::engine::CompiledModel;
-use crate::error::{Error, check_length};
+use crate::error::{Error, check_length, check_rows};
 use crate::process::Process;
 
 /// Many streams side by side, one for each actuator of a deformable mirror: y_m(k) = H_m\[x_m\](k), m < M.
@@ -152,9 +152,7 @@ impl<P: Process> StreamArray<P> {
     /// nothing is taken then.
     pub fn run(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
         let (width, got) = (self.len(), input.len());
-        if !got.is_multiple_of(width) {
-            return Err(Error::Rows { parameter: "input", width, got });
-        }
+        check_rows("input", width, got)?;
         check_length("output", got, output.len())?;
         // Without actuators there are no samples either, and a row of no length would have no end.
         let width = width.max(1);

@@ -7,8 +7,8 @@
 use crate::engine::{Direction, Line, Memory, Piece, Point, Reach};
 #[cfg(feature = "alloc")]
 use crate::engine::{HeapMemory, Method};
-use crate::error::{Bound, Error, check_length};
-use crate::real::{Real, check_admissible, check_within_limits};
+use crate::error::{Error, check_length};
+use crate::real::{Real, check_range, check_within_limits};
 
 /// How many samples are compared and evaluated as vectors.
 pub(super) const BLOCK: usize = 8;
@@ -427,15 +427,9 @@ pub(crate) fn unlimited<T: Real>() -> (T, T) {
 
 /// Limits (low, high) of a drive, checked; without any, all that is admissible.
 pub(crate) fn check_limits<T: Real>(limits: Option<(T, T)>) -> Result<(T, T), Error> {
-    let Some((low, high)) = limits else { return Ok(unlimited()) };
-    check_admissible("limits", Some(0), low)?;
-    check_admissible("limits", Some(1), high)?;
-    if low < high {
-        Ok((low, high))
-    } else {
-        let expected = Bound::Above { what: "the low limit", limit: low.wide() };
-        Err(Error::Domain { parameter: "limits", index: Some(1), expected, got: high.wide() })
-    }
+    let Some(limits) = limits else { return Ok(unlimited()) };
+    check_range("limits", limits, "the low limit")?;
+    Ok(limits)
 }
 
 impl<T: Real, M: Memory<T>> InverseCore<T, M> {

@@ -5,12 +5,14 @@ use alloc::vec::Vec;
 
 use super::super::law::{Mode, check_terms};
 use super::super::limiter::Limiter;
-use super::super::options::check_drives;
+use super::super::options::{bumpless_samples, check_stop, check_unchanged};
 use super::law::{ArrayCounters, ArraySample, Feedback, Lanes, LoopState, Work, copy};
 use super::options::{ArrayOptions, Gains};
 use super::pairs::Pairs;
 use crate::engine::CompiledModel;
-use crate::error::{Bound, Error, check_length, check_positive};
+use crate::error::{
+    Bound, Error, check_each_between, check_length, check_positive, check_rows, check_rows_between, no_such,
+};
 use crate::stream::{Inverse, StreamArray, StreamState};
 
 /// Feed-forward through the exact inverses of M actuators, and an integral behind a reconstruction matrix, within limits at
@@ -93,12 +95,12 @@ impl ArrayController {
         let slew = options.checked_slew(actuators)?;
         let limiters = limits.iter().enumerate().map(|(i, limits)| Limiter::of(*limits, slew(i), dt)).collect();
         let pairs = Pairs::new(options, actuators)?;
-        let bumpless_samples = options.bumpless_samples()?;
+        let bumpless_samples = bumpless_samples(options.bumpless_time, dt)?;
         let start = match &options.start_drive {
             Some(drives) => drives.clone(),
             None => limits.iter().map(|(low, high)| 0.0_f64.max(*low).min(*high)).collect(),
         };
-        check_drives("start_drive", &start, limits.iter().copied())?;
+        check_each_between("start_drive", &start, limits.iter().copied())?;
         let now = LoopState::at(start);
         let (work, options) = (Work::new(actuators), options.clone());
         let lanes = Lanes { inverse, limiters, gains, feedback, pairs, dt, bumpless_samples, now, work };
@@ -138,9 +140,7 @@ impl ArrayController {
     pub fn run(&mut self, block: &ArraySample<'_>, drives: &mut [f64]) -> Result<(), Error> {
         let (actuators, sensors) = (self.len().max(1), self.sensors());
         let got = block.reference.len();
-        if !got.is_multiple_of(actuators) {
-            return Err(Error::Rows { parameter: "reference", width: actuators, got });
-        }
+        check_rows("reference", actuators, got)?;
         let rows = got / actuators;
         check_length("drives", got, drives.len())?;
         for (parameter, given) in optional(block) {
@@ -271,8 +271,7 @@ impl ArrayController {
     /// [`Error::Domain`] unless the rate is above zero and each rest drive within its limits, [`Error::Length`] unless there are M
     /// of them; the controller is as before then.
     pub fn stop(&mut self, rate: f64, rest_drives: &[f64]) -> Result<(), Error> {
-        check_positive("rate", rate)?;
-        check_drives("rest_drive", rest_drives, self.limits.iter().copied())?;
+        check_stop(["rate", "rest_drive"], rate, rest_drives, self.limits.iter().copied())?;
         self.lanes.now.end_motion();
         (self.lanes.now.mode, self.lanes.now.stop_rate) = (Mode::Stop, rate);
         copy(&mut self.lanes.now.rest_drives, rest_drives);
@@ -295,11 +294,10 @@ impl ArrayController {
     /// # Errors
     /// [`Error::Whole`] for an actuator that does not exist, and as [`Inverse::set_model`]; the controller is as before then.
     pub fn set_model(&mut self, actuator: usize, model: &CompiledModel) -> Result<(), Error> {
-        let last = self.len().saturating_sub(1);
+        let actuators = self.len();
         let bumpless = self.lanes.now.bumpless.get_mut(actuator);
         let (Some(stream), Some(bumpless)) = (self.lanes.inverse.streams_mut().get_mut(actuator), bumpless) else {
-            let (expected, got) = (Bound::FromTo { first: 0, last }, actuator as u64);
-            return Err(Error::Whole { parameter: "actuator", index: None, expected, got });
+            return Err(no_such("actuator", None, actuator, actuators));
         };
         let before = stream.reached();
         stream.set_model(model)?;
@@ -324,7 +322,7 @@ impl ArrayController {
     /// # Errors
     /// [`Error::Length`] unless there are M drives, [`Error::Domain`] for one outside its limits; the controller is as before then.
     pub fn reset_at(&mut self, drives: &[f64]) -> Result<(), Error> {
-        check_drives("drive", drives, self.limits.iter().copied())?;
+        check_each_between("drive", drives, self.limits.iter().copied())?;
         copy(&mut self.lanes.now.drives, drives);
         self.reset();
         Ok(())
@@ -337,13 +335,8 @@ impl ArrayController {
     /// [`Error::Rows`] unless they are whole rows, [`Error::Domain`] for a drive that is not finite or outside its limits; the
     /// controller is as before then.
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
-        let (width, got) = (self.len().max(1), drives.len());
-        if !got.is_multiple_of(width) {
-            return Err(Error::Rows { parameter: "drives", width, got });
-        }
-        let limits = || self.limits.iter().copied();
-        drives.chunks_exact(width).try_for_each(|row| check_drives("drives", row, limits()))?;
-        for row in drives.chunks_exact(width) {
+        check_rows_between("drives", drives, self.limits.iter().copied())?;
+        for row in drives.chunks_exact(self.len().max(1)) {
             copy(&mut self.lanes.now.drives, row);
             self.follow_present_drives();
             self.lanes.now.end_motion();
@@ -391,14 +384,11 @@ impl ArrayController {
     /// The controller is as before then.
     pub fn set_state(&mut self, state: &ArrayControllerState) -> Result<(), Error> {
         let own = &self.options;
-        let same =
-            [("state.dt", own.dt, state.dt), ("state.ki", own.ki, state.ki), ("state.leak", own.leak, state.leak)];
-        for (parameter, value, got) in same {
-            if value != got {
-                let expected = Bound::EqualTo { value, what: "as in this controller" };
-                return Err(Error::Domain { parameter, index: None, expected, got });
-            }
-        }
+        check_unchanged([
+            ("state.dt", own.dt, state.dt),
+            ("state.ki", own.ki, state.ki),
+            ("state.leak", own.leak, state.leak),
+        ])?;
         if state.setup != own.fingerprint() {
             let expected = "the state of a controller with the same reconstruction, pairs, slew and bumpless time";
             return Err(Error::State { expected });
@@ -506,15 +496,15 @@ impl ArrayControllerState {
     pub(super) fn check(&self, limits: &[(f64, f64)]) -> Result<(), Error> {
         let actuators = limits.len();
         check_length("state.streams", actuators, self.streams.len())?;
-        check_drives("state.drives", &self.drives, limits.iter().copied())?;
+        check_each_between("state.drives", &self.drives, limits.iter().copied())?;
         for (parameter, terms) in [("state.integral", &self.integral), ("state.bumpless", &self.bumpless)] {
             check_length(parameter, actuators, terms.len())?;
             check_terms(terms)?;
         }
         match (self.mode, &self.stop) {
             (Mode::Stop, Some(stop)) => {
-                check_positive("state.stop.rate", stop.rate)?;
-                check_drives("state.stop.rest_drive", &stop.rest_drive, limits.iter().copied())
+                let names = ["state.stop.rate", "state.stop.rest_drive"];
+                check_stop(names, stop.rate, &stop.rest_drive, limits.iter().copied())
             }
             (Mode::Run | Mode::Hold, None) => Ok(()),
             _ => Err(Error::State { expected: "the mode run or hold, or a stop with its rate and rest drives" }),

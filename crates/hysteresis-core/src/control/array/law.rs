@@ -4,7 +4,7 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::super::law::Mode;
+use super::super::law::{Mode, add, bumpless_share};
 use super::super::limiter::{Limiter, approach};
 use super::options::Gains;
 use super::pairs::Pairs;
@@ -38,12 +38,6 @@ pub struct ArrayCounters {
     pub slewing_count: u64,
     /// Samples in which the limits of differences moved at least one target.
     pub pair_limited_count: u64,
-}
-
-/// Counts events, never past the largest number.
-#[inline]
-pub(super) fn count(counter: &mut u64, events: u64) {
-    *counter = counter.saturating_add(events);
 }
 
 /// What is asked of one sample.
@@ -117,13 +111,6 @@ impl LoopState {
     /// The next sample starts a motion from the present drives, with an integral that rests at first.
     pub(super) fn end_motion(&mut self) {
         (self.started, self.integral_rest_samples) = (false, u32::MAX);
-    }
-
-    /// The bumpless term after the next sample, as a share of the present one.
-    #[inline]
-    pub(super) fn bumpless_share(&self) -> f64 {
-        let left = self.bumpless_samples.saturating_sub(1);
-        if left > 0 { f64::from(left) / f64::from(self.bumpless_samples) } else { 0.0 }
     }
 }
 
@@ -319,7 +306,7 @@ impl Lanes {
     fn wish(&mut self, sample: &ArraySample<'_>) {
         let Self { work: Work { changes, wanted, .. }, now, gains, .. } = self;
         let rests = now.integral_rest_samples > 0;
-        let bumpless_share = now.bumpless_share();
+        let bumpless_share = bumpless_share(now.bumpless_samples);
         let state = now.integral.iter().zip(&now.bumpless);
         for (((change, wanted), reference), (integral, bumpless)) in
             changes.iter_mut().zip(wanted).zip(sample.reference).zip(state)
@@ -406,7 +393,7 @@ impl Lanes {
             Status::Held => {}
             Status::Rejected => {
                 self.now.started = false;
-                count(&mut self.now.counters.rejected_count, 1);
+                add(&mut self.now.counters.rejected_count, 1);
             }
             Status::Starting => self.start(sample),
             Status::Stopping => self.move_streams(),
@@ -416,10 +403,10 @@ impl Lanes {
             }
         }
         let counters = &mut self.now.counters;
-        count(&mut counters.missing_count, decision.missing.into());
-        count(&mut counters.saturated_count, decision.saturated);
-        count(&mut counters.slewing_count, decision.slewing);
-        count(&mut counters.pair_limited_count, decision.pair_limited.into());
+        add(&mut counters.missing_count, decision.missing.into());
+        add(&mut counters.saturated_count, decision.saturated);
+        add(&mut counters.slewing_count, decision.slewing);
+        add(&mut counters.pair_limited_count, decision.pair_limited.into());
     }
 
     /// Begins a motion at the present positions.
@@ -454,7 +441,7 @@ impl Lanes {
     #[inline]
     fn keep_terms(&mut self) {
         let Self { work, now, .. } = self;
-        let bumpless_share = now.bumpless_share();
+        let bumpless_share = bumpless_share(now.bumpless_samples);
         let terms = now.integral.iter_mut().zip(&mut now.bumpless).zip(&work.changes);
         for (((integral, bumpless), change), (wanted, position)) in terms.zip(work.wanted.iter().zip(&work.positions)) {
             *integral += followed(*change, wanted - position);

@@ -2,7 +2,8 @@
 
 use alloc::vec::Vec;
 
-use crate::error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length, check_non_negative, check_positive};
+use super::super::options::per_sample;
+use crate::error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length, check_positive, check_rows};
 use crate::fingerprint::Fingerprint;
 
 /// How an [`ArrayController`](super::ArrayController) is set up. The limits of the drives are those of the inverses that it is
@@ -81,14 +82,6 @@ impl ArrayOptions {
         Ok(|actuator| one_or_each(&self.slew, actuator))
     }
 
-    /// The bumpless time in samples.
-    pub(super) fn bumpless_samples(&self) -> Result<u32, Error> {
-        let time = check_non_negative("bumpless_time", None, self.bumpless_time)?;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is not negative")]
-        let samples = (time / self.dt + 0.5) as u32;
-        Ok(samples)
-    }
-
     /// The number of sensors S.
     pub(super) fn sensors(&self, actuators: usize) -> Result<usize, Error> {
         let Some(matrix) = &self.reconstruction else { return Ok(actuators) };
@@ -96,9 +89,7 @@ impl ArrayOptions {
         if got == 0 {
             return Err(Error::Empty { parameter: "reconstruction" });
         }
-        if !got.is_multiple_of(actuators) {
-            return Err(Error::Rows { parameter: "reconstruction", width: actuators, got });
-        }
+        check_rows("reconstruction", actuators, got)?;
         check_all_finite("reconstruction", matrix)?;
         Ok(got / actuators)
     }
@@ -115,16 +106,7 @@ pub(super) struct Gains {
 
 impl Gains {
     pub(super) fn new(ki: f64, leak: f64, dt: f64) -> Result<Self, Error> {
-        let share = |parameter, gain: f64, most: f64| {
-            let per_sample = check_non_negative(parameter, None, gain)? * dt;
-            let expected = Bound::Between { low: 0.0, high: most / dt };
-            if per_sample <= most {
-                Ok(per_sample)
-            } else {
-                Err(Error::Domain { parameter, index: None, expected, got: gain })
-            }
-        };
-        Ok(Self { ki: share("ki", ki, MAX_MAGNITUDE)?, leak: share("leak", leak, 1.0)? })
+        Ok(Self { ki: per_sample("ki", ki, dt, MAX_MAGNITUDE)?, leak: per_sample("leak", leak, dt, 1.0)? })
     }
 }
 

@@ -8,7 +8,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::options::{ArrayOptions, check_one_or_each, one_or_each};
-use crate::error::{Bound, Error};
+use crate::error::{Error, no_such};
 
 /// How often all pairs, or all actuators, are gone through in a sample that needs it. A fixed number: the time is bounded.
 const SWEEPS: usize = 8;
@@ -51,9 +51,7 @@ impl Pairs {
         for (pair, (first, second)) in neighbours.iter().copied().enumerate() {
             for (of, other) in [(first, second), (second, first)] {
                 let Some(links) = links.get_mut(of) else {
-                    let expected = Bound::FromTo { first: 0, last: actuators.saturating_sub(1) };
-                    let got = of as u64;
-                    return Err(Error::Whole { parameter: "neighbours", index: Some(pair), expected, got });
+                    return Err(no_such("neighbours", Some(pair), of, actuators));
                 };
                 links.push(Link { other, pair });
             }

@@ -13,7 +13,7 @@ use core::iter;
 
 use super::polyline::{Direction, Line, Path, Piece, Point, Reach, first_guess, solve};
 use super::vectors::WIDEST;
-use crate::error::{Error, check_finite, check_length, restore_tolerance};
+use crate::error::{Error, check_all_finite, check_length, restore_tolerance};
 use crate::operator::Operator;
 pub(crate) use blocks::Members;
 use blocks::{Behind, Both, MOVES_BEFORE_A_LINE, Unguessed, Unmoved};
@@ -85,9 +85,7 @@ impl Bank {
     /// A bank that starts from the outputs `initial`; the first sample projects them onto what can be reached.
     pub(crate) fn new(members: Arc<Members>, initial: &[f64]) -> Result<Self, Error> {
         check_length("initial", members.len(), initial.len())?;
-        for (i, z) in initial.iter().enumerate() {
-            check_finite("initial", Some(i), *z)?;
-        }
+        check_all_finite("initial", initial)?;
         let mut bank = Self::at_rest(members);
         put(&mut bank.initial, initial);
         bank.reset();
