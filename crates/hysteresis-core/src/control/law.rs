@@ -20,10 +20,11 @@ use crate::real::check_range;
 /// assert_eq!(controller.mode(), Mode::Run);
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Mode {
     /// Feed-forward and feedback.
+    #[default]
     Run,
     /// Feed-forward alone: the proportional term is off, the integral is frozen and stays part of the drive.
     Feedforward,
@@ -51,7 +52,7 @@ pub enum Mode {
 /// assert_eq!((terms.bumpless, terms.drive), (-3.0, 1.0)); // starts from the drive that the amplifier has
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Terms {
     /// The reference of the feedback. With a preview it is the one that came `ahead` samples before the newest.
@@ -83,21 +84,8 @@ pub struct Terms {
 
 impl Terms {
     /// At rest at a drive.
-    pub(super) fn at(drive: f64) -> Self {
-        Self {
-            reference: 0.0,
-            target: 0.0,
-            error: 0.0,
-            filtered_error: 0.0,
-            feedforward: 0.0,
-            proportional: 0.0,
-            integral: 0.0,
-            bumpless: 0.0,
-            unlimited_drive: drive,
-            drive,
-            saturated: false,
-            slewing: false,
-        }
+    fn at(drive: f64) -> Self {
+        Self { unlimited_drive: drive, drive, ..Self::default() }
     }
 }
 
@@ -184,7 +172,7 @@ impl StopRamp {
 /// assert_eq!(controller.state().feedback_loop.integral, 500.0 * 1e-3 * (3.0 - 1.0));
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct LoopState {
     /// The terms of the last sample that was acted upon. Its drive is the present one.
@@ -222,22 +210,7 @@ pub struct LoopState {
 impl LoopState {
     /// At rest at a drive.
     pub(super) fn at(drive: f64) -> Self {
-        Self {
-            terms: Terms::at(drive),
-            integral: 0.0,
-            filter: FilterState::default(),
-            started: false,
-            bumpless_samples: 0,
-            integral_rest_samples: u32::MAX,
-            feedback_active: false,
-            feedforward_given: false,
-            mode: Mode::Run,
-            resumes: Mode::Run,
-            stop: None,
-            last_measurement: None,
-            missing_in_a_row: 0,
-            counters: Counters::default(),
-        }
+        Self { terms: Terms::at(drive), integral_rest_samples: u32::MAX, ..Self::default() }
     }
 
     /// The last error, for a measurement that is missing while the drive comes back to that of the law after a hold in the midst of a

@@ -73,7 +73,7 @@ pub(crate) trait Vectors: Copy {
     fn smallest(self, numbers: Self::Numbers) -> f64;
 
     /// Runs a loop that is compiled for these vectors.
-    fn compiled<L: VectorLoop<Self>>(self, work: L) -> L::Output;
+    fn compiled<R>(self, work: impl FnOnce(Self) -> R) -> R;
 
     /// sum + a b. The product is rounded too: to fuse both, as some processors can, would give other bits there.
     #[inline(always)]
@@ -99,12 +99,6 @@ pub(crate) trait Vectors: Copy {
         let [a, b, c, d] = self.partial_sums(sum);
         (a + c) + (b + d)
     }
-}
-
-/// A loop over vectors.
-pub(crate) trait VectorLoop<V> {
-    type Output;
-    fn run(self, v: V) -> Self::Output;
 }
 
 /// Four numbers at once, by any instructions: plain arrays.
@@ -214,8 +208,8 @@ impl Vectors for Portable {
 
     /// Out of line: where wider vectors are at hand, what calls this stays short.
     #[inline(never)]
-    fn compiled<L: VectorLoop<Self>>(self, work: L) -> L::Output {
-        work.run(self)
+    fn compiled<R>(self, work: impl FnOnce(Self) -> R) -> R {
+        work(self)
     }
 }
 
@@ -226,7 +220,7 @@ mod x86_64 {
         Bytes, Select, Simd, SimdBase, SimdFloat, SimdSplit, f64x4, f64x8, mask64x4, mask64x8, u64x4, u64x8,
     };
 
-    use super::{Avx2, Avx512, PARTIAL_SUMS, VectorLoop, Vectors, smallest};
+    use super::{Avx2, Avx512, PARTIAL_SUMS, Vectors, smallest};
 
     /// What both have in common: the names of their vectors, and the width.
     macro_rules! vectors {
@@ -323,10 +317,10 @@ mod x86_64 {
             }
 
             #[inline(always)]
-            fn compiled<L: VectorLoop<Self>>(self, work: L) -> L::Output {
+            fn compiled<R>(self, work: impl FnOnce(Self) -> R) -> R {
                 self.vectorize(
                     #[inline(always)]
-                    move || work.run(self),
+                    move || work(self),
                 )
             }
         };
@@ -415,19 +409,13 @@ mod tests {
     use super::*;
 
     /// The smallest of some numbers, and the largest.
-    struct Ends([f64; 24]);
-
-    impl<V: Vectors> VectorLoop<V> for Ends {
-        type Output = [f64; 2];
-
-        fn run(self, v: V) -> [f64; 2] {
-            let numbers = V::Lanes::vectors(&self.0);
-            let pair = |merged: fn(V, V::Numbers, V::Numbers) -> V::Numbers| {
-                let all = numbers.iter().map(|lanes| v.load(lanes));
-                all.reduce(|a, b| merged(v, a, b)).unwrap_or_else(|| v.splat(f64::NAN))
-            };
-            [v.smallest(pair(V::min)), v.largest(pair(V::max))]
-        }
+    fn ends<V: Vectors>(v: V, numbers: &[f64; 24]) -> [f64; 2] {
+        let numbers = V::Lanes::vectors(numbers);
+        let pair = |merged: fn(V, V::Numbers, V::Numbers) -> V::Numbers| {
+            let all = numbers.iter().map(|lanes| v.load(lanes));
+            all.reduce(|a, b| merged(v, a, b)).unwrap_or_else(|| v.splat(f64::NAN))
+        };
+        [v.smallest(pair(V::min)), v.largest(pair(V::max))]
     }
 
     #[test]
@@ -436,14 +424,14 @@ mod tests {
         let zeros: [f64; 24] = array::from_fn(|i| [1.0, 1.0, 1.0, 0.0, -0.0, 1.0][i / 4]);
         let (turned, others) = (zeros.map(|zero| -zero), array::from_fn(|i| [3.0, -0.0, 7.0, -2.0, 9.0][i * i % 5]));
         for numbers in [zeros, turned, others] {
-            let any = Portable.compiled(Ends(numbers)).map(f64::to_bits);
+            let any = Portable.compiled(|v| ends(v, &numbers)).map(f64::to_bits);
             for processor in Processor::all_here() {
                 let ends = match processor {
-                    Processor::Portable => Portable.compiled(Ends(numbers)),
+                    Processor::Portable => Portable.compiled(|v| ends(v, &numbers)),
                     #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-                    Processor::Avx2(avx2) => avx2.compiled(Ends(numbers)),
+                    Processor::Avx2(avx2) => avx2.compiled(|v| ends(v, &numbers)),
                     #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-                    Processor::Avx512(avx512) => avx512.compiled(Ends(numbers)),
+                    Processor::Avx512(avx512) => avx512.compiled(|v| ends(v, &numbers)),
                 };
                 assert_eq!(ends.map(f64::to_bits), any, "{processor:?}, {numbers:?}");
             }

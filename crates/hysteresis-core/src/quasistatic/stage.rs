@@ -191,13 +191,77 @@ fn change_piece(
     }
 }
 
-/// The line of a map at a point, to start from.
-fn first_piece(map: Option<&Arc<PiecewiseLinearMap>>) -> MapPiece {
-    map.map_or_else(MapPiece::identity, |map| map.piece_at(0.0))
+/// What both streams of a stage are made of, around the hysteresis or its inverse.
+#[derive(Clone, Debug)]
+struct Stage<H> {
+    model: QuasiStatic,
+    hysteresis: H,
+    loop_shift: LoopShiftMemory,
+    creep: CreepMemory,
+    /// The lines of gamma and phi, or of their inverses, on which the last sample lay.
+    on_gamma: MapPiece,
+    on_phi: MapPiece,
+    /// The last position, or the last drive.
+    output: f64,
+    rejected: u64,
+    fingerprint: u64,
 }
 
-fn first_inverse_piece(map: Option<&Arc<PiecewiseLinearMap>>) -> MapPiece {
-    map.map_or_else(MapPiece::identity, |map| map.inverse_piece_at(0.0))
+impl<H> Stage<H> {
+    /// `first` is the line of a map, or of its inverse, to start from.
+    fn new(model: &QuasiStatic, hysteresis: H, first: impl Fn(&PiecewiseLinearMap) -> MapPiece) -> Self {
+        let piece = |map: &Option<Arc<PiecewiseLinearMap>>| map.as_deref().map_or_else(MapPiece::identity, &first);
+        Self {
+            hysteresis,
+            loop_shift: LoopShiftMemory::new(model.loop_shift.as_ref()),
+            creep: CreepMemory::new(model.creep.as_deref()),
+            on_gamma: piece(&model.input_map),
+            on_phi: piece(&model.output_map),
+            output: 0.0,
+            rejected: 0,
+            fingerprint: model.fingerprint(),
+            model: model.clone(),
+        }
+    }
+
+    #[cold]
+    fn reject(&mut self) -> f64 {
+        self.rejected = self.rejected.saturating_add(1);
+        self.output
+    }
+
+    /// The hysteresis has become that of another model.
+    fn renew(&mut self, hysteresis: &CompiledModel) {
+        self.model.hysteresis = hysteresis.clone();
+        self.fingerprint = self.model.fingerprint();
+    }
+
+    /// What the stream remembers, `hysteresis` being what the hysteresis does.
+    fn state(&self, hysteresis: StreamState) -> QuasiStaticState {
+        QuasiStaticState {
+            model: self.fingerprint,
+            hysteresis,
+            creep: self.creep.states(),
+            loop_shift: self.loop_shift.states(),
+            last_output: self.output,
+            rejected: self.rejected,
+        }
+    }
+
+    /// Continues from a state whose last output was checked.
+    fn restore(
+        &mut self,
+        state: &QuasiStaticState,
+        set_state: impl FnOnce(&mut H, &StreamState) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.creep.check(&state.creep)?;
+        self.loop_shift.check(&state.loop_shift)?;
+        set_state(&mut self.hysteresis, &state.hysteresis)?;
+        self.creep.restore(&state.creep);
+        self.loop_shift.restore(&state.loop_shift);
+        (self.output, self.rejected) = (state.last_output, state.rejected);
+        Ok(())
+    }
 }
 
 /// The position of a stage without its fast dynamics, sample by sample: y = creep(phi(H\[gamma(u)\]) + s).
@@ -214,31 +278,12 @@ fn first_inverse_piece(map: Option<&Arc<PiecewiseLinearMap>>) -> MapPiece {
 /// ```
 #[derive(Clone, Debug)]
 pub struct QuasiStaticForward {
-    model: QuasiStatic,
-    hysteresis: Forward,
-    loop_shift: LoopShiftMemory,
-    creep: CreepMemory,
-    /// The lines of gamma and phi on which the last sample lay.
-    on_gamma: MapPiece,
-    on_phi: MapPiece,
-    position: f64,
-    rejected: u64,
-    fingerprint: u64,
+    stage: Stage<Forward>,
 }
 
 impl QuasiStaticForward {
     pub(super) fn new(model: &QuasiStatic) -> Self {
-        let mut stream = Self {
-            model: model.clone(),
-            hysteresis: Forward::new(&model.hysteresis),
-            loop_shift: LoopShiftMemory::new(model.loop_shift.as_ref()),
-            creep: CreepMemory::new(model.creep.as_deref()),
-            on_gamma: first_piece(model.input_map.as_ref()),
-            on_phi: first_piece(model.output_map.as_ref()),
-            position: 0.0,
-            rejected: 0,
-            fingerprint: model.fingerprint(),
-        };
+        let mut stream = Self { stage: Stage::new(model, Forward::new(&model.hysteresis), |map| map.piece_at(0.0)) };
         stream.reset();
         stream
     }
@@ -246,46 +291,40 @@ impl QuasiStaticForward {
     /// The last position.
     #[must_use]
     pub fn output(&self) -> f64 {
-        self.position
+        self.stage.output
     }
 
     /// The hysteresis inside.
     #[must_use]
     pub fn hysteresis(&self) -> &Forward {
-        &self.hysteresis
+        &self.stage.hysteresis
     }
 
     /// How many drives were not finite (or beyond 1e100) and left position and memory as they were.
     #[must_use]
     pub fn rejected(&self) -> u64 {
-        self.rejected
+        self.stage.rejected
     }
 
     /// At rest since forever at a drive: the hysteresis virgin but for the way there, the loop not shifted, the creep
     /// at its end. Returns the position. A drive that is not finite is counted and changes nothing else.
     pub fn settle(&mut self, drive: f64) -> f64 {
-        let x = mapped(self.model.input_map.as_ref(), drive, &mut self.on_gamma);
+        let x = mapped(self.stage.model.input_map.as_ref(), drive, &mut self.stage.on_gamma);
         if !(is_admissible(drive) && is_admissible(x)) {
-            return self.reject();
+            return self.stage.reject();
         }
-        self.hysteresis.reset();
-        let z = self.hysteresis.step(x);
+        self.stage.hysteresis.reset();
+        let z = self.stage.hysteresis.step(x);
         self.rest_at(z, drive)
-    }
-
-    #[cold]
-    fn reject(&mut self) -> f64 {
-        self.rejected = self.rejected.saturating_add(1);
-        self.position
     }
 
     /// The drive, and so z, has been held since forever.
     fn rest_at(&mut self, z: f64, drive: f64) -> f64 {
-        self.loop_shift.settle(drive);
-        let h = mapped(self.model.output_map.as_ref(), z, &mut self.on_phi);
-        self.creep.settle(h);
-        self.position = h + self.creep.crept();
-        self.position
+        self.stage.loop_shift.settle(drive);
+        let h = mapped(self.stage.model.output_map.as_ref(), z, &mut self.stage.on_phi);
+        self.stage.creep.settle(h);
+        self.stage.output = h + self.stage.creep.crept();
+        self.stage.output
     }
 
     /// Takes over what was driven before, oldest drive first, one per sampling interval.
@@ -305,23 +344,15 @@ impl QuasiStaticForward {
     /// # Errors
     /// As there; the stream is as before then.
     pub fn set_model(&mut self, hysteresis: &CompiledModel) -> Result<(), Error> {
-        self.hysteresis.set_model(hysteresis)?;
-        self.model.hysteresis = hysteresis.clone();
-        self.fingerprint = self.model.fingerprint();
+        self.stage.hysteresis.set_model(hysteresis)?;
+        self.stage.renew(hysteresis);
         Ok(())
     }
 
     /// Everything that the stream remembers. Allocates.
     #[must_use]
     pub fn state(&self) -> QuasiStaticState {
-        QuasiStaticState {
-            model: self.fingerprint,
-            hysteresis: self.hysteresis.state(),
-            creep: self.creep.states(),
-            loop_shift: self.loop_shift.states(),
-            last_output: self.position,
-            rejected: self.rejected,
-        }
+        self.stage.state(self.stage.hysteresis.state())
     }
 
     /// Continues from `state`, bit for bit.
@@ -330,50 +361,44 @@ impl QuasiStaticForward {
     /// [`Error::OtherModel`] for a state of another model, [`Error::State`], [`Error::Length`] or [`Error::Domain`] for one
     /// that this stream cannot be in; the stream is as before then.
     pub fn set_state(&mut self, state: &QuasiStaticState) -> Result<(), Error> {
-        check_model(self.fingerprint, state.model)?;
+        check_model(self.stage.fingerprint, state.model)?;
         check_finite("state.last_output", None, state.last_output)?;
-        self.creep.check(&state.creep)?;
-        self.loop_shift.check(&state.loop_shift)?;
-        self.hysteresis.set_state(&state.hysteresis)?;
-        self.creep.restore(&state.creep);
-        self.loop_shift.restore(&state.loop_shift);
-        (self.position, self.rejected) = (state.last_output, state.rejected);
-        Ok(())
+        self.stage.restore(state, Forward::set_state)
     }
 }
 
 impl Process for QuasiStaticForward {
     #[inline]
     fn step(&mut self, drive: f64) -> f64 {
-        let x = mapped(self.model.input_map.as_ref(), drive, &mut self.on_gamma);
+        let x = mapped(self.stage.model.input_map.as_ref(), drive, &mut self.stage.on_gamma);
         if !(is_admissible(drive) && is_admissible(x)) {
-            return self.reject();
+            return self.stage.reject();
         }
-        let z = self.hysteresis.step(x);
-        let h = mapped(self.model.output_map.as_ref(), z, &mut self.on_phi) + self.loop_shift.shift();
-        self.position = h + self.creep.crept();
-        self.creep.hold(h);
-        self.loop_shift.hold(drive);
-        self.position
+        let z = self.stage.hysteresis.step(x);
+        let h = mapped(self.stage.model.output_map.as_ref(), z, &mut self.stage.on_phi) + self.stage.loop_shift.shift();
+        self.stage.output = h + self.stage.creep.crept();
+        self.stage.creep.hold(h);
+        self.stage.loop_shift.hold(drive);
+        self.stage.output
     }
 
     #[inline]
     fn peek(&self, drive: f64) -> f64 {
-        let (mut on_gamma, mut on_phi) = (self.on_gamma, self.on_phi);
-        let x = mapped(self.model.input_map.as_ref(), drive, &mut on_gamma);
+        let (mut on_gamma, mut on_phi) = (self.stage.on_gamma, self.stage.on_phi);
+        let x = mapped(self.stage.model.input_map.as_ref(), drive, &mut on_gamma);
         if !(is_admissible(drive) && is_admissible(x)) {
-            return self.position;
+            return self.stage.output;
         }
-        let h = mapped(self.model.output_map.as_ref(), self.hysteresis.peek(x), &mut on_phi);
-        h + self.loop_shift.shift() + self.creep.crept()
+        let h = mapped(self.stage.model.output_map.as_ref(), self.stage.hysteresis.peek(x), &mut on_phi);
+        h + self.stage.loop_shift.shift() + self.stage.creep.crept()
     }
 
     fn reset(&mut self) {
-        self.hysteresis.reset();
-        self.rejected = 0;
-        let x = self.model.hysteresis.offsets.input;
-        let drive = self.model.input_map.as_ref().map_or(x, |map| map.inverse_at(x));
-        self.rest_at(self.hysteresis.output(), drive);
+        self.stage.hysteresis.reset();
+        self.stage.rejected = 0;
+        let x = self.stage.model.hysteresis.offsets.input;
+        let drive = self.stage.model.input_map.as_ref().map_or(x, |map| map.inverse_at(x));
+        self.rest_at(self.stage.hysteresis.output(), drive);
     }
 }
 
@@ -397,19 +422,10 @@ impl Process for QuasiStaticForward {
 /// ```
 #[derive(Clone, Debug)]
 pub struct QuasiStaticInverse {
-    model: QuasiStatic,
-    hysteresis: Inverse,
-    loop_shift: LoopShiftMemory,
-    creep: CreepMemory,
-    /// The lines of gamma^-1 and phi^-1 on which the last sample lay.
-    on_gamma: MapPiece,
-    on_phi: MapPiece,
+    stage: Stage<Inverse>,
     limits: (f64, f64),
     /// The limits behind gamma, each with the drive that it stands for: low, high.
     mapped_limits: [(f64, f64); 2],
-    drive: f64,
-    rejected: u64,
-    fingerprint: u64,
 }
 
 impl QuasiStaticInverse {
@@ -421,19 +437,8 @@ impl QuasiStaticInverse {
             mapped_limits.reverse();
         }
         let hysteresis = Inverse::new(&model.hysteresis, limits.map(|_| (mapped_limits[0].0, mapped_limits[1].0)))?;
-        let mut stream = Self {
-            model: model.clone(),
-            hysteresis,
-            loop_shift: LoopShiftMemory::new(model.loop_shift.as_ref()),
-            creep: CreepMemory::new(model.creep.as_deref()),
-            on_gamma: first_inverse_piece(model.input_map.as_ref()),
-            on_phi: first_inverse_piece(model.output_map.as_ref()),
-            limits: (low, high),
-            mapped_limits,
-            drive: 0.0,
-            rejected: 0,
-            fingerprint: model.fingerprint(),
-        };
+        let stage = Stage::new(model, hysteresis, |map| map.inverse_piece_at(0.0));
+        let mut stream = Self { stage, limits: (low, high), mapped_limits };
         stream.reset();
         Ok(stream)
     }
@@ -447,33 +452,33 @@ impl QuasiStaticInverse {
         } else if x >= high.0 {
             high.1
         } else {
-            within(unmapped(self.model.input_map.as_ref(), x, on_gamma), self.limits)
+            within(unmapped(self.stage.model.input_map.as_ref(), x, on_gamma), self.limits)
         }
     }
 
     /// The position without creep, from what the hysteresis puts out now.
     fn reached(&self) -> f64 {
-        let z = self.hysteresis.reached();
-        self.model.output_map.as_ref().map_or(z, |map| map.at(z)) + self.loop_shift.shift()
+        let z = self.stage.hysteresis.reached();
+        self.stage.model.output_map.as_ref().map_or(z, |map| map.at(z)) + self.stage.loop_shift.shift()
     }
 
     /// Creep and loop shift go on from the position without creep and the drive that are held now.
     #[inline]
     fn hold(&mut self, h: f64) {
-        self.creep.hold(h);
-        self.loop_shift.hold(self.drive);
+        self.stage.creep.hold(h);
+        self.stage.loop_shift.hold(self.stage.output);
     }
 
     /// The last drive.
     #[must_use]
     pub fn output(&self) -> f64 {
-        self.drive
+        self.stage.output
     }
 
     /// Whether the last target was out of reach and the drive is at a limit.
     #[must_use]
     pub fn saturated(&self) -> bool {
-        self.hysteresis.saturated()
+        self.stage.hysteresis.saturated()
     }
 
     /// The limits of the drive (low, high), if there are any.
@@ -485,13 +490,13 @@ impl QuasiStaticInverse {
     /// The inverse of the hysteresis inside.
     #[must_use]
     pub fn hysteresis(&self) -> &Inverse {
-        &self.hysteresis
+        &self.stage.hysteresis
     }
 
     /// How many targets were not finite (or beyond 1e100) and left drive and memory as they were.
     #[must_use]
     pub fn rejected(&self) -> u64 {
-        self.rejected
+        self.stage.rejected
     }
 
     /// At rest since forever at a drive, or the limit nearest to it: the hysteresis virgin but for the way there, the loop
@@ -499,38 +504,32 @@ impl QuasiStaticInverse {
     /// else.
     pub fn settle(&mut self, drive: f64) -> f64 {
         if is_admissible(drive) {
-            self.hysteresis.reset();
+            self.stage.hysteresis.reset();
             self.move_to(drive);
             self.rest();
         } else {
-            self.reject();
+            self.stage.reject();
         }
         self.position()
     }
 
-    #[cold]
-    fn reject(&mut self) -> f64 {
-        self.rejected = self.rejected.saturating_add(1);
-        self.drive
-    }
-
     /// What the drive has been since forever is what it is now.
     fn rest(&mut self) {
-        self.loop_shift.settle(self.drive);
+        self.stage.loop_shift.settle(self.stage.output);
         let h = self.reached();
-        self.creep.settle(h);
+        self.stage.creep.settle(h);
     }
 
     /// The position of now: what the hysteresis has reached, by how much its loop has shifted, and what has crept.
     #[must_use]
     pub fn position(&self) -> f64 {
-        self.reached() + self.creep.crept()
+        self.reached() + self.stage.creep.crept()
     }
 
     fn move_to(&mut self, drive: f64) {
-        self.drive = within(drive, self.limits);
-        let x = self.model.input_map.as_ref().map_or(self.drive, |map| map.at(self.drive));
-        self.hysteresis.follow_drive(x);
+        self.stage.output = within(drive, self.limits);
+        let x = self.stage.model.input_map.as_ref().map_or(self.stage.output, |map| map.at(self.stage.output));
+        self.stage.hysteresis.follow_drive(x);
     }
 
     /// Puts out another drive than the one that a target asks for, and remembers it: what a controller does that adds
@@ -540,9 +539,9 @@ impl QuasiStaticInverse {
         if is_admissible(drive) {
             self.move_to(drive);
             self.hold(self.reached());
-            self.drive
+            self.stage.output
         } else {
-            self.reject()
+            self.stage.reject()
         }
     }
 
@@ -563,23 +562,15 @@ impl QuasiStaticInverse {
     /// # Errors
     /// As there; the stream is as before then.
     pub fn set_model(&mut self, hysteresis: &CompiledModel) -> Result<(), Error> {
-        self.hysteresis.set_model(hysteresis)?;
-        self.model.hysteresis = hysteresis.clone();
-        self.fingerprint = self.model.fingerprint();
+        self.stage.hysteresis.set_model(hysteresis)?;
+        self.stage.renew(hysteresis);
         Ok(())
     }
 
     /// Everything that the stream remembers. Allocates.
     #[must_use]
     pub fn state(&self) -> QuasiStaticState {
-        QuasiStaticState {
-            model: self.fingerprint,
-            hysteresis: self.hysteresis.state(),
-            creep: self.creep.states(),
-            loop_shift: self.loop_shift.states(),
-            last_output: self.drive,
-            rejected: self.rejected,
-        }
+        self.stage.state(self.stage.hysteresis.state())
     }
 
     /// Continues from `state`, bit for bit.
@@ -588,15 +579,9 @@ impl QuasiStaticInverse {
     /// [`Error::OtherModel`] for a state of another model, [`Error::State`], [`Error::Length`] or [`Error::Domain`] for one
     /// that this stream cannot be in; the stream is as before then.
     pub fn set_state(&mut self, state: &QuasiStaticState) -> Result<(), Error> {
-        check_model(self.fingerprint, state.model)?;
+        check_model(self.stage.fingerprint, state.model)?;
         check_within_limits("state.last_output", &[state.last_output], self.limits)?;
-        self.creep.check(&state.creep)?;
-        self.loop_shift.check(&state.loop_shift)?;
-        self.hysteresis.set_state(&state.hysteresis)?;
-        self.creep.restore(&state.creep);
-        self.loop_shift.restore(&state.loop_shift);
-        (self.drive, self.rejected) = (state.last_output, state.rejected);
-        Ok(())
+        self.stage.restore(state, Inverse::set_state)
     }
 }
 
@@ -615,37 +600,38 @@ fn within(drive: f64, (low, high): (f64, f64)) -> f64 {
 impl Process for QuasiStaticInverse {
     #[inline]
     fn step(&mut self, target: f64) -> f64 {
-        let h = target - self.creep.crept();
-        let z = unmapped(self.model.output_map.as_ref(), h - self.loop_shift.shift(), &mut self.on_phi);
+        let h = target - self.stage.creep.crept();
+        let z =
+            unmapped(self.stage.model.output_map.as_ref(), h - self.stage.loop_shift.shift(), &mut self.stage.on_phi);
         if !(is_admissible(target) && is_admissible(z)) {
-            return self.reject();
+            return self.stage.reject();
         }
-        let x = self.hysteresis.step(z);
-        let mut on_gamma = self.on_gamma;
-        self.drive = self.drive_at(x, &mut on_gamma);
-        self.on_gamma = on_gamma;
+        let x = self.stage.hysteresis.step(z);
+        let mut on_gamma = self.stage.on_gamma;
+        self.stage.output = self.drive_at(x, &mut on_gamma);
+        self.stage.on_gamma = on_gamma;
         // Creep goes on without waiting for the drive, unless a limit keeps the position from the target.
-        let h = if self.hysteresis.saturated() { self.reached() } else { h };
+        let h = if self.stage.hysteresis.saturated() { self.reached() } else { h };
         self.hold(h);
-        self.drive
+        self.stage.output
     }
 
     #[inline]
     fn peek(&self, target: f64) -> f64 {
-        let (mut on_gamma, mut on_phi) = (self.on_gamma, self.on_phi);
-        let h = target - self.creep.crept() - self.loop_shift.shift();
-        let z = unmapped(self.model.output_map.as_ref(), h, &mut on_phi);
+        let (mut on_gamma, mut on_phi) = (self.stage.on_gamma, self.stage.on_phi);
+        let h = target - self.stage.creep.crept() - self.stage.loop_shift.shift();
+        let z = unmapped(self.stage.model.output_map.as_ref(), h, &mut on_phi);
         if !(is_admissible(target) && is_admissible(z)) {
-            return self.drive;
+            return self.stage.output;
         }
-        self.drive_at(self.hysteresis.peek(z), &mut on_gamma)
+        self.drive_at(self.stage.hysteresis.peek(z), &mut on_gamma)
     }
 
     fn reset(&mut self) {
-        self.hysteresis.reset();
-        let mut on_gamma = self.on_gamma;
-        self.drive = self.drive_at(self.hysteresis.output(), &mut on_gamma);
-        self.rejected = 0;
+        self.stage.hysteresis.reset();
+        let mut on_gamma = self.stage.on_gamma;
+        self.stage.output = self.drive_at(self.stage.hysteresis.output(), &mut on_gamma);
+        self.stage.rejected = 0;
         self.rest();
     }
 }

@@ -3,11 +3,10 @@
 //! Loops over the blocks are compiled for the vectors of each processor, and for weights that are the same above and below zero or not.
 
 use alloc::boxed::Box;
-use core::marker::PhantomData;
 
 #[cfg(all(feature = "simd", target_arch = "x86_64"))]
 use super::super::vectors::{Avx2, Avx512};
-use super::super::vectors::{Portable, Processor, VectorLoop, Vectors};
+use super::super::vectors::{Portable, Processor, Vectors};
 use crate::error::{Error, check_same};
 use crate::model::ModifiedPrandtlIshlinskii;
 use crate::operator::CoupledPlay;
@@ -338,28 +337,15 @@ impl<const N: usize, V: Vectors<Lanes = [f64; N]>> BlocksOf<V> {
 
     #[inline(always)]
     fn run<L: BankLoop, W: Weights>(&self, work: L) -> L::Output {
-        self.v.compiled(Weighed { work, blocks: &self.blocks, weights: PhantomData::<W> })
+        self.v.compiled(
+            #[inline(always)]
+            |v| work.run::<V, W>(v, &self.blocks),
+        )
     }
 
     #[inline]
     fn fetch(&self) -> u64 {
         self.blocks.iter().fold(0, |read, block| read ^ block.fetch())
-    }
-}
-
-/// A loop with what outputs weigh.
-struct Weighed<'a, L, B, W> {
-    work: L,
-    blocks: &'a [Block<B>],
-    weights: PhantomData<W>,
-}
-
-impl<L: BankLoop, V: Vectors, W: Weights> VectorLoop<V> for Weighed<'_, L, V::Lanes, W> {
-    type Output = L::Output;
-
-    #[inline(always)]
-    fn run(self, v: V) -> L::Output {
-        self.work.run::<V, W>(v, self.blocks)
     }
 }
 
