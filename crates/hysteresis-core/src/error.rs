@@ -408,7 +408,7 @@ pub(crate) fn check_each_between(
 pub(crate) fn check_rows_between(
     parameter: &'static str,
     rows: &[f64],
-    limits: impl ExactSizeIterator<Item = (f64, f64)> + Clone,
+    limits: &(impl ExactSizeIterator<Item = (f64, f64)> + Clone),
 ) -> Result<(), Error> {
     check_rows(parameter, limits.len(), rows.len())?;
     let mut rows = rows.chunks_exact(limits.len().max(1));

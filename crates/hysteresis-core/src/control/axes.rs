@@ -506,7 +506,7 @@ impl MultiAxisController {
     /// # Ok::<(), hysteresis_core::Error>(())
     /// ```
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
-        check_rows_between("drives", drives, self.limits())?;
+        check_rows_between("drives", drives, &self.limits())?;
         let width = self.controllers.len().max(1);
         let mut moved = self.controllers.clone();
         for (i, controller) in moved.iter_mut().enumerate() {

@@ -2,9 +2,9 @@
 
 use super::limiter::{Limiter, approach};
 use super::options::{AntiWindup, ControllerOptions, Gains, Law, bumpless_samples};
-use crate::error::{Error, check_positive, is_admissible};
 #[cfg(feature = "alloc")]
-use crate::error::{check_between, check_finite};
+use crate::error::check_finite;
+use crate::error::{Error, check_between, check_positive, is_admissible};
 use crate::filter::{FilterState, Sections};
 use crate::real::check_range;
 

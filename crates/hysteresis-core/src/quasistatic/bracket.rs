@@ -213,7 +213,7 @@ impl BracketArray {
     /// [`Error::Rows`] unless they are whole rows, [`Error::Domain`] for a drive that is not finite or outside its limits;
     /// nothing is taken then.
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
-        check_rows_between("drives", drives, self.brackets.iter().map(Bracket::limits))?;
+        check_rows_between("drives", drives, &self.brackets.iter().map(Bracket::limits))?;
         for row in drives.chunks_exact(self.brackets.len().max(1)) {
             self.brackets.iter_mut().zip(row).try_for_each(|(bracket, drive)| bracket.follow(&[*drive]))?;
         }

@@ -335,7 +335,7 @@ impl ArrayController {
     /// [`Error::Rows`] unless they are whole rows, [`Error::Domain`] for a drive that is not finite or outside its limits; the
     /// controller is as before then.
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
-        check_rows_between("drives", drives, self.limits.iter().copied())?;
+        check_rows_between("drives", drives, &self.limits.iter().copied())?;
         for row in drives.chunks_exact(self.len().max(1)) {
             copy(&mut self.lanes.now.drives, row);
             self.follow_present_drives();
