@@ -2,12 +2,14 @@
 
 use dsp_process::{Inplace, Process};
 
-use crate::Process as Stream;
 use crate::embedded;
 use crate::filter::Filter;
+use crate::process::Process as Stream;
+#[cfg(feature = "alloc")]
+use crate::quasistatic::{QuasiStaticForward, QuasiStaticInverse};
 use crate::real::Real;
 #[cfg(feature = "alloc")]
-use crate::{Forward, Inverse, QuasiStaticForward, QuasiStaticInverse};
+use crate::stream::{Forward, Inverse};
 
 /// One sample in, one out, as [`crate::Process::step`] does it. Of blocks of unequal lengths the shorter one counts.
 macro_rules! stage {

@@ -77,7 +77,7 @@ impl Biquad {
     }
 
     /// By how much the largest input may be amplified at most, or more: the sum of |b| over what the poles lack to the unit circle.
-    pub(super) fn largest_gain(&self) -> f64 {
+    fn largest_gain(&self) -> f64 {
         let ([b0, b1, b2], [a1, a2]) = (self.b, self.a);
         // (1 - |p|) (1 - |q|) of the poles p and q, or less.
         let margin = if a1 * a1 < 4.0 * a2 {
@@ -100,7 +100,7 @@ impl Biquad {
 
     /// The states in which the same input gives the same output again: exactly at rest if the output is the input times the static
     /// gain.
-    pub(super) fn going_on(&self, input: f64, output: f64) -> [f64; 2] {
+    fn going_on(&self, input: f64, output: f64) -> [f64; 2] {
         [output - self.b[0] * input, self.b[2] * input - self.a[1] * output]
     }
 }

@@ -160,7 +160,7 @@ real!(f64, MAX_MAGNITUDE, Bound::Finite, 1e-12, core::convert::identity, core::c
 real!(f32, 1e11, Bound::Single, 5e-4, f64::from, rounded);
 
 /// Checks one number of either kind, or names it.
-pub(crate) fn check_admissible<T: Real>(parameter: &'static str, index: Option<usize>, got: T) -> Result<T, Error> {
+fn check_admissible<T: Real>(parameter: &'static str, index: Option<usize>, got: T) -> Result<T, Error> {
     if got.is_admissible() {
         return Ok(got);
     }

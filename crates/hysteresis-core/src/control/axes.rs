@@ -197,7 +197,7 @@ fn condition(axes: usize, entries: &[f64]) -> f64 {
 #[derive(Clone, Debug)]
 pub struct MultiAxisController {
     pub(super) controllers: Box<[HybridController]>,
-    pub(super) decoupling: AxisMatrix,
+    decoupling: AxisMatrix,
 }
 
 /// What is asked of one sample of all axes: as [`Command`], each with a number for every axis.

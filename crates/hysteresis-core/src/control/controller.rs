@@ -104,7 +104,7 @@ pub struct HybridController<S = FeedForward> {
     pub(super) now: LoopState,
     pub(super) rules: Rules,
     pub(super) limiter: Limiter,
-    pub(super) gate: Gate,
+    gate: Gate,
     pub(super) source: S,
     pub(super) preview: Option<Preview>,
     pub(super) options: ControllerOptions,
@@ -114,7 +114,7 @@ pub struct HybridController<S = FeedForward> {
 
 /// What becomes of a sample.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum SampleStatus {
+enum SampleStatus {
     /// Nothing: a hold.
     Held,
     /// The next drive of a stop.

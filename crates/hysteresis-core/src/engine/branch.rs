@@ -57,7 +57,7 @@ impl<T: Real> Remembered<T> {
 
     /// The input at which a branch in `direction` no longer needs it: back at the reversal, or all its operators slide.
     #[inline(always)]
-    pub(crate) fn wiped_at(&self, direction: Direction) -> T {
+    fn wiped_at(&self, direction: Direction) -> T {
         select_unpredictable(self.point.ended == direction, self.point.input, self.released)
     }
 }

@@ -101,7 +101,7 @@ fn led_to(members: &Members, outputs: &[f64], input: f64) -> Result<Vec<f64>, Er
 
 /// A one-sided play at an output.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PlayAt {
+struct PlayAt {
     /// Its place in the model.
     pub(super) place: usize,
     pub(super) rise: f64,
@@ -112,12 +112,12 @@ pub(super) struct PlayAt {
 
 impl PlayAt {
     /// The input from which on it slides upwards.
-    pub(super) fn slides_up_at(&self) -> f64 {
+    fn slides_up_at(&self) -> f64 {
         self.output + self.rise
     }
 
     /// The input from which on it slides downwards, or rests at zero.
-    pub(super) fn slides_down_at(&self) -> f64 {
+    fn slides_down_at(&self) -> f64 {
         self.output - self.fall
     }
 
@@ -139,12 +139,12 @@ pub(super) fn rounding(scale: f64) -> f64 {
 }
 
 /// The plays of the family above zero in its order, at the operator outputs of a model.
-pub(super) fn plays_above(members: &Members, outputs: &[f64]) -> Vec<PlayAt> {
+fn plays_above(members: &Members, outputs: &[f64]) -> Vec<PlayAt> {
     plays(members, outputs, play_above_zero)
 }
 
 /// The same of the family below zero, at the operator outputs times -1.
-pub(super) fn plays_below(members: &Members, mirrored: &[f64]) -> Vec<PlayAt> {
+fn plays_below(members: &Members, mirrored: &[f64]) -> Vec<PlayAt> {
     plays(members, mirrored, play_below_zero)
 }
 
@@ -160,7 +160,7 @@ const NO_DRIVE: Error =
     Error::State { expected: "operator outputs that some drive leads to from rest: turning points can tell no others" };
 
 /// Any drive moves the plays of a family in their order, the narrowest first: up or down, a wider one slides no sooner.
-pub(super) fn check_nested(family: &[PlayAt]) -> Result<(), Error> {
+fn check_nested(family: &[PlayAt]) -> Result<(), Error> {
     for (narrow, wide) in family.iter().zip(family.iter().skip(1)) {
         let slack = rounding(narrow.scale() + wide.scale());
         if narrow.slides_up_at() > wide.slides_up_at() + slack
@@ -176,7 +176,7 @@ pub(super) fn check_nested(family: &[PlayAt]) -> Result<(), Error> {
 /// these intervals lies in the other: were they staggered, whatever set one operator would have moved the other.
 ///
 /// A turning point relies on it: back there the model is back at its output, whatever the drive did between.
-pub(super) fn check_apart(above: &[PlayAt], below: &[PlayAt]) -> Result<(), Error> {
+fn check_apart(above: &[PlayAt], below: &[PlayAt]) -> Result<(), Error> {
     let above: Vec<&PlayAt> = above.iter().filter(|play| play.output > 0.0).collect();
     for play in below.iter().filter(|play| play.output > 0.0) {
         let slack = |other: &PlayAt| rounding(play.scale() + other.scale());
@@ -192,7 +192,7 @@ pub(super) fn check_apart(above: &[PlayAt], below: &[PlayAt]) -> Result<(), Erro
 
 /// Where a branch ended, or is.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reversal {
+struct Reversal {
     ended: Direction,
     /// In the coordinate of the family.
     input: f64,
@@ -237,7 +237,7 @@ impl Reversal {
 }
 
 /// Puts the plays of a family at rest where these reversals, newest first, have left them.
-pub(super) fn left_by(family: &mut [PlayAt], reversals: &[Reversal]) {
+fn left_by(family: &mut [PlayAt], reversals: &[Reversal]) {
     let mut moved = 0;
     for reversal in reversals {
         for play in &mut family[moved..reversal.moved] {
@@ -248,7 +248,7 @@ pub(super) fn left_by(family: &mut [PlayAt], reversals: &[Reversal]) {
 }
 
 /// Turning points that lead to the plays of both families, the input being at `input`. What the model puts out at them is left open.
-pub(super) fn memory_of(above: &[PlayAt], below: &[PlayAt], input: f64) -> TurningPointState {
+fn memory_of(above: &[PlayAt], below: &[PlayAt], input: f64) -> TurningPointState {
     let (mut positive, mut negative) = (reversals(above, input), reversals(below, -input));
     let rises = has_moved(&positive, above, Direction::Rising, input)
         || has_moved(&negative, below, Direction::Falling, -input);

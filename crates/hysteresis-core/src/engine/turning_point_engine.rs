@@ -57,7 +57,7 @@ impl<T: Real> EngineState<T> {
     }
 
     #[inline(always)]
-    pub(super) fn advance_in(
+    fn advance_in(
         &mut self,
         direction: Direction,
         families: &Families<T, impl Store>,
@@ -85,7 +85,7 @@ impl<T: Real> EngineState<T> {
     /// Reads the thresholds at which the next operators begin to slide.
     #[cfg(feature = "alloc")]
     #[inline]
-    pub(crate) fn fetch_next(&self, families: &Families<T, impl Store>) -> u64 {
+    fn fetch_next(&self, families: &Families<T, impl Store>) -> u64 {
         families.positive.fetch(self.positive.moved) ^ families.negative.fetch(self.negative.moved)
     }
 
@@ -117,7 +117,7 @@ impl<T: Real> EngineState<T> {
     }
 
     #[inline(always)]
-    pub(super) fn piece_in(&self, direction: Direction, families: &Families<T, impl Store>) -> Piece<T> {
+    fn piece_in(&self, direction: Direction, families: &Families<T, impl Store>) -> Piece<T> {
         let begin = direction.further(self.positive.begin(), -self.negative.begin());
         let end = direction.nearer(self.positive.end(), -self.negative.end());
         Piece { direction, line: self.line(families), begin, end }
@@ -126,7 +126,7 @@ impl<T: Real> EngineState<T> {
 
 /// An engine state on the move that may turn out to be too far. `start` is where it began if the turning points of the
 /// last reversal are not on the stacks.
-pub(super) struct InverseSearch<'a, T: Real, S: Store> {
+struct InverseSearch<'a, T: Real, S: Store> {
     pub(super) state: &'a mut EngineState<T>,
     pub(super) start: Option<&'a EngineState<T>>,
     pub(super) families: &'a Families<T, S>,

@@ -110,7 +110,7 @@ impl Branch<f64> {
     }
 
     /// Takes the newest turning point from the stack, where it was changed.
-    pub(crate) fn renew_top(&mut self, stack: &Stack<f64, impl Store>) {
+    fn renew_top(&mut self, stack: &Stack<f64, impl Store>) {
         self.top = *stack.get(self.height);
     }
 

@@ -34,7 +34,7 @@ impl<const N: usize> Lanes for [f64; N] {
 pub(crate) const WIDEST: usize = 8;
 
 /// Four partial sums, whatever the width: every fourth number goes to the same one.
-pub(crate) const PARTIAL_SUMS: usize = 4;
+const PARTIAL_SUMS: usize = 4;
 
 /// What is done with vectors of numbers.
 pub(crate) trait Vectors: Copy {

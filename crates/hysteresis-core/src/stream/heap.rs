@@ -539,7 +539,7 @@ pub(crate) fn check_model(expected: u64, got: u64) -> Result<(), Error> {
 }
 
 /// An admissible input in a saved state, relative to an offset that is admissible too.
-pub(super) fn check_input(parameter: &'static str, got: f64) -> Result<(), Error> {
+fn check_input(parameter: &'static str, got: f64) -> Result<(), Error> {
     if is_admissible(0.5 * got) {
         Ok(())
     } else {
@@ -548,7 +548,7 @@ pub(super) fn check_input(parameter: &'static str, got: f64) -> Result<(), Error
 }
 
 /// An output of the model in a saved state: inputs and weights of any admissible size may have made it larger than they.
-pub(super) fn check_output(parameter: &'static str, got: f64) -> Result<(), Error> {
+fn check_output(parameter: &'static str, got: f64) -> Result<(), Error> {
     if got.is_finite() { Ok(()) } else { Err(Error::Domain { parameter, index: None, expected: Bound::Finite, got }) }
 }
 

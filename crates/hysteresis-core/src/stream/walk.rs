@@ -11,7 +11,7 @@ use crate::error::{Error, check_length};
 use crate::real::{Real, check_range, check_within_limits};
 
 /// How many samples are compared and evaluated as vectors.
-pub(super) const BLOCK: usize = 8;
+const BLOCK: usize = 8;
 
 /// The straight line that a stream is on, and the samples for which it stays on it.
 ///
@@ -51,7 +51,7 @@ impl<T: Real> Segment<T> {
     /// Lets the line hold behind `last` too, down to but not including `back`; not where it is at its end. `origin` as in
     /// [`new`](Self::new).
     #[inline]
-    pub(super) fn open(&mut self, back: T, origin: T) {
+    fn open(&mut self, back: T, origin: T) {
         if self.last < self.end {
             self.back = (self.sign * back).max(-surely_admissible(origin));
         }
@@ -59,7 +59,7 @@ impl<T: Real> Segment<T> {
 
     /// Whether an input that is not on the line lies behind it.
     #[inline(always)]
-    pub(super) fn lies_behind(&self, input: T) -> bool {
+    fn lies_behind(&self, input: T) -> bool {
         self.sign * input < self.last
     }
 
@@ -130,7 +130,7 @@ impl<T: Real> Segment<T> {
 
     /// The direction in which `input` lies.
     #[inline]
-    pub(super) fn direction_to(&self, input: T) -> Direction {
+    fn direction_to(&self, input: T) -> Direction {
         let ahead = self.sign * input >= self.last;
         if ahead == (self.sign > T::ZERO) { Direction::Rising } else { Direction::Falling }
     }

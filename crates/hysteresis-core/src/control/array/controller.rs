@@ -345,7 +345,7 @@ impl ArrayController {
     }
 
     /// The inverses move to the present drives.
-    pub(super) fn follow_present_drives(&mut self) {
+    fn follow_present_drives(&mut self) {
         for (stream, drive) in self.lanes.inverse.streams_mut().iter_mut().zip(&self.lanes.now.drives) {
             if stream.output() != *drive {
                 stream.follow_drive(*drive);

@@ -183,7 +183,7 @@ pub(super) struct Work {
     /// The modelled positions before the sample.
     pub(super) present: Box<[f64]>,
     /// The changes of the integral.
-    pub(super) changes: Box<[f64]>,
+    changes: Box<[f64]>,
     /// The targets as the law has them.
     pub(super) wanted: Box<[f64]>,
     /// The positions that are to be reached.
@@ -193,7 +193,7 @@ pub(super) struct Work {
     /// The drives that reach the positions.
     pub(super) drives: Box<[f64]>,
     /// Whether the inverse alone comes to the drive, with its target.
-    pub(super) by_target: Box<[bool]>,
+    by_target: Box<[bool]>,
 }
 
 impl Work {

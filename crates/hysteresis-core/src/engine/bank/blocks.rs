@@ -253,7 +253,7 @@ impl Weights for Whole {
 }
 
 /// By the sign of the output.
-pub(super) struct Split;
+struct Split;
 
 impl Weights for Split {
     /// At zero either will do.
