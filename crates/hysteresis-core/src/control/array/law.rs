@@ -214,7 +214,8 @@ impl Work {
 /// All actuators side by side, as the law moves them from sample to sample.
 ///
 /// The law of one axis is another one: its integral is in volts, behind the inverse, this one is a displacement in front of it. So the
-/// two have the limiter and the modes in common, but no loop.
+/// two have in common what stands around a loop: modes, limiter, counts, the way a bumpless term goes to zero, checks of options and
+/// states. A step of the law is a loop of its own over plain arrays, as a processor takes those as vectors.
 #[derive(Clone, Debug)]
 pub(super) struct Lanes {
     pub(super) inverse: StreamArray<Inverse>,
