@@ -23,8 +23,8 @@
 //! `#[methods]` stands in place of `#[pymethods]` and does the same for all methods of a block. `#[methods(A, B)]` gives the block
 //! to several classes: what they share is written once.
 //!
-//! `#[py(-> "type")]` at a function says its result where Rust does not. Only the stub, which the build script of the binding writes,
-//! reads it.
+//! `#[py(-> "type")]` at a function says its result where Rust does not, and `#[py("type")]` at `impl Argument for T` what every
+//! parameter of the type T takes. Only the stub, which the build script of the binding writes, reads them.
 
 mod signature;
 
@@ -66,6 +66,12 @@ pub fn methods(classes: TokenStream, item: TokenStream) -> TokenStream {
         quote!(#[pyo3::pymethods] #block)
     });
     quote!(#(#each)*).into()
+}
+
+/// `#[py("type")] impl Argument for T`: the Python type of what a T is made from.
+#[proc_macro_attribute]
+pub fn py(_: TokenStream, item: TokenStream) -> TokenStream {
+    item
 }
 
 /// Makes the attributes and parameters those of pyo3. The statements convert what came.

@@ -96,6 +96,10 @@ impl Parse for Said {
                     return Err(syn::Error::new_spanned(word, "expected `field`"));
                 }
                 said.is_field = true;
+                // `field = default` as well as `field, "type" = default`.
+                if input.peek(Token![=]) {
+                    continue;
+                }
             } else {
                 if input.peek(LitStr) {
                     said.hint = Some(input.parse::<LitStr>()?.value());

@@ -3,13 +3,16 @@
 //! The attributes `function` and `methods` convert every parameter by [`Argument`] of its type. What a parameter may be,
 //! and what an error says that it may be, stands once: at the type that is made from an object.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use hysteresis_python_macros::py;
+use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use pyo3::{IntoPyObjectExt, PyClass};
 
-use crate::convert::arguments;
 use crate::convert::errors::{not_converted, unexpected};
+use crate::convert::{arguments, arrays};
 
 /// A type that arguments are converted to.
 pub(crate) trait Argument<'py>: Sized {
@@ -95,6 +98,9 @@ whole!(usize, u64, u32);
 
 /// A text, of which messages say no more.
 impl Argument<'_> for String {
+    // A text is a text, and nothing that stands for the default.
+    const TAKES_NONE: bool = true;
+
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         arguments::word(name, "a text", value)
     }
@@ -117,6 +123,8 @@ impl Argument<'_> for (f64, f64) {
 /// A word of those that a type has.
 pub(crate) trait Words: Copy + PartialEq + 'static {
     const WORDS: &'static [(&'static str, Self)];
+    /// Whether None is a wrong word. Else it stands for the default, where there is one.
+    const REFUSES_NONE: bool = false;
 
     /// The word of a value.
     fn word(self) -> &'static str {
@@ -134,6 +142,8 @@ pub(crate) trait Words: Copy + PartialEq + 'static {
 }
 
 impl<T: Words> Argument<'_> for T {
+    const TAKES_NONE: bool = T::REFUSES_NONE;
+
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         let got = arguments::word(name, &Self::expected(), value)?;
         match Self::WORDS.iter().find(|(word, _)| *word == got) {
@@ -156,11 +166,40 @@ impl<'py, C: Class> Argument<'py> for Bound<'py, C> {
 }
 
 /// A whole number of at least one.
-pub(crate) struct Count(pub(crate) usize);
-
-impl Argument<'_> for Count {
+impl Argument<'_> for NonZeroUsize {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        arguments::count(name, value).map(Self)
+        arguments::count(name, value).map(|count| NonZeroUsize::new(count).expect("at least one"))
+    }
+}
+
+/// A one-dimensional array of real numbers: in place if it is C-contiguous float64, else converted once.
+#[py("ArrayLike")]
+impl<'py> Argument<'py> for PyReadonlyArray1<'py, f64> {
+    fn from_argument(name: &'static str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        arrays::vector(name, value)
+    }
+}
+
+/// A function of the caller, which may be left out.
+pub(crate) struct Callable(pub(crate) Py<PyAny>);
+
+impl Argument<'_> for Callable {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if value.is_callable() {
+            Ok(Self(value.clone().unbind()))
+        } else {
+            Err(unexpected(name, "a callable or None", value))
+        }
+    }
+}
+
+/// A number of samples.
+pub(crate) struct Samples(pub(crate) usize);
+
+#[py("int")]
+impl Argument<'_> for Samples {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        arguments::samples(name, value).map(Self)
     }
 }
 

@@ -27,6 +27,7 @@ mod argument;
 mod control;
 mod convert;
 mod identify;
+mod linear;
 mod model;
 mod plant;
 mod realtime;
@@ -34,6 +35,7 @@ mod shown;
 mod signal;
 mod stage;
 mod stream;
+mod trajectories;
 
 use pyo3::prelude::*;
 
@@ -61,29 +63,13 @@ mod _core {
     #[pymodule_export]
     use crate::control::learning::IterativeLearning;
     #[pymodule_export]
-    use crate::control::linear::creep::Creep;
-    #[pymodule_export]
-    use crate::control::linear::lags::{FirstOrder, SecondOrder};
-    #[pymodule_export]
-    use crate::control::linear::modes::{Antiresonance, Modes};
-    #[pymodule_export]
-    use crate::control::linear::state_space::StateSpace;
+    use crate::control::learning::RepetitiveControl;
     #[pymodule_export]
     use crate::control::multi_axis::MultiAxisController;
     #[pymodule_export]
     use crate::control::observer::Observer;
     #[pymodule_export]
-    use crate::control::scan::axis::ScanAxis;
-    #[pymodule_export]
-    use crate::control::scan::lissajous::Lissajous;
-    #[pymodule_export]
-    use crate::control::scan::raster::Raster;
-    #[pymodule_export]
-    use crate::control::scan::spiral::Spiral;
-    #[pymodule_export]
     use crate::control::shared_by_controllers::ControllerTerms;
-    #[pymodule_export]
-    use crate::control::trajectories::{PointToPoint, RoundedTriangle, Sine};
     #[pymodule_export]
     use crate::control::tuning::tune;
     #[pymodule_export]
@@ -91,11 +77,9 @@ mod _core {
     #[pymodule_export]
     use crate::convert::errors::NotInvertibleError;
     #[pymodule_export]
-    use crate::identify::compare::compare;
+    use crate::identify::compare::{ComparedModel, Comparison, compare};
     #[pymodule_export]
-    use crate::identify::comparison::{ComparedModel, Comparison};
-    #[pymodule_export]
-    use crate::identify::diagnose::{diagnose, loop_width};
+    use crate::identify::diagnose::{Finding, diagnose, loop_width, verdict};
     #[pymodule_export]
     use crate::identify::dynamics::{DynamicsIdentification, identify_dynamics};
     #[pymodule_export]
@@ -105,19 +89,23 @@ mod _core {
     #[pymodule_export]
     use crate::identify::many::identify_many;
     #[pymodule_export]
-    use crate::identify::many_result::ManyIdentifications;
+    use crate::identify::many_identifications::ManyIdentifications;
+    #[pymodule_export]
+    use crate::identify::quality::{LeftOutLoop, Quality};
     #[pymodule_export]
     use crate::identify::recursive::RecursiveIdentifier;
     #[pymodule_export]
-    use crate::model::object::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+    use crate::linear::creep::Creep;
+    #[pymodule_export]
+    use crate::linear::sections::{Antiresonance, FirstOrder, Modes, SecondOrder, StateSpace};
+    #[pymodule_export]
+    use crate::model::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
     #[pymodule_export]
     use crate::model::operators::{CoupledPlay, Play};
     #[pymodule_export]
-    use crate::plant::multi_axis::MultiAxisPlant;
-    #[pymodule_export]
     use crate::plant::paper::{gains, plant, table_1, table_1_recovered, table_2};
     #[pymodule_export]
-    use crate::plant::plant::Plant;
+    use crate::plant::plant::{MultiAxisPlant, Plant};
     #[pymodule_export]
     use crate::plant::run::{Metrics, Run};
     #[pymodule_export]
@@ -131,21 +119,17 @@ mod _core {
     #[pymodule_export]
     use crate::realtime::stop::Stop;
     #[pymodule_export]
-    use crate::signal::chirp::chirp;
+    use crate::signal::excitation::{
+        Excitation, ExperimentPart, ExperimentSegment, demagnetize, excitation, experiment,
+    };
     #[pymodule_export]
-    use crate::signal::excitation::{Excitation, demagnetize, excitation};
+    use crate::signal::signals::{chirp, decaying_triangle, multisine, sine, triangle};
     #[pymodule_export]
-    use crate::signal::experiment::{ExperimentPart, ExperimentSegment, experiment};
-    #[pymodule_export]
-    use crate::signal::multisine::multisine;
-    #[pymodule_export]
-    use crate::signal::signals::{decaying_triangle, sine, triangle};
-    #[pymodule_export]
-    use crate::stage::export::{c_header_text, c_name, fmu_texts};
+    use crate::stage::files::{c_header_text, c_name, fmu_texts, load, load_from, read_bytes};
     #[pymodule_export]
     use crate::stage::loop_shift::LoopShift;
     #[pymodule_export]
-    use crate::stage::object::Stage;
+    use crate::stage::stage::Stage;
     #[pymodule_export]
     use crate::stage::streams::{StageForward, StageInverse};
     #[pymodule_export]
@@ -158,17 +142,10 @@ mod _core {
     use crate::stream::stream_arrays::{ForwardArray, InverseArray};
     #[pymodule_export]
     use crate::stream::streams::{Forward, Inverse};
-
     #[pymodule_export]
-    use crate::control::learning::RepetitiveControl;
+    use crate::trajectories::one_axis::{PointToPoint, RoundedTriangle, Sine};
     #[pymodule_export]
-    use crate::identify::finding::{Finding, verdict};
-    #[pymodule_export]
-    use crate::identify::left_out::LeftOutLoop;
-    #[pymodule_export]
-    use crate::identify::quality::Quality;
-    #[pymodule_export]
-    use crate::stage::file::{load, load_from, read_bytes};
+    use crate::trajectories::scans::{Lissajous, Raster, ScanAxis, Spiral};
 
     #[pymodule_init]
     fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -5,14 +5,14 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::control::tuning::Tuning;
-use crate::identify::comparison::Comparison;
+use crate::identify::compare::Comparison;
 use crate::identify::dynamics::DynamicsIdentification;
 use crate::identify::identification::Identification;
-use crate::identify::many_result::ManyIdentifications;
-use crate::model::object::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
+use crate::identify::many_identifications::ManyIdentifications;
+use crate::model::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 use crate::plant::run::Run;
 use crate::realtime::report::LoopReport;
-use crate::stage::object::Stage;
+use crate::stage::stage::Stage;
 use crate::stage::streams::StageInverse;
 use crate::stream::streams::{Forward, Inverse};
 

@@ -12,6 +12,15 @@ use crate::signature::{arguments, last_name};
 pub(crate) struct Names {
     pub(crate) aliases: HashMap<String, Type>,
     pub(crate) classes: BTreeSet<String>,
+    /// What arguments of a type are in Python, as it says where it says how it is made from them.
+    pub(crate) told: HashMap<String, String>,
+}
+
+/// A type as text, without the lifetimes.
+pub(crate) fn plain(ty: &Type) -> String {
+    let inner: Vec<String> = arguments(ty).into_iter().map(plain).collect();
+    let name = last_name(ty).unwrap_or_else(|| ty.to_token_stream().to_string());
+    if inner.is_empty() { name } else { format!("{name}<{}>", inner.join(", ")) }
 }
 
 impl Names {
@@ -29,6 +38,9 @@ impl Names {
             Type::Path(_) => {}
             _ => return None,
         }
+        if let Some(told) = self.told.get(&plain(ty)) {
+            return Some(told.clone());
+        }
         let name = last_name(ty)?;
         if let Some(alias) = self.aliases.get(&name) {
             return self.python(alias, class);
@@ -40,7 +52,7 @@ impl Names {
             "Self" => class,
             "f64" => "float",
             "bool" => "bool",
-            "usize" | "isize" | "u64" | "u32" | "i64" | "i32" => "int",
+            "usize" | "isize" | "u64" | "u32" | "i64" | "i32" | "NonZeroUsize" => "int",
             "str" | "String" => "str",
             "PathBuf" | "Path" => "Path",
             "PyBytes" => "bytes",

@@ -10,7 +10,7 @@ use syn::{
 };
 
 use crate::signature::{Kind, Parameter, last_name, list, parameters, python_default};
-use crate::types::Names;
+use crate::types::{Names, plain};
 
 /// What the types use, and where it is from.
 const IMPORTS: [(&str, &[&str]); 8] = [
@@ -53,6 +53,7 @@ pub(crate) fn stub(files: &[File], shared: &str) -> Result<String, Vec<String>> 
             Item::Struct(class) if has(&class.attrs, "pyclass") => {
                 stub.names.classes.insert(class.ident.to_string());
             }
+            Item::Impl(block) => stub.argument(block),
             _ => {}
         }
     }
@@ -131,7 +132,38 @@ fn classes_of(block: &ItemImpl) -> Vec<String> {
     }
 }
 
+/// A string behind the attribute `py`, such as the Python type of an argument.
+fn said(attributes: &[Attribute]) -> Option<String> {
+    let said = attributes.iter().find(|attribute| attribute.path().is_ident("py"))?;
+    said.parse_args::<LitStr>().map(|text| text.value()).ok()
+}
+
+/// The words of `impl Words`, as Python writes the type.
+fn words(block: &ItemImpl) -> Option<String> {
+    let syn::ImplItem::Const(constant) = block.items.first()? else { return None };
+    let Expr::Reference(array) = &constant.expr else { return None };
+    let Expr::Array(array) = &*array.expr else { return None };
+    let word = |pair: &Expr| match pair {
+        Expr::Tuple(pair) => pair.elems.first().map(python_default)?.ok(),
+        _ => None,
+    };
+    array.elems.iter().map(word).collect::<Option<Vec<_>>>().map(|words| format!("Literal[{}]", words.join(", ")))
+}
+
 impl Stub {
+    /// The Python type that arguments have from which a type of Rust is made, if the block says so.
+    fn argument(&mut self, block: &ItemImpl) {
+        let made = block.trait_.as_ref().and_then(|(_, path, _)| path.segments.last());
+        let told = match made.map(|last| last.ident.to_string()).as_deref() {
+            Some("Argument") => said(&block.attrs),
+            Some("Words") => words(block),
+            _ => None,
+        };
+        if let Some(told) = told {
+            self.names.told.insert(plain(&block.self_ty), told);
+        }
+    }
+
     fn class(&mut self, class: &ItemStruct) {
         let name = class.ident.to_string();
         let said = class.attrs.iter().find(|attribute| attribute.path().is_ident("pyclass"));

@@ -13,7 +13,7 @@ use crate::convert::arrays::{array, each, one_or_more};
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{Reduced, keywords, saved};
 use crate::convert::objects::{exclusive, shared};
-use crate::model::object::compiled_of;
+use crate::model::models::compiled_of;
 use crate::stream::actuators::{ActuatorArray, Limits};
 use crate::stream::blocks::{BLOCK, Block, apply};
 use crate::stream::stream_arrays::{MadeOf, columns};

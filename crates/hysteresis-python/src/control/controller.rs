@@ -20,7 +20,7 @@ use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{Reduced, bytes_of, keywords, reduce};
 use crate::convert::objects::{exclusive, shared};
-use crate::model::object::compiled_of;
+use crate::model::models::compiled_of;
 use crate::stream::blocks::run_both;
 
 /// Feed-forward and proportional-integral feedback within limits: equation (8) of the paper with its errata 10 to 12.

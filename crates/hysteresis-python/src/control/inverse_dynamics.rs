@@ -2,6 +2,7 @@
 
 use hysteresis_control::feedforward::{DynamicsInverse, PreviewCoefficients, PreviewOptions, smoothing_kernel};
 use hysteresis_control::linear::LinearDynamics;
+use hysteresis_control::trajectory::Trajectory;
 use hysteresis_core as core;
 use hysteresis_core::check_all_finite;
 use hysteresis_python_macros::{function, methods};
@@ -12,14 +13,15 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 
 use crate::argument::{Class, SampleCount};
-use crate::control::linear::part::{LinearPart, dynamics_object, linear_dynamics};
-use crate::control::trajectories::trajectory;
 use crate::convert::arrays::{PASS, check_room};
 use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{Reduced, keywords, reduce};
-use crate::stage::object::Stage;
-use crate::stage::precompensate::{Keywords, precompensate as drives};
+use crate::linear::dynamics::{LinearPart, dynamics_object, linear_dynamics};
+use crate::stage::stage::Stage;
+use crate::stage::stage::{Keywords, precompensate as drives};
+use crate::trajectories::one_axis::{PointToPoint, RoundedTriangle, Sine};
+use crate::trajectories::scans::ScanAxis;
 
 /// Makes the target of a `HybridController` of references known beforehand, by a fixed window.
 ///
@@ -252,6 +254,19 @@ pub(crate) fn preview(
         band,
     };
     Preview::made(PreviewCoefficients::new(&chain, dt, &options).map_err(raise)?)
+}
+
+/// A trajectory, if the object is one.
+fn trajectory<'a>(object: &'a Bound<'_, PyAny>) -> Option<&'a dyn Trajectory> {
+    if let Ok(sine) = object.cast::<Sine>() {
+        Some(&sine.get().0)
+    } else if let Ok(triangle) = object.cast::<RoundedTriangle>() {
+        Some(&triangle.get().0)
+    } else if let Ok(moves) = object.cast::<PointToPoint>() {
+        Some(&moves.get().0)
+    } else {
+        object.cast::<ScanAxis>().ok().map(|axis| &axis.get().0 as &dyn Trajectory)
+    }
 }
 
 /// The positions at 0, dt, 2 dt and so on: finite samples as they are, or those of a trajectory.

@@ -1,5 +1,7 @@
 //! The feedback loop that learning believes in, and another one to judge it by.
 
+use std::num::NonZeroUsize;
+
 use hysteresis_control::learning::{self, FeedbackLoop, LearningOptions, LoopUncertainty, RepetitiveOptions};
 use hysteresis_control::linear::LinearDynamics;
 use hysteresis_control::tuning::ModeUncertainty;
@@ -10,14 +12,14 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use pythonize::pythonize;
 
-use crate::argument::{Class, Count};
+use crate::argument::Class;
 use crate::control::filters::{as_tuple, sections};
-use crate::control::linear::part::{dynamics_object, linear_dynamics};
 use crate::convert::arrays::{FIT, check_room};
 use crate::convert::arrays::{numbers, read_only, vector};
 use crate::convert::errors::raise;
 use crate::convert::objects::{Reduced, keywords, reduce, saved};
 use crate::convert::objects::{exclusive, shared};
+use crate::linear::dynamics::{dynamics_object, linear_dynamics};
 
 /// The loop with other dynamics, slope or dead time, where they are given.
 fn truth(
@@ -376,7 +378,7 @@ impl RepetitiveControl {
     #[new]
     #[gather(options: RepetitiveOptions)]
     fn new(
-        #[py("int")] period: Count,
+        period: NonZeroUsize,
         #[py(*)] kp: f64,
         ki: f64,
         slope: f64,
@@ -396,7 +398,7 @@ impl RepetitiveControl {
         let feedback = FeedbackLoop { kp, ki, filters, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
         let uncertainty = uncertainty(frequency_uncertainty, damping_uncertainty, slope_uncertainty);
         let options = RepetitiveOptions { uncertainty, ..options };
-        Self::of(feedback, period.0, options)
+        Self::of(feedback, period.get(), options)
     }
 
     /// Takes the measured error of this sample and returns the correction of this sample's target.

@@ -16,8 +16,8 @@ use crate::convert::arrays;
 use crate::convert::errors::{self, Place, raise, unexpected};
 use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::convert::objects::{exclusive, shared};
-use crate::model::object::compiled_of;
-use crate::plant::multi_axis::{as_matrix, list_of, square};
+use crate::model::models::compiled_of;
+use crate::plant::plant::{as_matrix, list_of, square};
 use crate::stream::blocks::{Block, apply};
 use crate::stream::stream_arrays::columns;
 

@@ -11,8 +11,8 @@ use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
 use crate::convert::objects::{Reduced, keywords, reduce, saved};
 use crate::convert::objects::{exclusive, shared};
-use crate::stage::object::Stage;
-use crate::stage::parts::StageKeywords;
+use crate::stage::stage::Stage;
+use crate::stage::stage::StageKeywords;
 use crate::stream::blocks::run_both;
 
 /// A state observer: what the model of a stage and a noisy measurement say together of the position.

@@ -12,7 +12,7 @@ use crate::argument::Argument;
 use crate::convert::arguments::{is_word, word};
 use crate::convert::errors::{self, Place, unexpected};
 use crate::convert::objects::shared;
-use crate::model::object::compiled_if_model;
+use crate::model::models::compiled_if_model;
 use crate::stage::streams::StageInverse;
 use crate::stream::streams::{Forward, Inverse};
 

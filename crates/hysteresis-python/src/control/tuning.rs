@@ -18,7 +18,7 @@ use crate::convert::errors::{raise, wrong_type};
 use crate::convert::objects::shared;
 use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::plant::plant::Plant;
-use crate::stage::parts::StageKeywords;
+use crate::stage::stage::StageKeywords;
 
 /// Filters and gains of the feedback, and how robust the loop is with them: made by `tune`.
 ///

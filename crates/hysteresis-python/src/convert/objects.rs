@@ -17,16 +17,16 @@ use serde::Deserialize;
 use crate::control::shared_by_controllers::ControllerTerms;
 use crate::control::tuning::Margins;
 use crate::convert::errors::{in_use, unexpected, value};
-use crate::identify::comparison::{ComparedModel, Comparison};
-use crate::identify::finding::Finding;
+use crate::identify::compare::{ComparedModel, Comparison};
+use crate::identify::diagnose::Finding;
 use crate::identify::identification::Identification;
-use crate::identify::left_out::LeftOutLoop;
-use crate::identify::many_result::ManyIdentifications;
+use crate::identify::many_identifications::ManyIdentifications;
+use crate::identify::quality::LeftOutLoop;
 use crate::identify::quality::Quality;
 use crate::plant::run::Metrics;
 use crate::realtime::report::{LoopReport, LoopTimes};
 use crate::signal::excitation::Excitation;
-use crate::signal::experiment::{ExperimentPart, ExperimentSegment};
+use crate::signal::excitation::{ExperimentPart, ExperimentSegment};
 
 /// The object to read from.
 pub(crate) fn shared<'py, C: PyClass>(object: &Bound<'py, C>) -> PyResult<PyRef<'py, C>> {

@@ -1,15 +1,112 @@
-//! Diagnostics: records and a model in, findings by name out.
+//! What makes records or a result doubtful: findings by name.
 
-use hysteresis_identify as identification;
-use hysteresis_python_macros::function;
+use hysteresis_core::Model;
+use hysteresis_identify::{self as identification, Verdict};
+use hysteresis_python_macros::{function, methods};
+use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
-use super::finding::Finding;
-use super::intervals::Intervals;
-use super::records::{self, checked, signals, skips};
-use crate::convert::arrays::vector;
-use crate::convert::errors::{self, raise, record};
-use crate::model::object::model_of;
+use super::records::{GivenRecords, Interval};
+use crate::convert::errors::{self, raise, record, unexpected};
+
+/// What makes records or a result doubtful: a code, a sentence, a number with the limit that it passed, and what to do.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
+/// >>> model = mh.paper.table_1_recovered()
+/// >>> found = mh.diagnose(u, -model.forward().run(u), model)  # a record that is wired the other way
+/// >>> found[0].code, found[0].severity
+/// ('wrong_sign', 'red')
+#[pyclass(module = "mpi_hyst.results", frozen)]
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Finding {
+    /// Which finding: one of the names that docs/findings.md explains.
+    #[pyo3(get)]
+    code: String,
+    severity: String,
+    /// One sentence with the numbers in it.
+    #[pyo3(get)]
+    message: String,
+    /// The number that was compared.
+    #[pyo3(get)]
+    value: f64,
+    /// What it was compared with.
+    #[pyo3(get)]
+    limit: f64,
+    /// What to try next.
+    #[pyo3(get)]
+    hint: String,
+    /// The record that shows it most, or None where there is one record only or all count together.
+    #[pyo3(get)]
+    record: Option<usize>,
+    /// The sample of that record where it is, or where it ends; skipped samples count. None where it is no place.
+    #[pyo3(get)]
+    sample: Option<usize>,
+}
+
+impl From<identification::Finding> for Finding {
+    fn from(found: identification::Finding) -> Self {
+        let identification::Finding { code, severity, message, value, limit, hint, record, sample, .. } = found;
+        let (code, severity) = (code.name().to_owned(), severity.name().to_owned());
+        Self { code, severity, message, value, limit, hint, record, sample }
+    }
+}
+
+#[methods]
+impl Finding {
+    /// "amber": a number is doubtful, or another record would make the result better. "red": the result is not that of the
+    /// stage.
+    #[getter]
+    #[py(-> "Literal['amber', 'red']")]
+    fn severity(&self) -> &str {
+        &self.severity
+    }
+
+    fn __repr__(&self) -> String {
+        let Self { code, severity, message, value, limit, record, .. } = self;
+        let place = record.map_or_else(String::new, |record| format!("record {record}, "));
+        format!("<Finding {code}, {severity}: {place}value {value:.3}, limit {limit:.3}: {message}>")
+    }
+}
+
+/// The verdict on findings: that of the worst of them, or "green" if there is none.
+///
+/// Parameters
+/// ----------
+/// findings : list of Finding
+///     Those of `diagnose`, or the warnings of an identification, whose `verdict` is the same.
+///
+/// Returns
+/// -------
+/// "green", "amber" or "red"
+///
+/// Raises
+/// ------
+/// TypeError
+///     For what is no list of findings.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> actuator = mh.paper.table_1_recovered()
+/// >>> u = mh.signals.sine(500.0, 1.0, seconds=5.0, rate=1000)
+/// >>> mh.results.verdict(mh.diagnose(u, actuator.forward().run(u), actuator))  # full strokes alone
+/// 'amber'
+/// >>> mh.results.verdict([])
+/// 'green'
+#[function]
+#[py(-> "Literal['green', 'amber', 'red']")]
+pub(crate) fn verdict(#[py("Sequence[Finding]")] findings: &Bound<'_, PyAny>) -> PyResult<String> {
+    let findings: Vec<PyRef<'_, Finding>> =
+        findings.extract().map_err(|_| unexpected("findings", "a list of Finding", findings))?;
+    let is = |name: &str| findings.iter().any(|finding| finding.severity == name);
+    let verdicts = [Verdict::Red, Verdict::Amber];
+    let worst = verdicts.into_iter().find(|verdict| is(verdict.name()));
+    Ok(worst.unwrap_or(Verdict::Green).name().to_owned())
+}
 
 /// Looks for what records cannot tell and what a model left in them.
 ///
@@ -59,18 +156,14 @@ pub(crate) fn diagnose(
     py: Python<'_>,
     #[py("Records")] u: &Bound<'_, PyAny>,
     #[py("ArrayLike | None")] y: Option<&Bound<'_, PyAny>>,
-    #[py("Model")] model: &Bound<'_, PyAny>,
+    model: Model,
     #[py(*, "Skip | Sequence[Skip]" = 0)] skip: Option<&Bound<'_, PyAny>>,
-    #[py("float | Sequence[float] | None" = None)] dt: Option<&Bound<'_, PyAny>>,
+    #[py(= None)] dt: Option<Interval>,
     #[py(= 0.0)] dead_time: f64,
     #[py("ArrayLike | Sequence[ArrayLike | None] | None" = None)] times: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<Finding>> {
-    let model = model_of("model", model)?;
-    // A copy: other threads may change the arrays while the interpreter is let go.
-    let signals = signals(u, y)?;
-    let intervals = Intervals::from_python(dt, signals.len())?;
-    let times = records::times(times, signals.len())?;
-    let records = checked(&signals, skips(skip, signals.len(), &intervals)?, &intervals, &times)?;
+    let given = GivenRecords::new(u, y, skip, dt, &[])?.at(times)?;
+    let records = given.records()?;
     let found = py.detach(|| identification::diagnose(&records, &model, dead_time));
     Ok(found.map_err(errors::identification)?.into_iter().map(Finding::from).collect())
 }
@@ -103,10 +196,6 @@ pub(crate) fn diagnose(
 /// >>> round(mh.results.loop_width(u, mh.paper.table_1_recovered().forward().run(u)), 2)  # um
 /// 0.49
 #[function]
-pub(crate) fn loop_width(
-    #[py("ArrayLike")] u: &Bound<'_, PyAny>,
-    #[py("ArrayLike")] y: &Bound<'_, PyAny>,
-) -> PyResult<Option<f64>> {
-    let (u, y) = (vector("u", u)?, vector("y", y)?);
+pub(crate) fn loop_width(u: PyReadonlyArray1<'_, f64>, y: PyReadonlyArray1<'_, f64>) -> PyResult<Option<f64>> {
     identification::loop_width(u.as_slice()?, y.as_slice()?).map_err(|error| raise(record(error)))
 }

@@ -1,26 +1,25 @@
 //! Identification of dynamics: arguments in, a linear part with its uncertainty out.
 
-use hysteresis_python_macros::{function, methods};
-use std::ops::ControlFlow;
-
-use hysteresis_identify::{self as identification, CreepModel, DynamicsOptions, Error, Record};
-use numpy::{PyArray1, PyArray2};
+use hysteresis_identify::{self as identification, CreepModel, DynamicsOptions, Error, Order, Record, Setting};
+use hysteresis_python_macros::{function, methods, py};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use pythonize::{depythonize, pythonize};
 
-use super::finding::Finding;
-use super::options::{self, setting};
+use super::diagnose::Finding;
+use super::options::setting;
 use super::quality::Quality;
-use crate::control::linear::creep::Creep;
-use crate::control::linear::part::dynamics;
-use crate::convert::arguments::samples;
+use super::watch::Watch;
+use crate::argument::{Argument, Samples};
 use crate::convert::arrays::{FIT, check_room};
-use crate::convert::arrays::{numbers, read_only, vector};
+use crate::convert::arrays::{numbers, read_only};
 use crate::convert::errors::{self, one_record};
 use crate::convert::objects::{Reduced, keywords, reduce};
-use crate::model::object::compiled_of;
+use crate::linear::creep::Creep;
+use crate::linear::dynamics::dynamics;
+use crate::model::models::compiled_of;
 
 /// What `identify_dynamics` found: the linear part behind a hysteresis model, and how far to trust it.
 ///
@@ -183,12 +182,8 @@ impl DynamicsIdentification {
     }
 
     /// The output for the input `u` of the whole cascade, from the virgin state and at rest at its first value.
-    fn predict<'py>(
-        &self,
-        py: Python<'py>,
-        #[py("ArrayLike")] u: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let predicted = self.found.predict(vector("u", u)?.as_slice()?);
+    fn predict<'py>(&self, py: Python<'py>, u: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let predicted = self.found.predict(u.as_slice()?);
         predicted.map(|y| PyArray1::from_vec(py, y)).map_err(|error| one_record(error, None))
     }
 
@@ -257,54 +252,42 @@ impl DynamicsIdentification {
 /// >>> round(found.dynamics.frequency, 3), round(found.dynamics.damping, 5), found.warnings
 /// (800.0, 0.05, [])
 #[function]
+#[gather(options: DynamicsOptions = DynamicsOptions::new(dt))]
 pub(crate) fn identify_dynamics(
     py: Python<'_>,
     #[py("ArrayLike")] u: &Bound<'_, PyAny>,
     #[py("ArrayLike")] y: &Bound<'_, PyAny>,
     #[py("Model")] model: &Bound<'_, PyAny>,
     #[py(*)] dt: f64,
-    #[py("Literal['auto', 1, 2]" = 2)] order: Option<&Bound<'_, PyAny>>,
-    #[py("Literal['fit'] | float" = "fit")] dead_time: Option<&Bound<'_, PyAny>>,
-    #[py("Literal['auto', 'log'] | int | ArrayLike | None" = None)] creep: CreepModel,
-    #[py("int" = 0)] skip: Option<&Bound<'_, PyAny>>,
+    #[py(field = 2)] order: Order,
+    #[py(= "fit")] dead_time: DeadTime,
+    #[py(field = None)] creep: CreepModel,
+    #[py(= 0)] skip: Samples,
 ) -> PyResult<DynamicsIdentification> {
     let compiled = compiled_of("model", model)?;
-    let skip = skip.map_or(Ok(0), |skip| samples("skip", skip))?;
-    let default = DynamicsOptions::new(dt);
-    let options = DynamicsOptions {
-        order: order.map_or(Ok(default.order), |order| options::order("order", "1 or 2", order))?,
-        dead_time: dead_time
-            .map_or(Ok(default.dead_time), |given| setting("dead_time", "a number of seconds", given))?,
-        creep,
-        ..default
-    };
+    let options = DynamicsOptions { dead_time: dead_time.0, ..options };
     // A copy: other threads may change the arrays while the interpreter is let go.
     let (u, y) = (numbers("u", u)?, numbers("y", y)?);
     check_room("u", u.len(), FIT)?;
-    let record = Record::new(&u, &y, skip).map_err(|error| one_record(error, None))?;
-    let mut stopped_by = None;
-    let found = py.detach(|| {
-        identification::identify_dynamics(&record, &compiled, &options, &mut || match Python::attach(|py| {
-            py.check_signals()
-        }) {
-            Ok(()) => ControlFlow::Continue(()),
-            Err(error) => {
-                stopped_by = Some(error);
-                ControlFlow::Break(())
-            }
-        })
-    });
-    match (found, stopped_by) {
-        (_, Some(error)) => Err(error),
-        (Ok(found), None) => Ok(DynamicsIdentification { found, model: model.clone().unbind() }),
-        (Err(error), None) => Err(invalid(error)),
+    // There is one record: it needs no number.
+    let alone = |error| one_record(error, None);
+    let record = Record::new(&u, &y, skip.0).map_err(alone)?;
+    let mut watch = Watch::new(None);
+    let found = py.detach(|| identification::identify_dynamics(&record, &compiled, &options, &mut || watch.look(())));
+    watch.check()?;
+    match found {
+        Ok(found) => Ok(DynamicsIdentification { found, model: model.clone().unbind() }),
+        Err(Error::Record { error, .. }) => Err(alone(error)),
+        Err(error) => Err(errors::identification(error)),
     }
 }
 
-fn invalid(error: Error) -> PyErr {
-    match error {
-        // There is one record: it needs no number.
-        Error::Record { error, .. } => one_record(error, None),
-        error => errors::identification(error),
+/// A dead time in seconds, or "fit".
+struct DeadTime(Setting<f64>);
+
+#[py("Literal['fit'] | float")]
+impl Argument<'_> for DeadTime {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        setting(name, "a number of seconds", value).map(Self)
     }
 }

@@ -1,25 +1,26 @@
 //! What an identification hands over: the model, its errors, and how far to trust it.
 
+use hysteresis_control::linear::Dynamics;
 use hysteresis_core::Ratios;
 use hysteresis_identify::{self as identification, RecordError};
 use hysteresis_python_macros::methods;
-use numpy::{PyArray1, PyArray2};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::finding::Finding;
-use super::intervals::{Intervals, check_prediction};
-use super::left_out::LeftOutLoop;
-use super::quality::Quality;
-use super::records::{checked, signals, skips};
-use crate::control::linear::creep::Creep;
-use crate::control::linear::part::dynamics_object;
-use crate::convert::arguments::OrDefault;
-use crate::convert::arrays::{read_only, vector};
+use super::diagnose::Finding;
+use super::options::loop_shift_name;
+use super::quality::{LeftOutLoop, Quality};
+use super::records::{GivenRecords, Interval, check_place};
+use crate::argument::Words;
+use crate::convert::arrays::read_only;
 use crate::convert::errors::{self, raise, record, warn};
-use crate::model::object::object;
+use crate::linear::creep::Creep;
+use crate::linear::dynamics::dynamics_object;
+use crate::model::models::object;
 use crate::stage::loop_shift::LoopShift;
-use crate::stage::object::Stage;
+use crate::stage::stage::Stage;
+use crate::stage::stage::points;
 
 /// What `identify` found: the model, what follows it, and how well all of it fits.
 ///
@@ -311,14 +312,12 @@ impl Identification {
     fn predict<'py>(
         &self,
         py: Python<'py>,
-        #[py("ArrayLike")] u: &Bound<'py, PyAny>,
+        u: PyReadonlyArray1<'py, f64>,
         #[py(*, = None)] dt: Option<f64>,
-        #[py("Literal[False]" = false)] return_std: OrDefault<'_>,
+        #[py(= false)] return_std: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let return_std = return_std.flag("return_std")?;
         check_prediction(dt, return_std)?;
-        let input = vector("u", u)?;
-        let input = input.as_slice()?;
+        let input = u.as_slice()?;
         let array = |values: Result<Vec<f64>, RecordError>| {
             values.map(|values| PyArray1::from_vec(py, values)).map_err(|error| raise(record(error)))
         };
@@ -372,17 +371,151 @@ impl Identification {
         #[py("ArrayLike | Sequence[tuple[ArrayLike, ArrayLike]]")] u: &Bound<'_, PyAny>,
         #[py("ArrayLike | None" = None)] y: Option<&Bound<'_, PyAny>>,
         #[py(*, "Skip | Sequence[Skip]" = 0)] skip: Option<&Bound<'_, PyAny>>,
-        #[py("float | Sequence[float] | None" = None)] dt: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] dt: Option<Interval>,
     ) -> PyResult<Vec<LeftOutLoop>> {
-        // A copy: other threads may change the arrays while the interpreter is let go.
-        let signals = signals(u, y)?;
-        let intervals = match dt {
-            None if self.found.dt.len() == signals.len() => Intervals::known(&self.found.dt),
-            _ => Intervals::from_python(dt, signals.len())?,
-        };
-        let records = checked(&signals, skips(skip, signals.len(), &intervals)?, &intervals, &[])?;
+        let given = GivenRecords::new(u, y, skip, dt, &self.found.dt)?;
+        let records = given.records()?;
         let found = py.detach(|| self.found.leave_one_loop_out(&records));
         Ok(found.map_err(errors::identification)?.iter().map(LeftOutLoop::from).collect())
+    }
+
+    /// The modes of second-order dynamics from the lowest frequency up, each (frequency in Hz, damping ratio, gain); the gains
+    /// sum to 1. Empty without such dynamics.
+    #[getter]
+    fn modes(&self) -> Vec<(f64, f64, f64)> {
+        match (&self.found.modes, self.found.dynamics) {
+            (Some(modes), _) => {
+                let both = modes.modes().iter().zip(modes.gains());
+                both.map(|(mode, gain)| (mode.frequency(), mode.damping(), *gain)).collect()
+            }
+            (None, Some(Dynamics::SecondOrder(mode))) => vec![(mode.frequency(), mode.damping(), 1.0)],
+            (None, _) => Vec::new(),
+        }
+    }
+
+    /// Standard errors of `modes`: of frequency, damping ratio and gain of each; a single mode has its gain of 1 without error.
+    #[getter]
+    fn modes_std(&self) -> Vec<(f64, f64, f64)> {
+        let errors = &self.found.standard_errors;
+        match (&self.found.modes, self.found.dynamics) {
+            (Some(_), _) => errors.modes.iter().map(|of_mode| (*of_mode).into()).collect(),
+            (None, Some(Dynamics::SecondOrder(_))) => vec![(errors.frequency, errors.damping, 0.0)],
+            (None, _) => Vec::new(),
+        }
+    }
+
+    /// The bandwidth of the amplifier in front of the hysteresis in Hz, if one was found.
+    #[getter]
+    fn amplifier_bandwidth(&self) -> Option<f64> {
+        self.found.amplifier().map(|amplifier| amplifier.frequency())
+    }
+
+    /// The points (x, y) of the map in front of the hysteresis, if there is one: drive in, drive out.
+    #[getter]
+    fn input_map(&self) -> Option<(Vec<f64>, Vec<f64>)> {
+        self.found.input_map().as_ref().map(points)
+    }
+
+    /// The points (x, y) of the map behind the hysteresis, if there is one: position in, position out.
+    #[getter]
+    fn output_map(&self) -> Option<(Vec<f64>, Vec<f64>)> {
+        self.found.output_map().as_ref().map(points)
+    }
+
+    /// The samples of each record that were taken for glitches and left out of the fit, counted from 0 with the skipped ones. They
+    /// enter none of the errors of the fit.
+    #[getter]
+    fn left_out_samples(&self) -> Vec<Vec<usize>> {
+        self.found.left_out_samples.clone()
+    }
+
+    /// Measured minus modelled output of a record, all its samples: (n,) in the unit of y.
+    ///
+    /// Parameters
+    /// ----------
+    /// u, y : arrays of n floats
+    ///     Input and measured output.
+    /// record : int, optional
+    ///     The number of the record among those that were fitted, or whose beginning was: then its output offset counts, and the
+    ///     creep that was under way when it began. Without it the record has those that suit it best.
+    /// skip : int or str
+    ///     Leading samples that do not count for what suits it best, or a time.
+    /// dt : float, optional
+    ///     Sampling interval in seconds; by default that of the record, and of the first one without `record`.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     That name the argument, what was expected and what came.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=12, rate=200)
+    /// >>> y = mh.paper.table_1_recovered().forward().run(u)
+    /// >>> found = mh.identify(u, y, operators=8, input_offset=0.0, dead_time=0.0)
+    /// >>> bool(abs((found.residuals(u, y, record=0) ** 2).mean() ** 0.5 - found.fit.rmse) < 1e-12)
+    /// True
+    fn residuals<'py>(
+        &self,
+        py: Python<'py>,
+        #[py("ArrayLike")] u: &Bound<'py, PyAny>,
+        #[py("ArrayLike")] y: &Bound<'py, PyAny>,
+        #[py(*, = None)] record: Option<usize>,
+        #[py("Skip" = 0)] skip: Option<&Bound<'py, PyAny>>,
+        #[py("float | None" = None)] dt: Option<Interval>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        if let Some(place) = record {
+            check_place(place, self.found.output_offsets.len())?;
+        }
+        let known = self.found.dt.get(record.unwrap_or(0)).or(self.found.dt.first());
+        let given = GivenRecords::new(u, Some(y), skip, dt, known.map_or(&[], std::slice::from_ref))?;
+        Ok(PyArray1::from_vec(py, self.found.residuals(&given.records()?[0], record)))
+    }
+
+    /// What cross-validation said of the numbers of operators that were tried: pairs (operators, error), the error the geometric
+    /// mean of the rms errors on the stretches that were held out; empty where the number was given.
+    #[getter]
+    fn cross_validation(&self) -> Vec<(usize, f64)> {
+        self.found.cross_validation.iter().map(|one| (one.operators, one.typical_error())).collect()
+    }
+
+    /// What the weights might be: as given, or as cross-validation chose.
+    #[getter]
+    #[py(-> "Literal['free', 'quadratic', 'split']")]
+    fn weights_law(&self) -> &'static str {
+        self.found.weights.word()
+    }
+
+    /// What cross-validation said of every weight law: pairs (law, error) as in `cross_validation`; empty unless "auto".
+    #[getter]
+    #[py(-> "list[tuple[Literal['free', 'quadratic', 'split'], float]]")]
+    fn weights_validation(&self) -> Vec<(&'static str, f64)> {
+        self.found.weights_validation.iter().map(|one| (one.weights.word(), one.typical_error())).collect()
+    }
+
+    /// How smooth the weights were asked to be: as given, or as cross-validation chose.
+    #[getter]
+    fn smoothness(&self) -> f64 {
+        self.found.smoothness
+    }
+
+    /// What cross-validation said of the terms that may be left out: (number of amplitudes of creep, loop shift, error as in
+    /// `cross_validation`), the best of every kind, the simplest first; empty if there was nothing to choose.
+    #[getter]
+    fn terms_validation(&self) -> Vec<(usize, String, f64)> {
+        self.found
+            .terms_validation
+            .iter()
+            .map(|one| (one.creep, loop_shift_name(one.loop_shift), one.typical_error()))
+            .collect()
+    }
+
+    /// What cross-validation said of every smoothness: pairs (smoothness, error) as in `cross_validation`; empty unless
+    /// "auto".
+    #[getter]
+    fn smoothness_validation(&self) -> Vec<(f64, f64)> {
+        self.found.smoothness_validation.iter().map(|one| (one.smoothness, one.typical_error())).collect()
     }
 
     fn __repr__(&self) -> String {
@@ -400,4 +533,17 @@ impl Identification {
         });
         format!("<Identification: {verdict}, {partial}{modes}{dead_time}, fit {}>", self.fit().__repr__())
     }
+}
+
+/// The sampling interval of a prediction: above 0, and that of the first record where its standard deviation is asked for.
+fn check_prediction(dt: Option<f64>, return_std: bool) -> PyResult<()> {
+    let Some(dt) = dt else { return Ok(()) };
+    let expected = if return_std {
+        "None beside return_std, which is for the sampling of the first record"
+    } else if dt > 0.0 && dt.is_finite() {
+        return Ok(());
+    } else {
+        "a finite number above 0"
+    };
+    Err(errors::value("dt", format_args!("expected {expected}, got {dt:?}")))
 }

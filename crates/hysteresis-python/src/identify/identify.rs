@@ -1,22 +1,19 @@
 //! Identification: arguments in, a model and its errors out.
 
-use hysteresis_python_macros::function;
-use std::ops::ControlFlow;
-
 use hysteresis_core::Ratios;
 use hysteresis_identify::{
     self as identification, AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, Loss, MapModel, ModelKind,
-    ModesModel, Options, Progress, Record, Setting, Stop, WeightLaw,
+    ModesModel, Options, Setting, Stop, WeightLaw,
 };
-use pyo3::exceptions::PyKeyboardInterrupt;
+use hysteresis_python_macros::function;
 use pyo3::prelude::*;
 
 use super::identification::Identification;
-use super::intervals::Intervals;
-use super::options::{Smoothness, placed};
-use super::records::{self, HeldOut, at_times, signals, skips};
-use crate::convert::arguments::callable;
-use crate::convert::errors::{self, one_record};
+use super::options::{Operators, Placing, Smoothness, placed};
+use super::records::{GivenRecords, HeldOut, Interval};
+use super::watch::Watch;
+use crate::argument::Callable;
+use crate::convert::errors;
 
 /// Fits a model to measured records.
 ///
@@ -127,94 +124,59 @@ pub(crate) fn identify(
     py: Python<'_>,
     #[py("Records")] u: &Bound<'_, PyAny>,
     #[py("ArrayLike | None" = None)] y: Option<&Bound<'_, PyAny>>,
-    #[py(*, "float | Sequence[float] | None" = None)] dt: Option<&Bound<'_, PyAny>>,
+    #[py(*, = None)] dt: Option<Interval>,
     #[py("ArrayLike | Sequence[ArrayLike | None] | None" = None)] times: Option<&Bound<'_, PyAny>>,
-    #[py(field, "Literal['modified', 'conventional']" = "modified")] model: ModelKind,
-    #[py("int | Literal['auto'] | None" = None)] operators: Option<&Bound<'_, PyAny>>,
-    #[py(field, "Literal['auto', 'free', 'quadratic', 'split']" = "auto")] weights: WeightLaw,
-    #[py(field, "Literal['fit'] | tuple[float, float, float]" = "fit")] ratios: Setting<Ratios>,
-    #[py(field, "Literal['fit'] | float" = "fit")] input_offset: Setting<f64>,
-    #[py(field, "Literal['fit'] | float" = "fit")] dead_time: Setting<f64>,
-    #[py(field, "Literal['auto', 1, 2] | None" = "auto")] dynamics: DynamicsModel,
-    #[py(field, "Literal['auto', 1, 2, 3]" = "auto")] modes: ModesModel,
-    #[py(field, "Literal['auto', 'log'] | int | ArrayLike | None" = "auto")] creep: CreepModel,
-    #[py(field, "Literal['auto'] | float | None" = "auto")] loop_shift: LoopShiftModel,
-    #[py(field, "Literal['auto'] | float | None" = "auto")] amplifier: AmplifierModel,
-    #[py(field, "Literal['auto', 'smooth'] | None" = "auto")] input_map: MapModel,
-    #[py(field, "Literal['auto', 'smooth'] | None" = "auto")] output_map: MapModel,
-    #[py("Literal['uniform', 'quantiles', 'geometric'] | ArrayLike | None" = None)] thresholds: Option<
-        &Bound<'_, PyAny>,
-    >,
-    #[py("Literal['auto'] | float" = "auto")] smoothness: Smoothness,
-    #[py(field, "Literal['auto', 'squares', 'robust']" = "auto")] loss: Loss,
+    #[py(field = "modified")] model: ModelKind,
+    #[py(= None)] operators: Option<Operators>,
+    #[py(field = "auto")] weights: WeightLaw,
+    #[py(field = "fit")] ratios: Setting<Ratios>,
+    #[py(field = "fit")] input_offset: Setting<f64>,
+    #[py(field = "fit")] dead_time: Setting<f64>,
+    #[py(field = "auto")] dynamics: DynamicsModel,
+    #[py(field = "auto")] modes: ModesModel,
+    #[py(field = "auto")] creep: CreepModel,
+    #[py(field = "auto")] loop_shift: LoopShiftModel,
+    #[py(field = "auto")] amplifier: AmplifierModel,
+    #[py(field = "auto")] input_map: MapModel,
+    #[py(field = "auto")] output_map: MapModel,
+    #[py(= None)] thresholds: Option<Placing>,
+    #[py(= "auto")] smoothness: Smoothness,
+    #[py(field = "auto")] loss: Loss,
     #[py("Skip | Sequence[Skip]" = 0)] skip: Option<&Bound<'_, PyAny>>,
     #[py("HeldOut | Sequence[HeldOut] | float | str | Sequence[Skip] | None" = None)] validate: Option<
         &Bound<'_, PyAny>,
     >,
-    #[py("Callable[[float, float], object] | None" = None)] progress: Option<Py<PyAny>>,
+    #[py("Callable[[float, float], object] | None" = None)] progress: Option<Callable>,
     #[py(= false)] keep_partial: bool,
 ) -> PyResult<Identification> {
-    callable("progress", progress.as_ref().map(|progress| progress.bind(py)))?;
-    // A copy: other threads may change the arrays while the interpreter is let go.
-    let signals = signals(u, y)?;
-    let times = records::times(times, signals.len())?;
-    let intervals = Intervals::from_python(dt, signals.len())?;
+    let given = GivenRecords::new(u, y, skip, dt, &[])?.at(times)?;
     let options = Options {
-        dt: intervals.common(),
+        dt: given.common_dt(),
         thresholds: placed(thresholds, operators)?,
         smoothness: smoothness.0,
         ..options
     };
-    let skips = skips(skip, signals.len(), &intervals)?;
-    let held_out = validate.map(|validate| HeldOut::from_python(validate, signals.len(), &intervals)).transpose()?;
-    let mut records = Vec::with_capacity(signals.len());
-    for (i, ((u, y), skip)) in signals.iter().zip(&skips).enumerate() {
-        // Unequal lengths are for the record to name.
-        let cut = match held_out.as_ref().filter(|_| u.len() == y.len()) {
-            Some(held_out) => Some(held_out.begins_after(*skip, i, u.len())?),
-            None => None,
-        };
-        let record = Record::new(&u[..cut.unwrap_or(u.len())], &y[..cut.unwrap_or(y.len())], *skip);
-        let record = record.and_then(|record| at_times(record, times[i].as_ref()));
-        let record = record.map_err(|error| one_record(error, (signals.len() > 1).then_some(i)))?;
-        records.push(intervals.with(i, record)?);
-    }
-    let validations = held_out.as_ref().map_or(Ok(Vec::new()), |held_out| held_out.records(&signals, &intervals))?;
-    let mut stopped_by = None;
+    let held_out = validate.map(|validate| HeldOut::from_python(validate, &given)).transpose()?;
+    let records = given.fitted(held_out.as_ref())?;
+    let validations = held_out.as_ref().map_or(Ok(Vec::new()), |held_out| held_out.records(&given))?;
+    let mut watch = Watch::new(progress);
     let found = py.detach(|| {
-        identification::identify(&records, &options, &mut |now| match report(now, progress.as_ref()) {
-            Ok(()) => ControlFlow::Continue(()),
-            Err(error) => {
-                let kept = keep_partial && Python::attach(|py| error.is_instance_of::<PyKeyboardInterrupt>(py));
-                stopped_by = Some(error);
-                ControlFlow::Break(if kept { Stop::KeepBest } else { Stop::Discard })
-            }
+        identification::identify(&records, &options, &mut |now| {
+            let looked = watch.look((now.fraction, now.best_rmse));
+            let keeps = || keep_partial && watch.is_interrupted();
+            looked.map_break(|()| if keeps() { Stop::KeepBest } else { Stop::Discard })
         })
     });
-    match (found, stopped_by) {
-        (Ok(mut found), _) => {
-            let own_offset = |i: usize| match held_out {
-                Some(HeldOut::Share(_) | HeldOut::From(_)) => Some(found.output_offsets[i]),
-                _ => None,
-            };
-            let validations: Vec<_> =
-                validations.into_iter().enumerate().map(|(i, record)| (record, own_offset(i))).collect();
-            let validations = found.validate_all(&validations);
-            Ok(Identification::new(found, validations))
-        }
-        (Err(_), Some(error)) => Err(error),
-        // Of one record nobody asks which.
-        (Err(identification::Error::Record { record, error }), None) => {
-            Err(one_record(error, (signals.len() > 1).then_some(record)))
-        }
-        (Err(error), None) => Err(errors::identification(error)),
-    }
-}
-
-/// Tells Python how far the search is, and stops it on Ctrl-C or when the caller's function raises.
-pub(super) fn report(now: &Progress, progress: Option<&Py<PyAny>>) -> PyResult<()> {
-    Python::attach(|py| {
-        py.check_signals()?;
-        progress.map_or(Ok(()), |progress| progress.call1(py, (now.fraction, now.best_rmse)).map(drop))
-    })
+    let mut found = found.or_else(|error| {
+        watch.check()?;
+        Err(match error {
+            identification::Error::Record { record, error } => given.refused(record, error),
+            error => errors::identification(error),
+        })
+    })?;
+    let has_own_offsets = held_out.as_ref().is_some_and(HeldOut::has_own_offsets);
+    let own_offset = |i: usize| has_own_offsets.then(|| found.output_offsets[i]);
+    let validations: Vec<_> = validations.into_iter().enumerate().map(|(i, record)| (record, own_offset(i))).collect();
+    let validations = found.validate_all(&validations);
+    Ok(Identification::new(found, validations))
 }

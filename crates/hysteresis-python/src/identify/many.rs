@@ -1,23 +1,27 @@
 //! Identification of many actuators: arrays in, small results out.
 
-use hysteresis_python_macros::function;
+use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 
 use hysteresis_core::Ratios;
-use hysteresis_identify::{self as identification, ManyRecords, ModelKind, Options, RecordError, Setting, WeightLaw};
+use hysteresis_identify::{
+    self as identification, ManyRecords, ModelKind, Options, RecordError, Setting, Thresholds, WeightLaw,
+};
+use hysteresis_python_macros::function;
 use numpy::PyUntypedArrayMethods;
 use numpy::ndarray::{Ix2, IxDyn};
-use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PySlice};
 
-use super::intervals::duration;
-use super::many_result::ManyIdentifications;
-use super::many_tasks::Tasks;
-use super::options::{Smoothness, placed};
-use crate::convert::arguments::{callable, count};
+use super::many_identifications::ManyIdentifications;
+use super::options::{Operators, Placing, Smoothness, placed};
+use super::records::duration;
+use super::watch::Watch;
+use crate::argument::{Callable, Words};
 use crate::convert::arrays::array;
 use crate::convert::arrays::{FIT, check_room};
-use crate::convert::errors::{self, raise, record, unexpected};
+use crate::convert::errors::{self, raise, record, unexpected, wrong_type};
+use crate::convert::objects::keywords;
 
 /// Fits a model to each of many actuators: hysteresis and dead time, as `identify` does for one.
 ///
@@ -89,66 +93,40 @@ pub(crate) fn identify_many(
     #[py("ArrayLike")] u: &Bound<'_, PyAny>,
     #[py("ArrayLike")] Y: &Bound<'_, PyAny>,
     #[py(*, = None)] dt: Option<f64>,
-    #[py(field, "Literal['modified', 'conventional']" = "modified")] model: ModelKind,
-    #[py("int | Literal['auto'] | None" = 20)] operators: Option<&Bound<'_, PyAny>>,
-    #[py(field, "Literal['auto', 'free', 'quadratic', 'split']" = "auto")] weights: WeightLaw,
-    #[py(field, "Literal['fit'] | tuple[float, float, float]" = "fit")] ratios: Setting<Ratios>,
-    #[py(field, "Literal['fit'] | float" = "fit")] input_offset: Setting<f64>,
-    #[py(field, "Literal['fit'] | float" = "fit")] dead_time: Setting<f64>,
-    #[py("Literal['uniform', 'quantiles', 'geometric'] | ArrayLike | None" = None)] thresholds: Option<
-        &Bound<'_, PyAny>,
-    >,
-    #[py("Literal['auto'] | float" = "auto")] smoothness: Smoothness,
+    #[py(field = "modified")] model: ModelKind,
+    #[py(= 20)] operators: Option<Operators>,
+    #[py(field = "auto")] weights: WeightLaw,
+    #[py(field = "fit")] ratios: Setting<Ratios>,
+    #[py(field = "fit")] input_offset: Setting<f64>,
+    #[py(field = "fit")] dead_time: Setting<f64>,
+    #[py(= None)] thresholds: Option<Placing>,
+    #[py(= "auto")] smoothness: Smoothness,
     #[py("Skip" = 0)] skip: Option<&Bound<'_, PyAny>>,
-    #[py("int" = 1)] threads: Option<&Bound<'_, PyAny>>,
+    #[py(= 1)] threads: NonZeroUsize,
     #[py("Executor | None" = None)] executor: Option<&Bound<'_, PyAny>>,
-    #[py("Callable[[float, int], object] | None" = None)] progress: Option<Py<PyAny>>,
+    #[py("Callable[[float, int], object] | None" = None)] progress: Option<Callable>,
 ) -> PyResult<ManyIdentifications> {
-    callable("progress", progress.as_ref().map(|progress| progress.bind(py)))?;
     let options =
-        Options { dt: dt, thresholds: placed(thresholds, operators)?.unrefined(), smoothness: smoothness.0, ..options };
+        Options { dt, thresholds: placed(thresholds, operators)?.unrefined(), smoothness: smoothness.0, ..options };
     let skip = match skip {
         None => 0,
         Some(skip) => duration("skip", skip, dt)?
             .ok_or_else(|| unexpected("skip", "a number of samples, or a time such as \"2s\"", skip))?,
     };
-    let threads = threads.map_or(Ok(1), |threads| count("threads", threads))?;
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = Signals::from_python(u, Y, skip)?;
-    let mut watch = Watch::new(progress, signals.actuators());
+    let mut done = Done { watch: Watch::new(progress), actuators: signals.actuators(), told: None };
+    let records = signals.records()?;
     let Some(executor) = executor else {
-        let records = signals.records()?;
-        let found =
-            py.detach(|| identification::identify_many(&records, &options, threads, &mut |done| watch.look(done)));
-        let found = watch.unless_stopped(found)?;
-        return Ok(ManyIdentifications::new(&found, dt));
+        let found = py
+            .detach(|| identification::identify_many(&records, &options, threads.get(), &mut |count| done.look(count)));
+        return Ok(ManyIdentifications::new(&done.unless_ended(found)?, dt));
     };
-    let settled = {
-        let records = signals.records()?;
-        let settled =
-            py.detach(|| identification::settled_options(&records, &options, threads, &mut |_| watch.look(0)));
-        watch.unless_stopped(settled)?
-    };
-    let given = [
-        ("dt", dt.map(|dt| dt.into_bound_py_any(py)).transpose()?),
-        (
-            "ratios",
-            held(&options.ratios).map(|ratios| (ratios.ra, ratios.rb, ratios.rc).into_bound_py_any(py)).transpose()?,
-        ),
-        ("input_offset", held(&options.input_offset).map(|offset| offset.into_bound_py_any(py)).transpose()?),
-        ("dead_time", held(&options.dead_time).map(|time| time.into_bound_py_any(py)).transpose()?),
-        ("thresholds", thresholds.cloned()),
-    ];
-    let tasks = Tasks { executor, options: &settled, skip, threads };
-    tasks.run(u, Y, signals.has_own_drives(), &given, &mut watch)
-}
-
-/// The value of a setting that is not searched for.
-fn held<T: Copy>(setting: &Setting<T>) -> Option<T> {
-    match setting {
-        Setting::Fixed(value) => Some(*value),
-        Setting::Fit => None,
-    }
+    let settled =
+        py.detach(|| identification::settled_options(&records, &options, threads.get(), &mut |_| done.look(0)));
+    let settled = done.unless_ended(settled)?;
+    let keywords = keywords(py, &options, &settled, skip, threads)?;
+    share_out(executor, (u, Y), signals.own_drives, &keywords, &mut done)
 }
 
 /// Drives and positions, one actuator after the other.
@@ -196,10 +174,6 @@ impl Signals {
         self.positions.len() / self.samples.max(1)
     }
 
-    fn has_own_drives(&self) -> bool {
-        self.own_drives
-    }
-
     fn records(&self) -> PyResult<ManyRecords<'_>> {
         let records: Result<_, RecordError> = if self.own_drives {
             ManyRecords::each(&self.inputs, &self.positions, self.samples, self.skip)
@@ -210,44 +184,140 @@ impl Signals {
     }
 }
 
-/// Tells Python how far the work is, and stops it on Ctrl-C or when the caller's function raises.
-pub(super) struct Watch {
-    progress: Option<Py<PyAny>>,
+/// How many actuators are done, each number told once.
+struct Done {
+    watch: Watch,
     actuators: usize,
     /// The number that was told last.
     told: Option<usize>,
-    stopped_by: Option<PyErr>,
 }
 
-impl Watch {
-    fn new(progress: Option<Py<PyAny>>, actuators: usize) -> Self {
-        Self { progress, actuators, told: None, stopped_by: None }
-    }
-
+impl Done {
     #[expect(clippy::cast_precision_loss, reason = "a share")]
-    pub(super) fn tell(&mut self, py: Python<'_>, done: usize) -> PyResult<()> {
+    fn tell(&mut self, py: Python<'_>, count: usize) -> PyResult<()> {
         py.check_signals()?;
-        if self.told.replace(done) == Some(done) {
+        if self.told.replace(count) == Some(count) {
             return Ok(());
         }
-        let share = done as f64 / self.actuators as f64;
-        self.progress.as_ref().map_or(Ok(()), |progress| progress.call1(py, (share, done)).map(drop))
+        self.watch.tell(py, (count as f64 / self.actuators as f64, count))
     }
 
-    fn look(&mut self, done: usize) -> ControlFlow<()> {
-        match Python::attach(|py| self.tell(py, done)) {
-            Ok(()) => ControlFlow::Continue(()),
-            Err(error) => {
-                self.stopped_by = Some(error);
-                ControlFlow::Break(())
-            }
-        }
+    fn look(&mut self, count: usize) -> ControlFlow<()> {
+        let told = Python::attach(|py| self.tell(py, count));
+        self.watch.goes_on(told)
     }
 
-    fn unless_stopped<T>(&mut self, found: Result<T, identification::Error>) -> PyResult<T> {
-        match self.stopped_by.take() {
-            Some(error) => Err(error),
-            None => found.map_err(errors::identification),
+    fn unless_ended<T>(&mut self, found: Result<T, identification::Error>) -> PyResult<T> {
+        self.watch.check()?;
+        found.map_err(errors::identification)
+    }
+}
+
+/// So many actuators are one call: enough to be worth the tables that they share, few enough to go round.
+const GROUP: usize = 256;
+
+/// Hands out all groups to the workers of an executor and puts their results together.
+fn share_out<'py>(
+    executor: &Bound<'py, PyAny>,
+    (u, y): (&Bound<'py, PyAny>, &Bound<'py, PyAny>),
+    own_drives: bool,
+    keywords: &Bound<'py, PyDict>,
+    done: &mut Done,
+) -> PyResult<ManyIdentifications> {
+    let py = u.py();
+    let Ok(submit) = executor.getattr("submit") else {
+        return Err(unexpected("executor", "an executor of concurrent.futures", executor));
+    };
+    let asarray = py.import("numpy")?.getattr("asarray")?;
+    let (u, y) = (asarray.call1((u,))?, asarray.call1((y,))?);
+    let function = py.import("mpi_hyst._core")?.getattr("identify_many")?;
+    let actuators: usize = y.getattr("shape")?.get_item(1)?.extract()?;
+    let mut futures = Vec::new();
+    let outcome = (|| {
+        for first in (0..actuators).step_by(GROUP) {
+            let columns = group(&y, first, actuators)?;
+            let drive = if own_drives { group(&u, first, actuators)? } else { u.clone() };
+            futures.push(submit.call((&function, drive, columns), Some(keywords))?);
+        }
+        gather(&futures, done)
+    })();
+    if outcome.is_err() {
+        for future in &futures {
+            // What has begun runs to its end; the reason to stop is what counts.
+            let _ = future.call_method0("cancel");
         }
     }
+    outcome
+}
+
+/// What every call is told: the options as they were asked for, but what was chosen for all.
+fn keywords<'py>(
+    py: Python<'py>,
+    asked: &Options,
+    settled: &Options,
+    skip: usize,
+    threads: NonZeroUsize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let keywords = keywords!(
+        py,
+        dt = asked.dt,
+        model = asked.model.word(),
+        weights = settled.weights.word(),
+        skip = skip,
+        threads = threads.get(),
+    );
+    if let Setting::Fixed(Ratios { ra, rb, rc }) = asked.ratios {
+        keywords.set_item("ratios", (ra, rb, rc))?;
+    }
+    if let Setting::Fixed(offset) = asked.input_offset {
+        keywords.set_item("input_offset", offset)?;
+    }
+    if let Setting::Fixed(seconds) = asked.dead_time {
+        keywords.set_item("dead_time", seconds)?;
+    }
+    match settled.smoothness {
+        Setting::Fixed(smoothness) => keywords.set_item("smoothness", smoothness)?,
+        Setting::Fit => keywords.set_item("smoothness", "auto")?,
+    }
+    match &asked.thresholds {
+        Thresholds::Given(thresholds) => keywords.set_item("thresholds", thresholds)?,
+        Thresholds::Quantiles(_) | Thresholds::RefinedQuantiles | Thresholds::AutoQuantiles => {
+            keywords.set_item("thresholds", "quantiles")?;
+        }
+        Thresholds::Geometric(_) | Thresholds::RefinedGeometric | Thresholds::AutoGeometric => {
+            keywords.set_item("thresholds", "geometric")?;
+        }
+        Thresholds::Uniform(_) | Thresholds::Refined | Thresholds::Auto => {}
+    }
+    if settled.thresholds.are_counted_by_validation() {
+        // Nothing could be fitted, so nothing was chosen.
+        keywords.set_item("operators", "auto")?;
+    } else {
+        keywords.set_item("operators", settled.operators())?;
+    }
+    Ok(keywords)
+}
+
+/// The columns of the actuators from number `first` on.
+fn group<'py>(values: &Bound<'py, PyAny>, first: usize, actuators: usize) -> PyResult<Bound<'py, PyAny>> {
+    let py = values.py();
+    let bound = |index: usize| isize::try_from(index).map_err(|_| wrong_type("Y", "expected fewer actuators"));
+    let columns = PySlice::new(py, bound(first)?, bound((first + GROUP).min(actuators))?, 1);
+    values.get_item((PySlice::full(py), columns))
+}
+
+/// The results in the order of the actuators.
+fn gather(futures: &[Bound<'_, PyAny>], done: &mut Done) -> PyResult<ManyIdentifications> {
+    let mut all: Option<ManyIdentifications> = None;
+    for future in futures {
+        let result = future.call_method0("result")?;
+        let part = result.cast::<ManyIdentifications>()?.get();
+        let together = match all.take() {
+            None => part.clone(),
+            Some(all) => all.followed_by(part),
+        };
+        done.tell(future.py(), together.len())?;
+        all = Some(together);
+    }
+    all.ok_or_else(|| wrong_type("Y", "expected at least one actuator, got none"))
 }

@@ -5,11 +5,12 @@ use hysteresis_identify::{
     AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, Loss, MapModel, ModelKind, ModesModel, Order, Setting,
     Thresholds, WeightLaw,
 };
+use hysteresis_python_macros::py;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
 use crate::argument::{Argument, Words};
-use crate::convert::arguments::{count, is_word};
+use crate::convert::arguments::{count, is_word, unknown};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, unexpected};
 
@@ -28,44 +29,63 @@ impl Words for Loss {
         &[("auto", Self::Auto), ("squares", Self::Squares), ("robust", Self::Robust)];
 }
 
+/// How many operators there are: `operators`.
+#[derive(Clone, Copy)]
+pub(super) enum Operators {
+    Auto,
+    Number(usize),
+}
+
+#[py("int | Literal['auto']")]
+impl Argument<'_> for Operators {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if is_word(value, "auto") { Ok(Self::Auto) } else { count(name, value).map(Self::Number) }
+    }
+}
+
+/// Where they are placed: `thresholds`.
+pub(super) enum Placing {
+    Uniform,
+    Quantiles,
+    Geometric,
+    Given(Vec<f64>),
+}
+
+#[py("Literal['uniform', 'quantiles', 'geometric'] | ArrayLike")]
+impl Argument<'_> for Placing {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let Ok(word) = value.cast::<PyString>() else { return numbers(name, value).map(Self::Given) };
+        match word.to_str()? {
+            "uniform" => Ok(Self::Uniform),
+            "quantiles" => Ok(Self::Quantiles),
+            "geometric" => Ok(Self::Geometric),
+            other => unknown(name, "\"uniform\", \"quantiles\", \"geometric\" or an array", other),
+        }
+    }
+}
+
 /// The operators with thresholds as given, or that many with uniform ones; as many as the records ask for without a number.
-pub(crate) fn placed(
-    thresholds: Option<&Bound<'_, PyAny>>,
-    operators: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Thresholds> {
-    let auto = operators.is_some_and(|operators| is_word(operators, "auto"));
-    let named = |wanted: &str| thresholds.is_some_and(|name| is_word(name, wanted));
-    if auto && (thresholds.is_none() || named("uniform")) {
-        return Ok(Thresholds::Auto);
-    }
-    if auto && named("quantiles") {
-        return Ok(Thresholds::AutoQuantiles);
-    }
-    if auto && named("geometric") {
-        return Ok(Thresholds::AutoGeometric);
-    }
-    if auto && thresholds.is_some_and(|thresholds| !thresholds.is_instance_of::<PyString>()) {
-        let error = "expected a number with thresholds that are given, got \"auto\"";
-        return Err(errors::value("operators", error));
-    }
-    let operators = operators.filter(|_| !auto);
-    let operators = operators.map(|operators| count("operators", operators)).transpose()?;
-    let placed = |uniform: Thresholds| operators.map_or_else(|| uniform.clone(), |count| uniform.of(count));
-    let Some(thresholds) = thresholds else { return Ok(placed(Thresholds::Refined)) };
-    if let Ok(name) = thresholds.cast::<PyString>() {
-        return match name.to_str()? {
-            "uniform" => Ok(placed(Thresholds::Refined)),
-            "quantiles" => Ok(placed(Thresholds::RefinedQuantiles)),
-            "geometric" => Ok(placed(Thresholds::RefinedGeometric)),
-            other => {
-                let expected = "\"uniform\", \"quantiles\", \"geometric\" or an array";
-                Err(errors::value("thresholds", format_args!("expected {expected}, got \"{other}\"")))
-            }
-        };
-    }
-    let thresholds = numbers("thresholds", thresholds)?;
+pub(super) fn placed(thresholds: Option<Placing>, operators: Option<Operators>) -> PyResult<Thresholds> {
+    let (refined, auto) = match thresholds {
+        None | Some(Placing::Uniform) => (Thresholds::Refined, Thresholds::Auto),
+        Some(Placing::Quantiles) => (Thresholds::RefinedQuantiles, Thresholds::AutoQuantiles),
+        Some(Placing::Geometric) => (Thresholds::RefinedGeometric, Thresholds::AutoGeometric),
+        Some(Placing::Given(thresholds)) => return given(thresholds, operators),
+    };
+    Ok(match operators {
+        None => refined,
+        Some(Operators::Auto) => auto,
+        Some(Operators::Number(operators)) => refined.of(operators),
+    })
+}
+
+fn given(thresholds: Vec<f64>, operators: Option<Operators>) -> PyResult<Thresholds> {
     match operators {
-        Some(operators) if operators != thresholds.len() => {
+        Some(Operators::Auto) => {
+            let error = "expected a number with thresholds that are given, got \"auto\"";
+            Err(errors::value("operators", error))
+        }
+        Some(Operators::Number(operators)) if operators != thresholds.len() => {
             let expected = format!("{}, one for each of the thresholds", thresholds.len());
             Err(errors::value("operators", format_args!("expected {expected}, got {operators}")))
         }
@@ -73,12 +93,14 @@ pub(crate) fn placed(
     }
 }
 
+#[py("Literal['fit'] | float")]
 impl Argument<'_> for Setting<f64> {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         setting(name, "a number", value)
     }
 }
 
+#[py("Literal['fit'] | tuple[float, float, float]")]
 impl Argument<'_> for Setting<Ratios> {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         match setting::<(f64, f64, f64)>(name, "three numbers (ra, rb, rc)", value)? {
@@ -89,7 +111,7 @@ impl Argument<'_> for Setting<Ratios> {
 }
 
 /// "fit", or a value that is held.
-pub(crate) fn setting<'py, T: FromPyObjectOwned<'py>>(
+pub(super) fn setting<'py, T: FromPyObjectOwned<'py>>(
     name: &str,
     expected: &str,
     value: &Bound<'py, PyAny>,
@@ -104,8 +126,9 @@ pub(crate) fn setting<'py, T: FromPyObjectOwned<'py>>(
 }
 
 /// How smooth the weights should be.
-pub(crate) struct Smoothness(pub(crate) Setting<f64>);
+pub(super) struct Smoothness(pub(super) Setting<f64>);
 
+#[py("Literal['auto'] | float")]
 impl Argument<'_> for Smoothness {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         if is_word(value, "auto") {
@@ -118,6 +141,7 @@ impl Argument<'_> for Smoothness {
     }
 }
 
+#[py("Literal['auto', 1, 2] | None")]
 impl Argument<'_> for DynamicsModel {
     const TAKES_NONE: bool = true;
 
@@ -132,6 +156,7 @@ impl Argument<'_> for DynamicsModel {
     }
 }
 
+#[py("Literal['auto', 1, 2, 3]")]
 impl Argument<'_> for ModesModel {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         if is_word(value, "auto") {
@@ -144,8 +169,14 @@ impl Argument<'_> for ModesModel {
     }
 }
 
-/// The order of dynamics.
-pub(crate) fn order(name: &str, expected: &str, order: &Bound<'_, PyAny>) -> PyResult<Order> {
+#[py("Literal[1, 2]")]
+impl Argument<'_> for Order {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        order(name, "1 or 2", value)
+    }
+}
+
+fn order(name: &str, expected: &str, order: &Bound<'_, PyAny>) -> PyResult<Order> {
     match order.extract::<i64>() {
         Ok(1) => Ok(Order::First),
         Ok(2) => Ok(Order::Second),
@@ -154,6 +185,7 @@ pub(crate) fn order(name: &str, expected: &str, order: &Bound<'_, PyAny>) -> PyR
     }
 }
 
+#[py("Literal['auto', 'log'] | int | ArrayLike | None")]
 impl Argument<'_> for CreepModel {
     const TAKES_NONE: bool = true;
 
@@ -178,6 +210,7 @@ impl Argument<'_> for CreepModel {
     }
 }
 
+#[py("Literal['auto'] | float | None")]
 impl Argument<'_> for LoopShiftModel {
     const TAKES_NONE: bool = true;
 
@@ -195,6 +228,7 @@ impl Argument<'_> for LoopShiftModel {
     }
 }
 
+#[py("Literal['auto'] | float | None")]
 impl Argument<'_> for AmplifierModel {
     const TAKES_NONE: bool = true;
 
@@ -212,6 +246,7 @@ impl Argument<'_> for AmplifierModel {
     }
 }
 
+#[py("Literal['auto', 'smooth'] | None")]
 impl Argument<'_> for MapModel {
     const TAKES_NONE: bool = true;
 
@@ -229,7 +264,7 @@ impl Argument<'_> for MapModel {
 }
 
 /// The name of a loop shift, with its time constant.
-pub(crate) fn loop_shift_name(shift: LoopShiftModel) -> String {
+pub(super) fn loop_shift_name(shift: LoopShiftModel) -> String {
     match shift {
         LoopShiftModel::None => "none".to_owned(),
         LoopShiftModel::Auto => "auto".to_owned(),

@@ -1,19 +1,18 @@
 //! Recursive identification: one sample in, one prediction error out.
 
 use hysteresis_control::linear::LinearDynamics;
+use hysteresis_core::Model;
 use hysteresis_identify::{self as identification, RecursiveOptions, Setting};
 use hysteresis_python_macros::methods;
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pythonize::{depythonize, pythonize};
 
-use crate::control::linear::part::{LinearPart, dynamics_object};
-use crate::convert::arguments::numbers;
-use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise, wrong_type};
 use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::convert::objects::{exclusive, shared};
-use crate::model::object::{model_of, object};
+use crate::linear::dynamics::{LinearPart, dynamics_object};
+use crate::model::models::object;
 
 /// The weights of a model that follow a running actuator: recursive least squares with forgetting.
 ///
@@ -67,17 +66,17 @@ pub(crate) struct RecursiveIdentifier(pub(crate) identification::RecursiveIdenti
 impl RecursiveIdentifier {
     #[new]
     fn new(
-        #[py("Model")] model: &Bound<'_, PyAny>,
+        model: Model,
         #[py(*, = 1.0)] forgetting: f64,
-        #[py("Literal['fit'] | float" = "fit")] output_offset: Setting<f64>,
+        #[py(= "fit")] output_offset: Setting<f64>,
         #[py(= 1e12)] covariance: f64,
         #[py(= 1e4)] covariance_limit: f64,
         #[py("Dynamics | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
-        #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
+        #[py(= 0.0)] dead_time: f64,
         #[py(= None)] dt: Option<f64>,
     ) -> PyResult<Self> {
-        numbers!(dead_time);
-        let dynamics = match (LinearPart { dynamics, amplifier_bandwidth: None, dead_time }.dynamics()?, dt) {
+        let part = LinearPart { dynamics, amplifier_bandwidth: None, dead_time: Some(dead_time) };
+        let dynamics = match (part.dynamics()?, dt) {
             (none, _) if none == LinearDynamics::none() => None,
             (dynamics, Some(dt)) => Some((dynamics, dt)),
             (_, None) => {
@@ -85,7 +84,7 @@ impl RecursiveIdentifier {
             }
         };
         let options = RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics };
-        identification::RecursiveIdentifier::new(&model_of("model", model)?, &options).map(Self).map_err(raise)
+        identification::RecursiveIdentifier::new(&model, &options).map(Self).map_err(raise)
     }
 
     /// Takes the input u and the output y read as u is put out; the prediction error: y minus what `model` predicted before.
@@ -97,8 +96,7 @@ impl RecursiveIdentifier {
     }
 
     /// Takes over the drives before, oldest first: operators and dynamics move, nothing is learned.
-    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
-        let drives = vector("drives", drives)?;
+    fn follow(slf: &Bound<'_, Self>, drives: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         exclusive(slf)?.0.follow(drives.as_slice()?).map_err(raise)
     }
 

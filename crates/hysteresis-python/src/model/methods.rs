@@ -4,13 +4,13 @@ use hysteresis_core::{self as core, CompiledModel, Error, Method, Model};
 use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 
+use super::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 use crate::convert::arguments::{self, pair, unknown, word};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::raise;
 use crate::convert::files::write_file;
-use crate::model::object::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 use crate::stream::bracket::Bracket;
-use crate::stream::made::Made;
+use crate::stream::streams::Made;
 use crate::stream::streams::{Forward, Inverse, method_name};
 
 /// The forward model of `model`, compiled beforehand.

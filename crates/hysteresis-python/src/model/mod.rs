@@ -1,7 +1,5 @@
 //! Operators and models.
 
-pub(crate) mod conventional;
 pub(crate) mod methods;
-pub(crate) mod modified;
-pub(crate) mod object;
+pub(crate) mod models;
 pub(crate) mod operators;

@@ -1,10 +1,8 @@
 //! Plants, closed loops and the paper's benchmark.
 
 pub(crate) mod foreign;
-pub(crate) mod multi_axis;
 pub(crate) mod paper;
 #[expect(clippy::module_inception, reason = "the class `Plant`")]
 pub(crate) mod plant;
 pub(crate) mod run;
 pub(crate) mod simulate;
-mod simulate_axes;

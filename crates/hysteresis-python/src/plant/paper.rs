@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use super::plant::Plant;
 use crate::convert::arguments::{unknown, whole, word};
-use crate::model::object::ModifiedPrandtlIshlinskii;
+use crate::model::models::ModifiedPrandtlIshlinskii;
 
 /// Table I as printed: the forward model, input V, output um, for a drive of -500..500 V.
 ///

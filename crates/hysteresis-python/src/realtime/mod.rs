@@ -1,7 +1,5 @@
 //! The loop of a stage in real time.
 
-mod arguments;
-mod foreign;
 pub(crate) mod other_side;
 pub(crate) mod report;
 pub(crate) mod run;

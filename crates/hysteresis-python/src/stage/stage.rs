@@ -1,6 +1,9 @@
-//! The class `Stage`.
+//! The stage: the class `Stage` with its constructor, parts, files and precompensation.
 
-use hysteresis_control::stage::{self, Identified, RecordSource};
+use hysteresis_control::stage::{
+    self, Identified, PrecompensateOptions, Precompensated, RecordSource, StageParts, Units,
+};
+use hysteresis_core::PiecewiseLinearMap;
 use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::intern;
@@ -8,19 +11,73 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use pythonize::pythonize;
 
-use super::loop_shift::LoopShift;
-use super::object::Stage;
-use super::parts::{StageKeywords, points};
-use super::precompensate::{Keywords, checked_limits, precompensate};
-use super::streams::{StageForward, StageInverse};
-use crate::control::linear::creep::Creep;
-use crate::control::linear::part::dynamics_object;
-use crate::convert::arguments::{self};
-use crate::convert::errors::{raise, unexpected};
+use super::loop_shift::{LoopShift, given_loop_shift};
+use crate::argument::Class;
+use crate::control::inverse_dynamics::samples;
+use crate::convert::arguments::{self, Given, pair};
+use crate::convert::arrays::vector;
+use crate::convert::arrays::{self, PASS, check_room};
+use crate::convert::errors::{raise, unexpected, value, warn, wrong_type};
 use crate::convert::files;
 use crate::convert::objects::{Reduced, keywords, reduce};
-use crate::model::object::ModifiedPrandtlIshlinskii;
-use crate::stream::bracket::Bracket;
+use crate::linear::creep::{Creep, given_creep};
+use crate::linear::dynamics::{amplifier, dynamics_object, linear_dynamics};
+use crate::model::models::{ModifiedPrandtlIshlinskii, model_of};
+
+/// A whole stage: limits, dead time, amplifier, hysteresis, loop shift, creep, modes and sensor noise in one
+/// object.
+///
+/// limits -> dead time -> amplifier -> input map -> hysteresis -> output map -> loop shift -> creep -> modes -> sensor
+///
+/// Made by `identify(...).stage`, by `load(path)`, or from its parts. Immutable. Everything that runs is made from it, so
+/// parameters, limits and times are stated once. Times are in seconds, frequencies in Hz.
+///
+/// Parameters
+/// ----------
+/// hysteresis : ModifiedPrandtlIshlinskii or PrandtlIshlinskii
+/// limits : (float, float), optional
+///     The drive never leaves (low, high), in the unit of the drive.
+/// slew : float, optional
+///     How fast the drive may change, per second.
+/// dead_time : float
+///     What the sensor shows later than hysteresis and modes explain, in seconds, for a drive that is put out at t_k and held,
+///     and a position that is read at t_k.
+/// amplifier_bandwidth : float, optional
+///     Cut-off frequency in Hz of a first-order amplifier in front of the hysteresis.
+/// dynamics : FirstOrder, SecondOrder, Modes, StateSpace, a sequence of them in series, or an object of control or scipy
+///     The modes and lags behind the hysteresis; their static gain may differ from 1.
+/// creep : Creep, optional
+/// loop_shift : LoopShift, optional
+///     What motion of the drive adds behind the output map, in front of the creep.
+/// input_map, output_map : (array, array), optional
+///     The points (x, y) of a strictly monotone piecewise-linear map in front of the hysteresis, and of one behind it.
+/// noise : float, optional
+///     Rms noise of the sensor, in the unit of the position.
+/// units : (str, str)
+///     Names of the units of drive and position.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> stage = mh.Stage(
+/// ...     mh.paper.table_1_recovered(), limits=(-500.0, 500.0), dead_time=1e-4,
+/// ...     dynamics=mh.plant.SecondOrder(800.0, 0.02), creep=mh.plant.Creep.logarithmic(0.012, 0.01, 100.0, 8))
+/// >>> target = mh.signals.sine(2.5, 10.0, seconds=0.3, rate=10e3)
+/// >>> drive = stage.precompensate(target, dt=1e-4)
+/// >>> error = stage.forward(dt=1e-4).run(drive) - target
+/// >>> bool(abs(error[1000:]).max() < 1e-3)  # um
+/// True
+#[pyclass(module = "mpi_hyst", frozen)]
+pub(crate) struct Stage(pub(crate) stage::Stage);
+
+impl Class for Stage {
+    const CALLED: &'static str = "a mh.Stage";
+}
 
 #[methods]
 impl Stage {
@@ -187,46 +244,6 @@ impl Stage {
         self.0.slope_range()
     }
 
-    /// The whole chain, sample by sample, at rest.
-    fn forward(&self, dt: f64) -> PyResult<StageForward> {
-        Ok(StageForward { stream: self.0.forward(dt).map_err(raise)?, stage: self.0.clone(), dt })
-    }
-
-    /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest; `limits` must lie within the
-    /// stage's, by default `drive_range`.
-    fn inverse(
-        &self,
-        dt: f64,
-        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<StageInverse> {
-        let limits = checked_limits(&self.0, limits)?;
-        Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
-    }
-
-    /// The inverse for a copy: whoever made the first one has been warned.
-    fn _inverse(&self, dt: f64, limits: Option<(f64, f64)>) -> PyResult<StageInverse> {
-        Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
-    }
-
-    /// The bracket for a copy.
-    fn _bracket(slf: &Bound<'_, Self>, limits: Option<(f64, f64)>) -> PyResult<Bracket> {
-        Ok(Bracket::made(slf.as_any(), slf.get().0.bracket(limits).map_err(raise)?))
-    }
-
-    /// How uncertain the position is when the history between the limits is unknown, without loop shift, creep and
-    /// dynamics.
-    fn bracket(
-        slf: &Bound<'_, Self>,
-        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Bracket> {
-        let this = &slf.get().0;
-        let limits = checked_limits(this, limits)?;
-        if this.limits(limits).map_err(raise)?.is_none() {
-            return Err(raise(stage::Error::NoLimits));
-        }
-        Ok(Bracket::made(slf.as_any(), this.bracket(limits).map_err(raise)?))
-    }
-
     /// The drives that move the stage along a reference: the position that is read at t_k is reference[k].
     ///
     /// The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
@@ -388,3 +405,155 @@ const KEYWORDS: [&str; 11] = [
     "noise",
     "units",
 ];
+
+/// A strictly monotone map from its points: a pair of arrays (x, y).
+fn map(name: &str, points: &Bound<'_, PyAny>) -> PyResult<PiecewiseLinearMap> {
+    let Ok((x, y)) = points.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>() else {
+        return Err(unexpected(name, "a pair of arrays (x, y): the points of a piecewise-linear map", points));
+    };
+    let (x, y) = (vector(name, &x)?, vector(name, &y)?);
+    PiecewiseLinearMap::new(x.as_slice()?, y.as_slice()?).map_err(|error| value(name, error))
+}
+
+/// The points of a map, as it is given.
+pub(crate) fn points(map: &PiecewiseLinearMap) -> (Vec<f64>, Vec<f64>) {
+    map.points().unzip()
+}
+
+/// The names of two units.
+fn units(units: &Bound<'_, PyAny>) -> PyResult<Units> {
+    match units.extract::<(String, String)>() {
+        Ok((drive, position)) => Ok(Units { drive, position }),
+        Err(_) => {
+            Err(unexpected("units", "two names: of the drive and of the position, such as (\"V\", \"um\")", units))
+        }
+    }
+}
+
+/// The keywords of a stage, as they came.
+#[derive(Default)]
+pub(crate) struct StageKeywords<'a, 'py> {
+    pub(crate) limits: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) slew: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) dead_time: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) amplifier_bandwidth: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) dynamics: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) creep: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) loop_shift: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) input_map: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) output_map: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) noise: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) units: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl StageKeywords<'_, '_> {
+    /// The stage around a hysteresis, which is the argument `name`.
+    pub(crate) fn stage(&self, name: &str, hysteresis: &Bound<'_, PyAny>) -> PyResult<stage::Stage> {
+        let mut parts = StageParts::new(model_of(name, hysteresis)?.into());
+        parts.limits = self.limits.map(|limits| pair("limits", limits)).transpose()?;
+        parts.slew = self.slew.number("slew")?;
+        parts.dead_time = self.dead_time.number("dead_time")?.unwrap_or(parts.dead_time);
+        parts.noise = self.noise.number("noise")?;
+        parts.amplifier = self.amplifier_bandwidth.number("amplifier_bandwidth")?.map(amplifier).transpose()?;
+        if let Some(dynamics) = self.dynamics {
+            parts.dynamics = linear_dynamics("dynamics", dynamics)?;
+        }
+        parts.creep = self.creep.map(given_creep).transpose()?;
+        parts.loop_shift = self.loop_shift.map(given_loop_shift).transpose()?;
+        parts.input_map = self.input_map.map(|points| map("input_map", points)).transpose()?;
+        parts.output_map = self.output_map.map(|points| map("output_map", points)).transpose()?;
+        if let Some(names) = self.units {
+            parts.units = units(names)?;
+        }
+        stage::Stage::new(parts).map_err(raise)
+    }
+
+    /// Whether none was given.
+    pub(crate) fn is_empty(&self) -> bool {
+        let Self { limits, slew, dead_time, amplifier_bandwidth, dynamics, noise, units, .. } = self;
+        let Self { creep, loop_shift, input_map, output_map, .. } = self;
+        [limits, slew, dead_time, amplifier_bandwidth, dynamics, noise, units, creep, loop_shift, input_map, output_map]
+            .iter()
+            .all(|keyword| keyword.is_none())
+    }
+
+    /// The stage that the argument `name` is, or the one around the hysteresis that it is.
+    pub(crate) fn stage_or_around(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<stage::Stage> {
+        match value.cast::<Stage>() {
+            Err(_) => self.stage(name, value),
+            Ok(stage) if self.is_empty() => Ok(stage.get().0.clone()),
+            Ok(_) => {
+                Err(wrong_type(name, "expected a model beside the parts of a stage, got a Stage, which has its own"))
+            }
+        }
+    }
+}
+
+/// The keywords of `precompensate`, as they came.
+#[derive(FromPyObject)]
+pub(crate) struct Keywords<'py> {
+    pub(crate) limits: Option<Bound<'py, PyAny>>,
+    pub(crate) start: Option<Bound<'py, PyAny>>,
+    pub(crate) history: Option<Bound<'py, PyAny>>,
+    pub(crate) lead_in: Option<Bound<'py, PyAny>>,
+}
+
+/// Limits that were given; warns of those beyond what was identified.
+pub(crate) fn checked_limits(stage: &stage::Stage, given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<(f64, f64)>> {
+    let Some(given) = given else { return Ok(None) };
+    let limits = pair("limits", given)?;
+    if let Some((low, high)) = stage.extrapolates(limits) {
+        let unit = &stage.parts().units.drive;
+        warn(
+            given.py(),
+            &format!(
+                "limits: {limits:?} is beyond the identified drives, {low} to {high} {unit}: the stage extrapolates there"
+            ),
+        )?;
+    }
+    Ok(Some(limits))
+}
+
+/// The drives for a reference, samples or a trajectory; warns of drives that were held back.
+pub(crate) fn precompensate(
+    stage: &stage::Stage,
+    reference: &Bound<'_, PyAny>,
+    dt: f64,
+    keywords: &Keywords<'_>,
+) -> PyResult<Precompensated> {
+    let history = keywords.history.as_ref().map(|drives| vector("history", drives)).transpose()?;
+    let history = history.as_ref().map_or(Ok(&[][..]), |drives| drives.as_slice())?;
+    let history = arrays::copy("history", history)?;
+    let options = PrecompensateOptions {
+        limits: checked_limits(stage, keywords.limits.as_ref())?,
+        start: keywords.start.as_ref().number("start")?,
+        history: &history,
+        lead_in: keywords.lead_in.as_ref().number("lead_in")?,
+    };
+    let reference_samples = samples("reference", reference, dt)?;
+    check_room("reference", reference_samples.len(), PASS)?;
+    let py = reference.py();
+    let found = py.detach(|| stage.precompensate(&reference_samples, dt, &options)).map_err(raise)?;
+    if found.begins_with_a_jump() {
+        let (step, unit) = (found.first_step, &stage.parts().units.drive);
+        warn(
+            py,
+            &format!(
+                "reference: begins in motion, so the drive begins with a step of {step:.4} {unit}: give `lead_in`"
+            ),
+        )?;
+    }
+    let limits = stage.limits(options.limits).map_err(raise)?.map_or(String::new(), |limits| format!(" {limits:?}"));
+    let of_records = options.limits.is_none() && stage.is_narrowed();
+    let bounds = if of_records {
+        format!("the drives that were identified,{limits}: `limits` may be given to go beyond")
+    } else {
+        format!("the limits{limits}")
+    };
+    for (count, what) in [(found.saturated_count, bounds), (found.slewing_count, "the slew rate".into())] {
+        if count > 0 {
+            warn(py, &format!("reference: {count} of {} drives were held back by {what}", found.drive.len()))?;
+        }
+    }
+    Ok(found)
+}

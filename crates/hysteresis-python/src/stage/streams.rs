@@ -10,13 +10,57 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use pythonize::pythonize;
 
-use super::object::Stage;
+use super::stage::{Stage, checked_limits};
 use crate::convert::arrays;
 use crate::convert::errors::{Place, raise, value};
 use crate::convert::objects::{Reduced, keywords, reduce, saved_or_bytes};
 use crate::convert::objects::{exclusive, shared};
-use crate::model::object::{compiled_of, model_of};
+use crate::model::models::{compiled_of, model_of};
+use crate::stream::bracket::Bracket;
 use crate::stream::single_argument::Stepper;
+
+#[methods]
+impl Stage {
+    /// The whole chain, sample by sample, at rest.
+    fn forward(&self, dt: f64) -> PyResult<StageForward> {
+        Ok(StageForward { stream: self.0.forward(dt).map_err(raise)?, stage: self.0.clone(), dt })
+    }
+
+    /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest; `limits` must lie within the
+    /// stage's, by default `drive_range`.
+    fn inverse(
+        &self,
+        dt: f64,
+        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<StageInverse> {
+        let limits = checked_limits(&self.0, limits)?;
+        Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
+    }
+
+    /// The inverse for a copy: whoever made the first one has been warned.
+    fn _inverse(&self, dt: f64, limits: Option<(f64, f64)>) -> PyResult<StageInverse> {
+        Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
+    }
+
+    /// The bracket for a copy.
+    fn _bracket(slf: &Bound<'_, Self>, limits: Option<(f64, f64)>) -> PyResult<Bracket> {
+        Ok(Bracket::made(slf.as_any(), slf.get().0.bracket(limits).map_err(raise)?))
+    }
+
+    /// How uncertain the position is when the history between the limits is unknown, without loop shift, creep and
+    /// dynamics.
+    fn bracket(
+        slf: &Bound<'_, Self>,
+        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Bracket> {
+        let this = &slf.get().0;
+        let limits = checked_limits(this, limits)?;
+        if this.limits(limits).map_err(raise)?.is_none() {
+            return Err(raise(stage::Error::NoLimits));
+        }
+        Ok(Bracket::made(slf.as_any(), this.bracket(limits).map_err(raise)?))
+    }
+}
 
 /// The position of a stage, sample by sample: made by `stage.forward(dt)`.
 ///

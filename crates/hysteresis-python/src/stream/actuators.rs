@@ -1,14 +1,15 @@
-//! Arrays of actuators: the models, each compiled once for all its streams.
+//! An array of actuators, and its file.
 
-use hysteresis_core::{self as core, ActuatorError, CompiledModel, Error, Method, StreamArray};
+use hysteresis_core::{self as core, ActuatorError, CompiledModel, Error, Method, Model, StreamArray};
 use hysteresis_python_macros::methods;
 use numpy::PyUntypedArrayMethods;
 use numpy::ndarray::IxDyn;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice, PyTuple};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use super::array_file;
 use super::stream_arrays::{ForwardArray, InverseArray, MadeOf};
 use crate::convert::arguments::path as path_of;
 use crate::convert::arrays::array;
@@ -16,7 +17,7 @@ use crate::convert::errors::{self, Place, raise, wrong_type};
 use crate::convert::files::{read, write_file};
 use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::model::methods::{forward_at_rest, inverse_at_rest, method_asked_for};
-use crate::model::object::{compiled_if_model, compiled_of, model_of, object};
+use crate::model::models::{compiled_if_model, compiled_of, model_of, object};
 
 /// Many actuators side by side, as in a deformable mirror: actuator m has the model models[m] and its own memory.
 ///
@@ -221,7 +222,7 @@ impl ActuatorArray {
         let path = path_of("path", path)?;
         let models =
             self.models.bind(py).iter().map(|model| model_of("models", &model)).collect::<PyResult<Vec<_>>>()?;
-        write_file(py, path, &array_file::text(&models))
+        write_file(py, path, &file_text(&models))
     }
 
     /// Reads what `save` wrote.
@@ -230,7 +231,7 @@ impl ActuatorArray {
     #[staticmethod]
     fn load(py: Python<'_>, #[py("str | PathLike[str]")] path: &Bound<'_, PyAny>) -> PyResult<Self> {
         let path = path_of("path", path)?;
-        let models = array_file::models(&read(&path)?).map_err(|message| errors::file(&path, &message))?;
+        let models = models_of(&read(&path)?).map_err(|message| errors::file(&path, &message))?;
         let models = models.into_iter().map(|model| object(py, model)).collect::<PyResult<Vec<_>>>()?;
         Self::new(PyTuple::new(py, models)?.as_any())
     }
@@ -267,4 +268,51 @@ impl ActuatorArray {
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
         reduce(py.get_type::<Self>().into_any(), (self.models.bind(py).clone(),), keywords!(py), None)
     }
+}
+
+/// The schema of such a file.
+pub(crate) const SCHEMA: &str = "mpi_hyst/array/1";
+
+/// The file of an array: each model once, and which of them each actuator has.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    schema: String,
+    models: Vec<Value>,
+    /// The place of each actuator's model among the models.
+    actuators: Vec<usize>,
+}
+
+/// The text of a file.
+fn file_text(models: &[Model]) -> String {
+    let (mut kept, mut texts, mut actuators) = (Vec::<&Model>::new(), Vec::new(), Vec::new());
+    for model in models {
+        let place = kept.iter().position(|other| *other == model).unwrap_or_else(|| {
+            kept.push(model);
+            texts.push(serde_json::from_str(&model.to_json()).expect("a model's own file"));
+            kept.len() - 1
+        });
+        actuators.push(place);
+    }
+    let file = File { schema: SCHEMA.to_owned(), models: texts, actuators };
+    serde_json::to_string(&file).expect("numbers and names") + "\n"
+}
+
+/// The models of the actuators in a file, or what is wrong with it.
+fn models_of(text: &str) -> Result<Vec<Model>, String> {
+    let file: File = serde_json::from_str(text).map_err(|error| format!("not a file of an array: {error}"))?;
+    if file.schema != SCHEMA {
+        return Err(format!("schema: expected {SCHEMA:?}, got {:?}", file.schema));
+    }
+    let models = file
+        .models
+        .iter()
+        .enumerate()
+        .map(|(m, model)| Model::from_json(&model.to_string()).map_err(|error| format!("models[{m}]: {error}")));
+    let models = models.collect::<Result<Vec<_>, _>>()?;
+    let of = |(m, place): (usize, &usize)| {
+        let model = models.get(*place).cloned();
+        model.ok_or_else(|| format!("actuators[{m}]: expected a number below {}, got {place}", models.len()))
+    };
+    file.actuators.iter().enumerate().map(of).collect()
 }

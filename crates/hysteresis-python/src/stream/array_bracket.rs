@@ -1,8 +1,10 @@
 //! How uncertain the outputs of an array are when its history is unknown, and the sequence that makes them certain.
 
+use std::num::NonZeroUsize;
+
 use hysteresis_core::{self as core, ActuatorError, Bound as Domain, BracketState, CompiledModel, Process};
 use hysteresis_python_macros::methods;
-use hysteresis_simulate::excitation::{ActuatorDrive, demagnetizing_array};
+use hysteresis_simulate::excitation::{ActuatorDrive, Shape, demagnetizing_array};
 use numpy::ndarray::{Array2, Ix1, Ix2};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -11,12 +13,11 @@ use pythonize::pythonize;
 
 use super::actuators::{ActuatorArray, Limits};
 use super::stream_arrays::{MadeOf, columns, in_state, states};
-use crate::convert::arguments::{OrDefault, count};
 use crate::convert::arrays::{each, zeros};
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{Reduced, saved};
 use crate::convert::objects::{exclusive, shared};
-use crate::signal::excitation::shape_of;
+use crate::signal::excitation::few;
 
 /// How uncertain the outputs of many actuators are when their history is unknown: made by `array.bracket(limits)`.
 ///
@@ -240,8 +241,8 @@ impl ActuatorArray {
         #[py("ArrayLike")] limits: &Bound<'py, PyAny>,
         #[py(*, "ArrayLike")] slew: &Bound<'py, PyAny>,
         #[py(= 10000.0)] rate: f64,
-        #[py("int" = 20)] cycles: Option<&Bound<'py, PyAny>>,
-        #[py("Literal['triangle', 'sine']" = "triangle")] shape: OrDefault<'_>,
+        #[py(= 20)] cycles: NonZeroUsize,
+        #[py(= "triangle")] shape: Shape,
         #[py("ArrayLike | None" = None)] center: Option<&Bound<'py, PyAny>>,
         #[py("ArrayLike | None" = None)] start: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<DrivesAndLeft<'py>> {
@@ -251,8 +252,6 @@ impl ActuatorArray {
         let slew = each("slew", slew, actuators)?;
         let center = center.map(|center| each("center", center, actuators)).transpose()?;
         let start = start.map(|start| each("start", start, actuators)).transpose()?;
-        let cycles = cycles.map_or(Ok(20), |cycles| count("cycles", cycles))?;
-        let shape = shape_of(&shape)?;
         let drive = |(m, (low, high)): (usize, &(f64, f64))| ActuatorDrive {
             low: *low,
             high: *high,
@@ -265,8 +264,7 @@ impl ActuatorArray {
         for (m, pair) in limits.iter().enumerate() {
             check_limits(*pair).map_err(|error| given.error(m, error))?;
         }
-        let cycles = u32::try_from(cycles).unwrap_or(u32::MAX);
-        let made = py.detach(|| demagnetizing_array(&plan, rate, cycles, shape)).map_err(raise)?;
+        let made = py.detach(|| demagnetizing_array(&plan, rate, few(cycles), shape)).map_err(raise)?;
         let left = py.detach(|| {
             let of = |(m, model)| left_by(model, limits[m], made.iter().skip(m).step_by(actuators).copied());
             compiled.iter().enumerate().map(of).collect::<Vec<f64>>()

@@ -10,7 +10,7 @@ use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
 use crate::convert::objects::{Reduced, keywords, reduce, saved};
 use crate::convert::objects::{exclusive, shared};
-use crate::stage::object::Stage;
+use crate::stage::stage::Stage;
 
 /// How uncertain the output is when its history is unknown: made by `model.bracket(limits)` or
 /// `stage.bracket()`.

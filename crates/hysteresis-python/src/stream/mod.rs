@@ -2,12 +2,9 @@
 
 pub(crate) mod actuators;
 pub(crate) mod array_bracket;
-pub(crate) mod array_file;
 pub(crate) mod blocks;
 pub(crate) mod bracket;
-pub(crate) mod made;
 pub(crate) mod process;
-mod rows;
 pub(crate) mod single_argument;
 pub(crate) mod stream_arrays;
 pub(crate) mod streams;

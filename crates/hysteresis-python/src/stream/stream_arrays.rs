@@ -15,7 +15,7 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use pythonize::pythonize;
 
 use super::blocks::apply;
-use super::rows::{Peek, Rows, Step};
+use super::blocks::{Peek, Rows, Step};
 use super::streams::{from_python, method_name};
 use crate::argument::Argument;
 use crate::convert::arguments::{count, whole};
@@ -23,7 +23,7 @@ use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise};
 use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::convert::objects::{exclusive, shared};
-use crate::model::object::compiled_of;
+use crate::model::models::compiled_of;
 
 /// The outputs of many models, sample by sample: made by `array.forward()`.
 ///

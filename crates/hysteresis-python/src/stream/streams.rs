@@ -1,19 +1,19 @@
-//! Streams of models: forward and exact inverse.
+//! Streams of a model: forward and inverse, sample by sample.
 
 use hysteresis_core::{self as core, Method, Process, StreamState};
 use hysteresis_python_macros::methods;
 use numpy::PyArray1;
+use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::PyBool;
+use pyo3::types::{PyBool, PyTuple};
 use pythonize::{depythonize, pythonize};
 
-use super::made::Made;
 use super::single_argument::Stepper;
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
-use crate::convert::objects::Reduced;
+use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::convert::objects::{exclusive, shared};
-use crate::model::object::compiled_of;
+use crate::model::models::compiled_of;
 
 /// The output of a model, sample by sample: made by `model.forward()`.
 ///
@@ -234,5 +234,34 @@ impl Inverse {
             Some((low, high)) => format!("<Inverse by {}, limits ({low}, {high})>", self.method()),
             None => format!("<Inverse by {}>", self.method()),
         }
+    }
+}
+
+/// The model, and the arguments of its `forward` or `inverse`.
+pub(crate) struct Made {
+    pub(crate) model: Py<PyAny>,
+    pub(crate) limits: Option<(f64, f64)>,
+    pub(crate) initial: Option<Vec<f64>>,
+    pub(crate) method: Option<Method>,
+}
+
+impl Made {
+    /// How `model.forward(initial, method=method)` and then `state` make the stream.
+    pub(crate) fn reduce_forward<'py>(&self, state: Bound<'py, PyAny>) -> Reduced<'py> {
+        let py = state.py();
+        let make = self.model.bind(py).getattr(intern!(py, "forward"))?;
+        reduce(make, PyTuple::empty(py), keywords!(py, initial = &self.initial, method = self.method()), Some(state))
+    }
+
+    /// How `model.inverse(limits, initial, method=method)` and then `state` make the stream.
+    pub(crate) fn reduce_inverse<'py>(&self, state: Bound<'py, PyAny>) -> Reduced<'py> {
+        let py = state.py();
+        let make = self.model.bind(py).getattr(intern!(py, "inverse"))?;
+        let keywords = keywords!(py, limits = self.limits, initial = &self.initial, method = self.method());
+        reduce(make, PyTuple::empty(py), keywords, Some(state))
+    }
+
+    fn method(&self) -> Option<&'static str> {
+        self.method.map(method_name)
     }
 }

@@ -39,6 +39,15 @@ pub struct Excitation {
 }
 
 impl ExcitationOptions {
+    /// The defaults: 20 cycles of triangles about the middle of the limits, at 0 or the limit nearest to it before and after.
+    #[must_use]
+    pub fn new(low: f64, high: f64, slew: f64, rate: f64) -> Self {
+        let (cycles, shape) = (20, Shape::Triangle);
+        // Not clamp, which panics if low is above high: the plan says what is wrong with them.
+        let (center, start) = (0.5 * low + 0.5 * high, 0.0_f64.max(low).min(high));
+        Self { low, high, slew, rate, cycles, shape, center, start }
+    }
+
     /// One stroke to either limit, one cycle at full swing, decaying reversals, and back to the start.
     ///
     /// Once both limits were reached, the memory of an actuator that was never driven beyond them is known:

@@ -141,6 +141,7 @@ impl ExperimentOptions {
     /// frequency, at the rate of the loops.
     #[must_use]
     pub fn new(low: f64, high: f64, slew: f64, rate: f64) -> Self {
+        let ExcitationOptions { cycles, shape, center, start, .. } = ExcitationOptions::new(low, high, slew, rate);
         Self {
             low,
             high,
@@ -148,11 +149,10 @@ impl ExperimentOptions {
             rate,
             fast_rate: rate,
             frequencies: (1.0, 10.0),
-            cycles: 20,
-            shape: Shape::Triangle,
-            center: 0.5 * low + 0.5 * high,
-            // Not clamp, which panics if low is above high: `experiment` says what is wrong with them.
-            start: 0.0_f64.max(low).min(high),
+            cycles,
+            shape,
+            center,
+            start,
             rest: 10.0,
             fast_signal: FastSignal::Chirp,
             fast_amplitude: 0.005 * (high - low),

@@ -1,12 +1,11 @@
-//! `mpi_hyst.trajectories`.
+//! Trajectories of one axis: `Sine`, `RoundedTriangle` and `PointToPoint` of `mpi_hyst.trajectories`.
 
 use hysteresis_control::trajectory::{self, MotionLimits, Trajectory};
 use hysteresis_python_macros::methods;
-use numpy::PyArray1;
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
-use super::scan::axis::ScanAxis;
-use crate::convert::arrays::{read_only, vector};
+use crate::convert::arrays::read_only;
 use crate::convert::errors::raise;
 use crate::convert::objects::hash;
 use crate::convert::objects::{Reduced, keywords, reduce};
@@ -25,20 +24,7 @@ pub(super) fn sample<'py>(
     Ok((column(|motion| motion.position), column(|motion| motion.velocity), column(|motion| motion.acceleration)))
 }
 
-/// A trajectory, if the object is one.
-pub(crate) fn trajectory<'a>(object: &'a Bound<'_, PyAny>) -> Option<&'a dyn Trajectory> {
-    if let Ok(sine) = object.cast::<Sine>() {
-        Some(&sine.get().0)
-    } else if let Ok(triangle) = object.cast::<RoundedTriangle>() {
-        Some(&triangle.get().0)
-    } else if let Ok(moves) = object.cast::<PointToPoint>() {
-        Some(&moves.get().0)
-    } else {
-        object.cast::<ScanAxis>().ok().map(|axis| &axis.get().0 as &dyn Trajectory)
-    }
-}
-
-// What all trajectories offer; those of a scan are in `scan::axis`.
+// What all trajectories offer; those of a scan are in `scans`.
 #[methods(Sine, RoundedTriangle, PointToPoint)]
 impl Each {
     /// Position, velocity and acceleration at 0, dt, 2 dt and so on: three arrays, in the unit of the position,
@@ -238,14 +224,13 @@ pub(crate) struct PointToPoint(pub(crate) trajectory::PointToPoint);
 impl PointToPoint {
     #[new]
     fn new(
-        #[py("ArrayLike")] points: &Bound<'_, PyAny>,
+        points: PyReadonlyArray1<'_, f64>,
         #[py(*)] velocity: f64,
         acceleration: f64,
         jerk: f64,
         #[py(= 0.0)] dwell: f64,
     ) -> PyResult<Self> {
         let limits = MotionLimits { velocity, acceleration, jerk };
-        let points = vector("points", points)?;
         trajectory::PointToPoint::new(points.as_slice()?, limits, dwell).map(Self).map_err(raise)
     }
 

@@ -1,13 +1,11 @@
-//! Linear dynamics from whatever describes them.
+//! Linear dynamics from whatever describes them, and the objects that describe them.
 
 use hysteresis_control::linear::{self, Dynamics, LinearDynamics, Section};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
-use super::lags::{FirstOrder, SecondOrder};
-use super::modes::{Antiresonance, Modes};
-use super::state_space::StateSpace;
+use super::sections::{Antiresonance, FirstOrder, Modes, SecondOrder, StateSpace};
 use crate::convert::errors::{self, raise, unexpected};
 
 /// One of the classes of this package, if it is one.

@@ -1,13 +1,14 @@
 //! Creep.
 
+use std::num::NonZeroUsize;
+
 use hysteresis_control::linear::{self, Stream};
 use hysteresis_python_macros::methods;
-use numpy::PyArray1;
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
-use super::response::response;
-use crate::convert::arguments::count;
-use crate::convert::arrays::{read_only, vector};
+use super::sections::response;
+use crate::convert::arrays::read_only;
 use crate::convert::errors::{self, raise, unexpected};
 use crate::convert::objects::hash;
 use crate::convert::objects::{Reduced, keywords, reduce};
@@ -43,12 +44,8 @@ pub(crate) struct Creep(pub(crate) linear::Creep);
 #[methods]
 impl Creep {
     #[new]
-    fn new(
-        #[py("ArrayLike")] amplitudes: &Bound<'_, PyAny>,
-        #[py("ArrayLike")] time_constants: &Bound<'_, PyAny>,
-    ) -> PyResult<Self> {
-        let (amplitudes, times) = (vector("amplitudes", amplitudes)?, vector("time_constants", time_constants)?);
-        linear::Creep::new(amplitudes.as_slice()?, times.as_slice()?).map(Self).map_err(raise)
+    fn new(amplitudes: PyReadonlyArray1<'_, f64>, time_constants: PyReadonlyArray1<'_, f64>) -> PyResult<Self> {
+        linear::Creep::new(amplitudes.as_slice()?, time_constants.as_slice()?).map(Self).map_err(raise)
     }
 
     /// The usual law of creep after a step to x: y(t) = x (1 + gamma log10(t / start)), from `start` to `end`.
@@ -68,10 +65,9 @@ impl Creep {
     /// >>> mh.plant.Creep.logarithmic(0.01, start=0.1, end=10.0, terms=2).amplitudes
     /// array([0.01, 0.01])
     #[staticmethod]
-    fn logarithmic(gamma: f64, start: f64, end: f64, #[py("int")] terms: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let counted = count("terms", terms)?;
-        let terms = u16::try_from(counted)
-            .map_err(|_| errors::value("terms", format_args!("expected at most 65535, got {counted}")))?;
+    fn logarithmic(gamma: f64, start: f64, end: f64, terms: NonZeroUsize) -> PyResult<Self> {
+        let terms = u16::try_from(terms.get())
+            .map_err(|_| errors::value("terms", format_args!("expected at most 65535, got {terms}")))?;
         linear::Creep::logarithmic(gamma, start, end, terms).map(Self).map_err(raise)
     }
 
@@ -89,8 +85,8 @@ impl Creep {
 
     /// The response to `u` from rest at zero, each input held for `dt` seconds: y[k] is the output at the moment at which
     /// u[k] is put out.
-    fn response<'py>(&self, #[py("ArrayLike")] u: &Bound<'py, PyAny>, dt: f64) -> Vector<'py> {
-        response(Stream::new(self.0.block(dt).map_err(raise)?, 0.0), u)
+    fn response<'py>(&self, u: PyReadonlyArray1<'py, f64>, dt: f64) -> Vector<'py> {
+        response(Stream::new(self.0.block(dt).map_err(raise)?, 0.0), &u)
     }
 
     fn __eq__(&self, other: &Self) -> bool {
