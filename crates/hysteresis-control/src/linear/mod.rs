@@ -3,7 +3,7 @@
 //! Parameters are validated once and immutable, in Hz and seconds. [`LinearDynamics`] are a dead time and sections in
 //! series ([`FirstOrder`], [`SecondOrder`], [`Antiresonance`], [`Modes`], or a [`StateSpace`] in general). Together with
 //! a sampling interval they make a [`Block`], as [`Creep`] and a [`Delay`] alone do, and [`Stream`] turns a block into a
-//! [`Process`](hysteresis_core::Process).
+//! [`Process`].
 //!
 //! # Time
 //! An input u(k) is put out at t_k = k T and held until t_(k+1). A row (u(k), y(k)) of a record has the output read at
@@ -35,7 +35,7 @@ use hysteresis_core::{Process, is_admissible};
 
 /// A discrete-time linear system with its state, for admissible samples.
 ///
-/// No method allocates, locks or panics. [`Stream`] adds what a [`Process`](hysteresis_core::Process) needs: samples
+/// No method allocates, locks or panics. [`Stream`] adds what a [`Process`] needs: samples
 /// that are not finite are held back and counted.
 ///
 /// ```
