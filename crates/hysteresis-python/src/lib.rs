@@ -51,19 +51,11 @@ mod _core {
     #[pymodule_export]
     use crate::control::controller::HybridController;
     #[pymodule_export]
-    use crate::control::filters::Filter;
+    use crate::control::filters::{Biquad, Filter, Lead, LowPass, Notch};
     #[pymodule_export]
-    use crate::control::filters::{Biquad, Lead, LowPass, Notch};
+    use crate::control::inverse_dynamics::{Preview, invert_dynamics, precompensate, preview};
     #[pymodule_export]
-    use crate::control::inverse_dynamics::Preview;
-    #[pymodule_export]
-    use crate::control::inverse_dynamics::preview;
-    #[pymodule_export]
-    use crate::control::inverse_dynamics::{invert_dynamics, precompensate};
-    #[pymodule_export]
-    use crate::control::learning::IterativeLearning;
-    #[pymodule_export]
-    use crate::control::learning::RepetitiveControl;
+    use crate::control::learning::{IterativeLearning, RepetitiveControl};
     #[pymodule_export]
     use crate::control::multi_axis::MultiAxisController;
     #[pymodule_export]
@@ -71,9 +63,7 @@ mod _core {
     #[pymodule_export]
     use crate::control::shared_by_controllers::ControllerTerms;
     #[pymodule_export]
-    use crate::control::tuning::tune;
-    #[pymodule_export]
-    use crate::control::tuning::{Margins, Tuning};
+    use crate::control::tuning::{Margins, Tuning, tune};
     #[pymodule_export]
     use crate::convert::errors::NotInvertibleError;
     #[pymodule_export]
