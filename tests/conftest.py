@@ -1,4 +1,4 @@
-"""Hypothesis profiles, and the directory that tests of the command line work in.
+"""Hypothesis profiles, the directory that tests of the command line work in, and what is run once.
 
 The default profile draws the same examples every time, `random` many more from a seed:
 `make test-random` prints one and uses it.
@@ -10,8 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner, Result
 from commands import HEADER, RATE, actuator, record_rows, write_csv
 from hypothesis import HealthCheck, settings
+from mpi_hyst._cli.commands import commands
 
 for name, examples in (("default", 40), ("random", 1000)):
     settings.register_profile(
@@ -40,3 +42,19 @@ def there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         [[sample / RATE, value] for sample, value in enumerate(target.tolist())],
     )
     return tmp_path
+
+
+@pytest.fixture(scope="session")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
+    """The files of `mpi-hyst demo`, and what it said: the computation of some seconds, once."""
+    directory = tmp_path_factory.mktemp("demo") / "new" / "directory"
+    result = CliRunner().invoke(commands, ["demo", "--out", str(directory)], catch_exceptions=False)
+    return directory, result
+
+
+@pytest.fixture(scope="session")
+def reproduced(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
+    """The same of `mpi-hyst reproduce --quick`."""
+    directory = tmp_path_factory.mktemp("reproduce") / "new" / "directory"
+    arguments = ["reproduce", "--quick", "--out", str(directory)]
+    return directory, CliRunner().invoke(commands, arguments, catch_exceptions=False)

@@ -29,13 +29,6 @@ from pages import page_of
 LARGEST = 4_000_000  # bytes
 
 
-@pytest.fixture(scope="module")
-def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
-    directory = tmp_path_factory.mktemp("demo") / "new" / "directory"
-    result = CliRunner().invoke(commands, ["demo", "--out", str(directory)], catch_exceptions=False)
-    return directory, result
-
-
 def parsed(path: Path) -> ET.Element:
     """The page, which must be well formed, with no address outside it and no script."""
     text = path.read_text("utf-8")

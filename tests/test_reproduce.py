@@ -9,9 +9,8 @@ from typing import Any
 import mpi_hyst as mh
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 from commands import assert_refused, names_in, run
-from mpi_hyst._cli.commands import commands
 from mpi_hyst._paper import published, schemes
 from mpi_hyst._paper.benchmark import (
     AMPLITUDE,
@@ -31,20 +30,13 @@ Results = dict[str, Any]
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
-    directory = tmp_path_factory.mktemp("reproduce") / "new" / "directory"
-    arguments = ["reproduce", "--quick", "--out", str(directory)]
-    return directory, CliRunner().invoke(commands, arguments, catch_exceptions=False)
-
-
-@pytest.fixture(scope="module")
-def results(made: tuple[Path, Result]) -> Results:
-    loaded: Results = json.loads((made[0] / "results.json").read_text("utf-8"))
+def results(reproduced: tuple[Path, Result]) -> Results:
+    loaded: Results = json.loads((reproduced[0] / "results.json").read_text("utf-8"))
     return loaded
 
 
-def test_it_writes_its_files_and_says_what_it_found(made: tuple[Path, Result]) -> None:
-    directory, result = made
+def test_it_writes_its_files_and_says_what_it_found(reproduced: tuple[Path, Result]) -> None:
+    directory, result = reproduced
     assert result.exit_code == 0, result.output
     assert result.stderr == ""
     assert names_in(directory) == {"report.html", "results.json"}
@@ -170,8 +162,8 @@ def test_saturation_is_left_without_a_lasting_error(results: Results) -> None:
     assert all(one["samples_at_limit"] > 100 for one in cases.values())
 
 
-def test_the_report_is_one_file_with_everything(made: tuple[Path, Result]) -> None:
-    root = parsed(made[0] / "report.html")
+def test_the_report_is_one_file_with_everything(reproduced: tuple[Path, Result]) -> None:
+    root = parsed(reproduced[0] / "report.html")
     assert sections(root) == [
         *("summary", "tables", "operators", "identification"),
         *("loops", "beyond", "saturation", "numbers"),
