@@ -34,7 +34,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let stub = match writer::stub(&parsed, &fs::read_to_string(shared)?) {
         Ok(stub) => stub,
         Err(problems) => {
-            problems.iter().for_each(|problem| println!("cargo::error={problem}"));
+            for problem in problems {
+                println!("cargo::error={problem}");
+            }
             return Ok(());
         }
     };

@@ -7,6 +7,7 @@ use syn::{Expr, FnArg, ImplItemFn, Lit, LitStr, Pat, Signature, Token, Type, UnO
 
 /// One parameter that Python sees.
 #[allow(dead_code, reason = "the attributes need no hint, the stub no place")]
+#[expect(clippy::struct_excessive_bools, reason = "each is a mark that a parameter has or has not")]
 pub(crate) struct Parameter {
     /// Its name in Rust and in Python.
     pub(crate) name: String,
@@ -67,6 +68,7 @@ impl Kind {
 
 /// `#[py(...)]` of a parameter: `*` where those by name begin, `/` behind those by place, `**` for all others by name, `field` of what is gathered, the Python type, the default.
 #[derive(Default)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a mark that a parameter has or has not")]
 struct Said {
     begins_keywords: bool,
     ends_positional: bool,
@@ -136,7 +138,9 @@ pub(crate) fn parameters(signature: &Signature) -> syn::Result<Vec<Parameter>> {
         }
         is_keyword |= said.begins_keywords;
         if said.ends_positional {
-            found.iter_mut().for_each(|before| before.is_positional = true);
+            for before in &mut found {
+                before.is_positional = true;
+            }
         }
         let Said { hint, default, ends_positional: is_positional, is_rest, is_field, .. } = said;
         let ty = (*typed.ty).clone();

@@ -343,13 +343,11 @@ impl Stub {
     fn text(&self, shared: &str) -> String {
         let mut body = String::new();
         for (name, (doc, members)) in &self.classes {
-            body += &format!("@final\nclass {name}:{}", quoted(doc.clone(), "    "));
-            body += &members.values().map(|text| format!("\n{text}")).collect::<String>();
-            body += "\n";
+            body.extend(["@final\nclass ", name, ":", &quoted(doc.clone(), "    ")]);
+            body.extend(members.values().flat_map(|text| ["\n", text]));
+            body.push('\n');
         }
-        for text in self.others.values() {
-            body += &format!("{text}\n");
-        }
+        body.extend(self.others.values().flat_map(|text| [text, "\n"]));
         let mut imports = String::new();
         for (module, names) in IMPORTS {
             imports += &import(module, names.iter().copied(), &body);

@@ -179,6 +179,7 @@ impl Argument<'_> for Threads {
 
 // What both streams of arrays offer.
 #[methods(ForwardArray, InverseArray)]
+#[allow(clippy::redundant_closure_for_method_calls, reason = "the streams of two classes")]
 impl Each {
     /// Takes one sample for each actuator, an array of shape (M,), and gives the outputs in `out` or a new array.
     ///
