@@ -331,7 +331,7 @@ def test_a_loop_shift_explains_the_measured_stack() -> None:
 def test_the_measured_stack_predicts_the_other_record(
     keywords: dict[str, Any], mean_of_both: float
 ) -> None:
-    # plays leave 0.30 and 0.34; the figures are those of ARCHITECTURE.md
+    # plays leave 0.30 and 0.34; the figures are those of docs/explanation/identification.md
     assert error_on_the_other_record(keywords) < mean_of_both
 
 
