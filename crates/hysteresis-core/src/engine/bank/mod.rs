@@ -1,6 +1,14 @@
 //! The loop over all operators: for few of them, for thresholds that are not nested, and for arbitrary initial outputs.
 //!
 //! After some small moves a bank draws the straight line that it is on, so that samples on it cost as little as those of turning points.
+//! A larger move takes one pass over the operators and draws none, as the next sample would leave it. Whether a line is drawn depends on
+//! the last moves alone, and a line has the same bits from wherever on it one looks: `run` gives the bits of `step`, and so does a stream
+//! that was restored.
+//!
+//! Three facts make the loops fast. A rising input pushes operators by their lower bound alone, a falling one by the upper, which is a
+//! lower one in the mirror. The side of a move is an index and a sign, not a branch. And `run` takes four samples through a block of
+//! operators before it reads the next. There are four partial sums whatever the width of a vector, and products of the output are not
+//! fused: the bits are the same on every processor.
 
 mod blocks;
 mod loops;
