@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
 TIME_NAMES = ("time", "t", "x_value", "timestamp", "elapsed time", "zeit", "temps", "tiempo",
-              "datetime", "date time", "date/time", "time stamp")  # fmt: skip
+              "datetime", "date time", "date/time", "time stamp", "tempo", "elapsed",
+              "zeitstempel", "时间", "時間")  # fmt: skip
 
 _UNITS = {
     unit.lower(): unit
@@ -198,6 +199,10 @@ def _tokens(column: str) -> list[str]:
     """Return the words of a name: `PosNm`, `pos_nm2` and `pos-nm` have two each."""
     words: list[str] = []
     for word in re.split(r"[^\w%°]+|_|(?<=[^\W\d_])(?=\d)|(?<=\d)(?=[^\W\d_])", column):
+        glued = None if word.lower() in _ENDS_IN_MM else _GLUED.fullmatch(word)
+        if glued is not None and known_unit(word) == "":
+            words += [glued["name"] or glued["time"], glued["unit"] or glued["of_time"]]
+            continue
         is_whole = known_unit(word) != ""
         words += [word] if is_whole else re.split(r"(?<=[a-z])(?=[A-Z])", word)
     return [word for word in words if word]
@@ -217,6 +222,11 @@ def _over(column: str) -> tuple[str, str] | None:
     return None
 
 
+def _meant(word: str) -> str:
+    """Return the unit that a word of a name seems to mean."""
+    return known_unit(word) or _OF_QUANTITY.get(word.lower(), "")
+
+
 def _says_a_unit(word: str) -> bool:
     """Whether a word of a name is hardly anything but a unit, or a quantity that has one."""
     low = word.lower()
@@ -227,6 +237,12 @@ def _says_a_unit(word: str) -> bool:
     return known_unit(word) != "" and low not in _NO_UNIT_IN_A_NAME
 
 
+# `Wegnm`, `timems`: a unit behind a word, without anything between. Words end in um, ms and us.
+_GLUED = re.compile(
+    r"(?P<name>\w{2,})(?P<unit>nm|mm|kV|mV)|(?P<time>t|time|zeit|temps)(?P<of_time>ms|us|ns)",
+    re.IGNORECASE,
+)
+_ENDS_IN_MM = ("programm", "gramm", "kilogramm", "diagramm")
 # Words of names that are units elsewhere: a minimum, a mean, a number of samples.
 _NO_UNIT_IN_A_NAME = (
     *("min", "bar", "count", "counts", "amp", "amps", "grad", "day", "days", "hour", "second"),
@@ -306,7 +322,7 @@ class Quantity:
         found = [word for word in words if _says_a_unit(word)]
         # What is written like a unit says more than the word of a quantity.
         found.sort(key=lambda word: word.lower() in _OF_QUANTITY)
-        meant = [known_unit(word) or _OF_QUANTITY.get(word.lower(), "") for word in found]
+        meant = [_meant(word) for word in found]
         letter = re.search(r"[\[(]([A-Za-z])[\])]", self.column)
         if letter is not None and not used and letter[1] in ("A", "C"):
             found, meant = [*found, letter[1]], [*meant, letter[1]]
@@ -323,8 +339,7 @@ class Quantity:
     @property
     def meant(self) -> str:
         """The unit that what was not used seems to mean."""
-        unused = self.unused
-        return known_unit(unused) or _OF_QUANTITY.get(unused.lower(), "")
+        return _meant(self.unused)
 
     @property
     def is_word(self) -> bool:

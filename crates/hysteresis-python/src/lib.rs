@@ -31,6 +31,7 @@ mod linear;
 mod model;
 mod plant;
 mod realtime;
+mod rows;
 mod shown;
 mod signal;
 mod stage;
@@ -108,6 +109,8 @@ mod _core {
     use crate::realtime::run::run;
     #[pymodule_export]
     use crate::realtime::stop::Stop;
+    #[pymodule_export]
+    use crate::rows::plain_rows;
     #[pymodule_export]
     use crate::signal::excitation::{
         Excitation, ExperimentPart, ExperimentSegment, demagnetize, excitation, experiment,

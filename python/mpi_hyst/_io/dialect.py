@@ -24,7 +24,8 @@ from mpi_hyst._io.cells import (
     number,
     split,
 )
-from mpi_hyst._io.record import Assumption, Level
+from mpi_hyst._io.preamble import Preamble, settings_beside
+from mpi_hyst._io.record import Assumption
 from mpi_hyst._quantity import SECONDS, Quantity, is_like_a_unit, known_unit
 
 DELIMITERS = {
@@ -38,18 +39,9 @@ _UNIT_WORDS = {"", "-", "--", "raw", "bit", "k", "sequence"}
 _FIRST_ROWS = 20  # rows that tell a column of stamps
 _MOST_STAMPS = 0.9  # of them; one may be that of a line above the table
 _PAIRS = re.compile(r"[+-]?\d+"), re.compile(r"\d+([eE][+-]?\d+)?")
-# What instruments call the rows above a table, in the first cell.
-_OF_NAMES = re.compile(r"(waveform|trace ?name|source|channels?|signals?|names?)\b", re.IGNORECASE)
-_OF_UNITS = re.compile(
-    r"(vertical units?|v ?units?|y[ _]?units?|units?|einheit(en)?)\b", re.IGNORECASE
-)
-_OF_TIMES = re.compile(r"(horizontal units?|h ?units?|x[ _]?units?|time ?units?)\b", re.IGNORECASE)
-_OF_STEPS = re.compile(
-    r"(sampl\w* ?(interval|period|time)|h ?resolution|(x ?)?increment|delta[ _]?[tx]|dt|t ?inc)\b",
-    re.IGNORECASE,
-)
 _OF_RIGOL = re.compile(r"(start|increment|t0|tinc|t_?inc\w*)\b.*", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_OF_REMARKS = re.compile(r"(comment|remark|note|kommentar|bemerkung)s?\b", re.IGNORECASE)
 # A text of more columns than rows has its channels in rows.
 _WIDE, _CHANNELS = 4, 32
 
@@ -153,6 +145,9 @@ class Layout:
             return int(is_number(cells[0], ".") or is_stamp(cells[0]))
         # A date and a time of the day with a space between are no two cells.
         stamps = [cell for cell in cells if ":" in cell and is_stamp(cell)]
+        if self.delimiter == " ":
+            # Blanks beside other separators part nothing.
+            cells = [cell for cell in cells if cell[:1] not in (",", ";", "|")]
         return sum(map(is_like_a_number, cells)) + sum(len(one.split()) + 1 for one in stamps)
 
     def fits(self, cells: Sequence[str]) -> bool:
@@ -216,9 +211,15 @@ class Layout:
     def _first_whole_row(self) -> int:
         """Return the line of the first row with a number in every numeric column."""
         rows = [place for place, cells in self.rows.items() if self.fits(cells)]
+        if self._keys_are_beside():
+            rows = [place for place in rows if not self.rows[place][0]]
         counts = {place: self._numbers(self.rows[place]) for place in rows}
         most = max(counts.values(), default=0)
         return next(place for place in rows if counts[place] == most)
+
+    def _keys_are_beside(self) -> bool:
+        """Whether the first column is empty in the rows, and above them says what others are."""
+        return 10 * sum(row[0] == "" for row in self.data) > 9 * len(self.data)
 
     # The header.
 
@@ -235,10 +236,17 @@ class Layout:
                 continue
             before = above[above.index(place) - 1] if above.index(place) else None
             upper = None if before is None else self._names(before, numbered=True)
-            if before is not None and upper is not None and self._are_units(self.rows[place]):
-                return before, upper, place
             if upper is not None and self._are_remarks(place, above):
                 continue
+            if before is not None and upper is not None:
+                if self._are_units(self.rows[place]):
+                    return before, upper, place
+                if self._are_units(upper):
+                    # Units may stand above the names, too.
+                    return place, names, before
+            behind = above[above.index(place) + 1 :][:1]
+            if behind and self._are_units(self.rows[behind[0]]):
+                return place, names, behind[0]
             # Columns that are called like their units have these units.
             return place, names, place if self._are_units(names) else None
         return self._numbered(first)
@@ -257,6 +265,9 @@ class Layout:
         """
         cells = self.rows[place]
         names = _trimmed(cells)
+        if cells[0] and self._keys_are_beside():
+            # What it says is about the other columns: `TraceName,CH1,CH2` above `,0.1,0.2`.
+            return None
         if len(cells) == self.full and len(names) >= self.width:
             names = list(cells) if len(cells) == self.width else names
         elif len(names) > self.width:
@@ -266,12 +277,13 @@ class Layout:
         names += [""] * (self.width - len(names)) if len(cells) >= self.width else []
         if len(names) < self.width:
             return None
+        # A row of another length than those of the table, with a name too few, is shifted.
+        if len(cells) != self.full and any(not names[index] for index in self.numeric):
+            return None
         ints = [name.isdigit() for name in names]
         is_numbered = numbered and not all(ints)
-        if not is_numbered and any(
-            is_number(names[index], ".") or is_number(names[index], self.decimal or ".")
-            for index in self.numeric
-        ):
+        # Numbers in the other notation are those of a row that is refused.
+        if not is_numbered and any(is_like_a_number(names[index]) for index in self.numeric):
             return None
         if any(is_stamp(names[index]) for index in self.stamped):
             return None
@@ -284,11 +296,14 @@ class Layout:
     def _numbered(self, first: int) -> tuple[int, list[str], int | None] | None:
         """Return a first row of consecutive whole numbers that are names, as pandas writes them."""
         above = [place for place in self.rows if place < first]
-        if above and self._names(above[-1], numbered=True) is not None:
+        if above and self.fits(self.rows[above[-1]]) and not self.rows[above[-1]][0]:
+            # Behind an empty cell, which stands above the numbers of the rows.
+            first = above[-1]
+        elif above and self._names(above[-1], numbered=True) is not None:
             return None
         row = self.rows[first]
         cells = row[: self.width]
-        begins = 1 if cells and not cells[0] else 0
+        begins = 1 if cells and not cells[0] and not self._keys_are_beside() else 0
         digits = cells[begins:]
         if not digits or not all(cell.isdigit() and cell == str(int(cell)) for cell in digits):
             return None
@@ -339,7 +354,7 @@ class Layout:
         found = Dialect(
             delimiter=self.delimiter,
             decimal=self.decimal,
-            names=[name or str(index) for index, name in enumerate(names)],
+            names=[name or _unnamed(index, names) for index, name in enumerate(names)],
             units={
                 index: unit for index, unit in enumerate(units[: len(names)])
                 if unit and not (steps is not None and index == 0)
@@ -364,11 +379,12 @@ class Layout:
         if self.header is not None:
             place, names, units = self.header
             # Rows with cells that are missing belong to the table, and are refused in reading.
-            below = [n for n in self.rows if n > place and n != units and self._names(n) is None]
-            first = min([n for n in [whole, *below] if n > place], default=place + 1)
+            last = place if units is None else max(place, units)
+            below = [n for n in self.rows if n > last and self._names(n) is None]
+            first = min([n for n in [whole, *below] if n > last], default=last + 1)
             return names, () if units is None else self.rows[units], place, first
         first = self._first_number(whole)
-        named = self._commented(first) or self._other_text(first)
+        named = self._commented(first) or self._other_text(first) or self._of_rows(first)
         if named is not None:
             return named[1], (), named[0], first
         self._say_misfit()
@@ -385,9 +401,10 @@ class Layout:
             cells = [cell for cell in self.rows[place] if cell]
             fits = self.fits(self.rows[place]) and self._numbers(self.rows[place]) > 0
             alone = len(self.rows[place]) == 1 < self.width
-            if alone or (
-                not fits and not all(is_number(cell, self.decimal or ".") for cell in cells)
-            ):
+            numbers = sum(is_number(cell, self.decimal or ".") for cell in cells)
+            # With as many numbers as columns it is a row, whatever else it has.
+            is_row = numbers == len(cells) or numbers >= len(self.numeric) > 1
+            if alone or not (fits or is_row):
                 break
             first = place
         return first
@@ -415,7 +432,7 @@ class Layout:
     def _other_text(self, first: int) -> tuple[int, list[str]] | None:
         """Return a header whose names are parted otherwise than the numbers."""
         above = [place for place in self.rows if place < first]
-        if not above:
+        if not above or self._keys_are_beside():
             return None
         place = above[-1]
         text = self.lines[place].strip() if place < len(self.lines) else ""
@@ -424,9 +441,20 @@ class Layout:
             cells = _trimmed(self.rows[place])
             of_numbers = sum(is_like_a_number(cell) for cell in cells)
             words = len(cells) > 1 or not re.search(r"[\s:=]", cells[0] if cells else ":")
-            if cells and words and not of_numbers and not _is_prose(text):
+            units = len(cells) > 1 and any(Quantity(c).suffix or Quantity(c).unused for c in cells)
+            if cells and words and not of_numbers and (units or not _is_prose(text)):
                 self._misfit = place, len(cells)
         return None if names is None else (place, names)
+
+    def _of_rows(self, first: int) -> tuple[int, list[str]] | None:
+        """Return a header without a name for those of the rows, which stand in quotation marks."""
+        above = [place for place in self.rows if place < first]
+        if not above or first >= len(self.lines) or self.lines[first].lstrip()[:1] != '"':
+            return None
+        names = self.rows[above[-1]]
+        if len(names) != self.width - 1 or self._none_numbers(names) is None:
+            return None
+        return above[-1], ["", *names]
 
     def _names_in(self, text: str) -> list[str] | None:
         """Return the names in a text, parted by whatever makes as many as there are columns."""
@@ -437,7 +465,9 @@ class Layout:
             _behind_units,
             _with_units,
         ]
-        for way in ways:
+        # What parts the rows parts their names too, if it is there.
+        parted = self.delimiter != " " and self.delimiter in text
+        for way in ways[:1] if parted else ways:
             names = [name.strip(' "') for name in _trimmed(way(text))]
             if len(names) == self.full and len(names) > self.width:
                 return self._none_numbers(names)
@@ -464,21 +494,40 @@ class Layout:
         self.said.append(Assumption("dialect", said, "doubtful"))
 
     def _say_shift(self, found: Dialect) -> None:
-        """Say if a name may be missing: rows have an empty cell more, and the first is a clock."""
-        if self.header is None or len(self.rows[self.header[0]]) != self.full - 1:
+        """Say if names may stand above other columns than theirs.
+
+        A column without a name has numbers, and one with a name has none. Or no column is called as
+        a time, and one with another unit grows as a time does.
+        """
+        if self.header is None:
             return
-        first = Quantity(found.names[0], found.units.get(0, ""))
-        column = [number(cells[0], self.decimal or ".") for cells in self.data]
-        known = [value for value in column if value is not None]
-        steps = [b - a for a, b in pairwise(known)]
-        even = steps and min(steps) > 0.0 and max(steps) - min(steps) <= 1e-3 * max(steps)
-        if even and not first.is_time and first.name != "t":
+        names = self.header[1]
+        nameless = [index for index in self.numeric if index and not names[index]]
+        if nameless and any(names[self.width :]):
+            empty = next(name for name in names[self.width :] if name)
             said = (
-                f"line {self.header[0] + 1} has {self.full - 1} names, and the rows have "
-                f"{self.full} cells, the last empty; {found.names[0]} grows as a time does: a name "
-                "may be missing"
+                f"column {nameless[0]} has numbers and no name, {empty} has a name and no numbers"
             )
+            self.said.append(Assumption("dialect", f"{said}: names may be shifted", "doubtful"))
+        remarks = [names[index] for index in self.numeric if _OF_REMARKS.match(names[index])]
+        if remarks:
+            said = f"column {remarks[0]} has numbers: names may be shifted"
             self.said.append(Assumption("dialect", said, "doubtful"))
+        quantities = [Quantity(name, found.units.get(i, "")) for i, name in enumerate(found.names)]
+        if len(self.numeric) < 3 or any(one.is_time or one.name == "t" for one in quantities):
+            return
+        for index in self.numeric:
+            column = [number(cells[index], self.decimal or ".") for cells in self.data]
+            known = [value for value in column if value is not None]
+            steps = [b - a for a, b in pairwise(known)]
+            even = steps and min(steps) > 0.0 and max(steps) - min(steps) <= 1e-3 * max(steps)
+            unit = quantities[index].suffix
+            if even and unit and unit not in SECONDS:
+                name = found.names[index]
+                said = f"{name} grows in equal steps as a time does, and no column is called so"
+                self.said.append(
+                    Assumption("dialect", f"{said}: a name may be missing", "doubtful")
+                )
 
     # What else the lines above tell.
 
@@ -497,58 +546,20 @@ class Layout:
         """Take names and units that instruments write in rows of their own above the table."""
         top = first if header is None else header
         above = {place: cells for place, cells in self.rows.items() if place < top}
-        if header is None and self.rows.get(first) and found.names:
-            # Settings may stand beside the first rows, in columns of their own.
-            beside = [i for i in (0, 1) if i not in self.numeric]
-            if len(beside) == 2 and self.width > 2:
-                above |= {n: self.rows[n][:2] for n in list(self.rows)[:30] if n >= first}
-        names, units = list(found.names), dict(found.units)
-        for place, cells in above.items():
-            key = cells[0].strip('": ') if cells else ""
-            told = [cell.split(":")[-1].strip() for cell in _trimmed(cells[1:])]
-            if len(told) == 0 or len(cells) == 1:
-                continue
-            columns = [index for index in range(1, len(names)) if index in self.numeric]
-            if _OF_UNITS.match(key) and all(is_like_a_unit(one) or not one for one in told):
-                same = len(cells) == self.full or len(told) == len(names) - 1
-                given = dict(enumerate(told, start=1)) if same else {}
-                if not same and len(set(told)) == 1:
-                    given = dict.fromkeys(columns[1:] if header is None else columns, told[0])
-                for index, unit in given.items():
-                    if unit and index < len(names):
-                        units.setdefault(index, unit)
-                        self._say(place, f"{names[index]} is in {unit}", index)
-            elif _OF_TIMES.match(key) and known_unit(told[0]) in SECONDS:
-                clock = columns[0] if header is None and len(columns) < len(names) else 0
-                if clock in self.numeric and len(set(filter(None, told))) == 1:
-                    units.setdefault(clock, told[0])
-                    self._say(place, f"{names[clock]} is in {told[0]}", clock)
-            elif _OF_NAMES.match(key) and len(told) == len(names) - 1 and all(told):
-                plain = [re.fullmatch(r"(Y|\[\d+\]|Y\[\d+\]|\d+)", one) for one in names[1:]]
-                if all(plain) and not any(is_number(one, ".") for one in told):
-                    names[1:] = told
-                    self._say(place, f"names {', '.join(told)}")
-            elif _OF_STEPS.match(key) and not self.stamped:
-                self._say(place, f"{key} {told[0]}: not used; --rate says how fast a record is")
-        alone = [n for n, cells in above.items() if len(cells) == 1 and is_number(cells[0], ".")]
-        if header is None and alone and self.width > 1:
-            lines = ", ".join(f"{n + 1} ({self.rows[n][0]})" for n in alone[:3])
-            what = f"line {lines}: a number alone is no row of the table"
-            level: Level = "said" if self._counts(alone, first) else "doubtful"
-            self.said.append(Assumption("dialect", what, level))
-        return replace(
-            found, names=names, units=units, refused=self._pairs(found), assumed=tuple(self.said)
+        comments = {n: self.lines[n] for n in range(min(top, len(self.lines)))}
+        comments = {n: line for n, line in comments.items() if self._is_comment(n)}
+        told = Preamble(
+            *(list(found.names), dict(found.units), self.numeric, self.full),
+            has_header=header is not None,
+            stamped=bool(self.stamped),
         )
-
-    def _counts(self, alone: Sequence[int], first: int) -> bool:
-        """Whether one of the numbers above the table is the number of its rows."""
-        count = sum(place >= first for place in self.rows)
-        return any(
-            self.rows[n][0].isdigit() and int(self.rows[n][0]) >= min(count, 400) for n in alone
-        )
-
-    def _say(self, place: int, what: str, index: int | None = None) -> None:
-        self.said.append(Assumption("dialect", f"line {place + 1}: {what}", "said", index))
+        below = {place: cells for place, cells in self.rows.items() if place >= first}
+        beside = header is None and self.width > 2 and not {0, 1} & set(self.numeric)
+        told.read({**above, **(dict(settings_beside(below)) if beside else {})}, comments)
+        told.say_alone(above, len(below))
+        said = (*self.said, *told.said)
+        refused = self._pairs(found)
+        return replace(found, names=told.names, units=told.units, refused=refused, assumed=said)
 
     def _pairs(self, found: Dialect) -> str:
         """Return why numbers are refused that look parted at a decimal comma; empty if they do not.
@@ -613,6 +624,11 @@ def are_units(cells: Sequence[str]) -> bool:
         if not is_known
     ]
     return any(known) and all(other)
+
+
+def _unnamed(index: int, names: Sequence[str]) -> str:
+    """Return what a column without a name is called: by its number, if no other one is."""
+    return f"column {index}" if str(index) in names else str(index)
 
 
 def _is_prose(text: str) -> bool:

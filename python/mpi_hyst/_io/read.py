@@ -171,9 +171,8 @@ def _joined(paths: Sequence[Path]) -> Table:
         else:
             called = name if names.count(name) == 1 and not name.isdigit() else path.stem
         kept[called] = (unit, values)
-    if len({Quantity(one, unit).is_time for one, (unit, _) in kept.items()} & {True}) and (
-        sum(Quantity(one.rpartition("/")[2], unit).is_time for one, (unit, _) in kept.items()) > 1
-    ):
+    leaves = [(one.rpartition("/")[2], unit) for one, (unit, _) in kept.items()]
+    if sum(Quantity(leaf, unit).is_time for leaf, unit in leaves) > 1:
         raise ReadError(f"the times of {' and '.join(map(str, paths))} differ: read them apart")
     what = " + ".join(map(str, paths))
     said.append(Assumption("bytes", f"{len(paths)} files are joined, row by row", "assumed"))
@@ -208,7 +207,19 @@ def take(
         for index in indices:
             # Two columns of one name: which one is meant must be said.
             find(table.source, table.names, table.names[index])
-    loaded = table.load(indices, rows, clock, wrong or _refuser(table))
+    refuse = wrong or _refuser(table)
+    witness = _witness(table, indices) if ordered and clock is None and names is not None else []
+
+    def unless_witness(index: int, rows: int, place: str, what: str) -> None:
+        if index not in witness:
+            refuse(index, rows, place, what)
+
+    loaded = table.load([*indices, *witness], rows, clock, unless_witness)
+    for values in loaded[len(indices) :]:
+        table.assumed += _told_by(table, witness[0], values)
+    if names is None and table.other:
+        left = ", ".join(f"{name} ({what})" for name, what in table.other.items())
+        table.assumed.append(Assumption("table", f"not read: {left}", "assumed"))
     keys = [key(table.names, index) for index in indices]
     units = {
         name: table.units.get(index) or Quantity(table.names[index]).suffix
@@ -216,13 +227,33 @@ def take(
     }
     return Columns(
         table.path,
-        dict(zip(keys, loaded, strict=True)),
+        dict(zip(keys, loaded, strict=False)),
         None if clock is None else key(table.names, clock),
         {name: unit for name, unit in units.items() if unit},
         table.format,
         tuple(table.names),
         tuple(_assumed(table, indices, clock, loaded)),
     )
+
+
+def _witness(table: Table, indices: Sequence[int]) -> list[int]:
+    """Return a column that may be the time, though neither its name nor anybody said so."""
+    others = [index for index in table.numeric if index not in indices]
+    quantities = [Quantity(table.names[index], table.units.get(index, "")) for index in others]
+    may_be = ("", *SECONDS)
+    return [index for index, one in zip(others, quantities, strict=True) if one.suffix in may_be][
+        :1
+    ]
+
+
+def _told_by(table: Table, index: int, values: Samples) -> Iterator[Assumption]:
+    """Say if a column that is not used runs like a time."""
+    if looks := looks_like_a_time(values):
+        said = f"column {table.names[index]} looks like a time: {looks}"
+        yield Assumption("roles", said, "doubtful")
+    elif table.names[index].isdigit() and values.size > 2 and bool((np.diff(values) > 0.0).all()):
+        said = f"column {table.names[index]} grows as a time does and is not used: --time says it"
+        yield Assumption("roles", said, "assumed")
 
 
 def _find(table: Table, wanted: str | int) -> int:
@@ -240,7 +271,7 @@ def _assumed(
 ) -> Iterator[Assumption]:
     """Go through what the stages assumed, as far as it is about these columns."""
     yield from (one for one in table.assumed if one.column is None or one.column in indices)
-    for index, values in zip(indices, loaded, strict=True):
+    for index, values in zip(indices, loaded, strict=False):
         quantity = Quantity(table.names[index], table.units.get(index, ""))
         if index == clock:
             if quantity.time_unit:

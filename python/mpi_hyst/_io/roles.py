@@ -112,7 +112,9 @@ def _clock_of(table: Table, among: Sequence[int], *, leaf: bool = False) -> int 
     timed = [
         index
         for index, one in quantities.items()
-        if index in table.numeric and known_unit(one.given) in ("s", "ms", "us", "ns")
+        if index in table.numeric
+        and one.time_unit in ("s", "ms", "us", "ns")
+        and (one.given or re.search(r"[\[({<]", one.column))
     ]
     only = timed if len(timed) == 1 else []
     return next(iter([*(i for i in named if i in table.numeric), *bare, *only, *named]), None)

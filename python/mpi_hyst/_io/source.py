@@ -20,7 +20,8 @@ from mpi_hyst._io.record import ReadError
 # Bounds for endless files such as devices.
 MAX_LINE = 1_000_000  # bytes
 HEAD = 1 << 12  # bytes that tell the format
-_FIRST, _LARGEST = 1 << 16, 1 << 23  # bytes that are read at once
+_FIRST, _LARGEST = 1 << 16, 1 << 24  # bytes that are read at once
+_LAST = 1 << 14  # bytes of the end that come in no block
 
 PACKED: dict[bytes, tuple[str, Callable[[BinaryIO], object]]] = {
     b"\x1f\x8b": (".gz", gzip.open),
@@ -122,11 +123,14 @@ class Lines:
     def block(self, least: int) -> bytes:
         """Return whole lines that come next, about so many bytes, without reading them off.
 
-        Empty at the end of the text, or where a line is too long for a block.
+        Empty near the end of the text, or where a line is too long for a block.
         """
         while len(self._buffer) - self._at < least and not self._ended:
             self._fill()
-        end = self._buffer.rfind(b"\n", self._at) + 1
+        # The end of a text is looked at line by line.
+        last = len(self._buffer) - (_LAST if self._ended else 0)
+        last = min(last, self._at + least)
+        end = self._buffer.rfind(b"\n", self._at, max(self._at, last)) + 1
         return self._buffer[self._at : end] if end > self._at else b""
 
     def skip(self, size: int, lines: int) -> None:

@@ -8,12 +8,13 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
+from mpi_hyst._core import plain_rows
 from mpi_hyst._io import dialect as dialects
 from mpi_hyst._io.cells import (
     Clock,
@@ -27,13 +28,15 @@ from mpi_hyst._io.cells import (
 from mpi_hyst._io.record import Assumption, ReadError
 from mpi_hyst._io.source import NulError
 from mpi_hyst._io.table import MAX_MAGNITUDE, MAX_ROWS, Wrong, later
-from mpi_hyst._quantity import known_unit
+from mpi_hyst._quantity import Quantity, known_unit
 from mpi_hyst._types import Samples
 
 _SAMPLE_LINES = 500
 _SAMPLE_CHARACTERS = 4_000_000
 _ATTEMPTS = 20  # to find a table below a long preamble
 _LAST_ROWS = 20  # that tell how long a last number should be
+_SMALLEST, _LARGEST = 1 << 16, 1 << 24  # bytes of a block of rows
+_WORTH_A_BLOCK = 200  # rows
 
 
 class Text(Protocol):
@@ -74,6 +77,10 @@ class TextTable:
         self._comments: list[tuple[int, str]] = []
         self._left_out: list[tuple[int, bool]] = []
         self._open_quotes: list[int] = []
+        self._late_header = 0
+        self._not_plain = 0
+        """The line from which on it is worth to try whole blocks of rows."""
+        self._block = _SMALLEST
         sample = self._sample(_SAMPLE_LINES)
         if not any(line.strip() for line in sample):
             raise ReadError(f"{path}: empty file, expected a header with column names")
@@ -175,10 +182,15 @@ class TextTable:
             return self._load_across(indices, rows, time, wrong)
         columns = [array("d") for _ in indices]
         previous, count = -math.inf, 0
-        convert = self._converters(indices)
+        convert, walk = self._converters(indices), self._rows()
         # What is behind the rows that are asked for may be anything.
-        for cells in islice(self._rows(), rows):
-            if count == MAX_ROWS:
+        while count != rows:
+            previous = self._take_plain(indices, rows, time, wrong, columns, previous)
+            count = len(columns[0])
+            cells = next(walk, None) if count != rows else None
+            if cells is None:
+                break
+            if count >= MAX_ROWS:
                 raise ReadError(f"{self.source}: expected at most {MAX_ROWS} rows")
             count += 1
             if not self._decimal and self._decides(cells):
@@ -197,7 +209,59 @@ class TextTable:
         if not count:
             raise ReadError(f"{self.source}: no rows after the header")
         self._tell_comments()
-        return [np.array(column) for column in columns]
+        # Without a copy: columns may be as large as the memory.
+        return [np.frombuffer(column, dtype=np.float64) for column in columns]
+
+    def _take_plain(
+        self,
+        indices: Sequence[int],
+        rows: int | None,
+        time: int | None,
+        wrong: Wrong,
+        columns: Sequence[array[float]],
+        previous: float,
+    ) -> float:
+        """Take the rows of plain numbers that come next, all at once; return the last time.
+
+        It ends at the first row that is not plain, which goes its way by itself.
+        """
+        found = self._dialect
+        special = {*found.stamped, *([0] if found.steps is not None else [])}
+        while not self._before and self._number >= self._not_plain and not special & set(indices):
+            text = self._lines.block(self._block)
+            if not text:
+                return previous
+            size, count, taken = plain_rows(
+                *(text, found.delimiter, found.decimal, len(self.names), found.full),
+                list(indices),
+            )
+            before = len(columns[0])
+            if rows is not None and count > rows - before:
+                count = rows - before
+                taken = [column[:count] for column in taken]
+            if count + before > MAX_ROWS:
+                raise ReadError(f"{self.source}: expected at most {MAX_ROWS} rows")
+            self._lines.skip(size, count)
+            first = self._number + 1
+            self._number += count
+            self._whole_rows += count
+            for column, values in zip(columns, taken, strict=True):
+                column.frombytes(values.view(np.uint8).data)
+            if time is not None and count:
+                times = taken[indices.index(time)]
+                late = np.flatnonzero(~(np.diff(times, prepend=previous) > 0.0))
+                for row in late:
+                    what = later(times[row], times[row - 1] if row else previous)
+                    wrong(time, before + int(row), f"line {first + int(row)}", what)
+                previous = float(times[-1])
+            if count < _WORTH_A_BLOCK:
+                self._not_plain = self._number + _WORTH_A_BLOCK
+            if size < len(text):
+                # Where rows are often not plain, little is read twice.
+                self._block = max(_SMALLEST, min(self._block, 2 * size))
+                break
+            self._block = min(2 * self._block, _LARGEST)
+        return previous
 
     # Cells and rows.
 
@@ -266,6 +330,7 @@ class TextTable:
             yield cells
             self._whole_rows += 1
             last.append(cells)
+        self._note_comments()
         if self._nul is not None and not self._before:
             raise ReadError(str(self._nul), self._whole_rows)
         self._check_end(last)
@@ -298,6 +363,9 @@ class TextTable:
             cells = split(line.strip().lstrip("#%/;").strip(), self._dialect.delimiter)
             numbers = sum(is_number(cell, self._decimal or ".") for cell in cells)
             is_row = len(cells) >= len(self.names) and numbers == len(self._dialect.numeric)
+            words = "" if self._dialect.header is not None else line.strip().lstrip("#%/;").strip()
+            if any(Quantity(one).suffix or Quantity(one).unused for one in words.split()):
+                self._late_header = self._late_header or place
             # A header may stand behind such a mark above the rows.
             if is_row or self._whole_rows:
                 self._left_out.append((place, is_row))
@@ -314,6 +382,12 @@ class TextTable:
             said = f"line {rows[0]} is a row behind the mark of a comment, and is left out"
             more = f"; so are {len(rows) - 1} more" if len(rows) > 1 else ""
             self.assumed.append(Assumption("table", said + more, "doubtful"))
+        if self._late_header:
+            said = (
+                f"line {self._late_header} looks like a header behind the first rows: no name and "
+                "no unit is taken from it; move it above them"
+            )
+            self.assumed.append(Assumption("table", said, "doubtful"))
         if self._open_quotes:
             said = f"line {self._open_quotes[0]}: a quotation mark is not closed: taken as a text"
             more = f"; so are {len(self._open_quotes) - 1} more" if self._open_quotes[1:] else ""
@@ -328,10 +402,14 @@ class TextTable:
         if index in self._dialect.stamped or not is_number(row[index], self._decimal or "."):
             return
         lengths = sorted(_decimals(one[index], self._decimal) for one in before if one[index])
-        if lengths and _decimals(row[index], self._decimal) < lengths[len(lengths) // 2]:
+        shorter = lengths and _decimals(row[index], self._decimal) < lengths[len(lengths) // 2]
+        numbers = [_value(one[index], self._decimal or ".") for one in last]
+        steps = [abs(b - a) for a, b in pairwise(numbers) if a is not None and b is not None]
+        leaps = len(steps) > 2 and steps[-1] > 1.5 * max(steps[:-1])
+        if shorter or leaps or len(row) != len(before[-1]):
             said = (
-                f"line {self._number} has no end, and its last number is shorter than those "
-                f"before: it may be cut; --rows {self._whole_rows - 1} leaves it out"
+                f"line {self._number} has no end and its last number is hardly whole: it may be "
+                f"cut; --rows {self._whole_rows - 1} leaves it out"
             )
             self.assumed.append(Assumption("table", said, "doubtful"))
 
