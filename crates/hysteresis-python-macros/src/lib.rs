@@ -156,7 +156,7 @@ fn is_object(ty: &Type) -> bool {
         Some("Bound" | "Py") => {
             arguments(ty).iter().any(|inner| last_name(inner).is_some_and(|name| name.starts_with("Py")))
         }
-        Some("OrNone" | "OrDefault") => true,
+        Some("OrDefault") => true,
         Some("Option") => arguments(ty).first().is_some_and(|inner| is_object(inner)),
         _ => false,
     }

@@ -107,6 +107,7 @@ impl Argument<'_> for String {
 }
 
 /// The path of a file.
+#[py("str | PathLike[str]")]
 impl Argument<'_> for PathBuf {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         arguments::path(name, value)
@@ -180,6 +181,14 @@ impl<'py> Argument<'py> for PyReadonlyArray1<'py, f64> {
     }
 }
 
+/// A copy of a one-dimensional array of real numbers: for work that lets the interpreter go, or calls Python.
+#[py("ArrayLike")]
+impl Argument<'_> for Vec<f64> {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        arrays::numbers(name, value)
+    }
+}
+
 /// A function of the caller, which may be left out.
 pub(crate) struct Callable(pub(crate) Py<PyAny>);
 
@@ -193,19 +202,10 @@ impl Argument<'_> for Callable {
     }
 }
 
-/// A number of samples.
-pub(crate) struct Samples(pub(crate) usize);
-
-#[py("int")]
-impl Argument<'_> for Samples {
-    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        arguments::samples(name, value).map(Self)
-    }
-}
-
 /// A number of samples, which may be zero.
 pub(crate) struct SampleCount(pub(crate) usize);
 
+#[py("int")]
 impl Argument<'_> for SampleCount {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         arguments::samples(name, value).map(Self)

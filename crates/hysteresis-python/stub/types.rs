@@ -24,6 +24,15 @@ pub(crate) fn plain(ty: &Type) -> String {
 }
 
 impl Names {
+    /// The Python type of an argument that is made a value of this type, or None if it does not tell.
+    pub(crate) fn argument(&self, ty: &Type, class: &str) -> Option<String> {
+        match last_name(ty).as_deref() {
+            _ if self.told.contains_key(&plain(ty)) => self.told.get(&plain(ty)).cloned(),
+            Some("Option") => self.argument(arguments(ty).first()?, class).map(|inner| format!("{inner} | None")),
+            _ => self.python(ty, class),
+        }
+    }
+
     /// The Python type of a value of this type, or None if it does not tell. `class` is what `Self` is.
     pub(crate) fn python(&self, ty: &Type, class: &str) -> Option<String> {
         let first = || self.python(arguments(ty).first()?, class);
@@ -37,9 +46,6 @@ impl Names {
             Type::Tuple(tuple) => return each(&mut tuple.elems.iter()).map(|each| format!("tuple[{each}]")),
             Type::Path(_) => {}
             _ => return None,
-        }
-        if let Some(told) = self.told.get(&plain(ty)) {
-            return Some(told.clone());
         }
         let name = last_name(ty)?;
         if let Some(alias) = self.aliases.get(&name) {

@@ -278,7 +278,7 @@ impl Stub {
 
     fn parameter(&mut self, class: &str, function: &str, parameter: &Parameter) -> String {
         let Parameter { name, ty, hint, default, .. } = parameter;
-        let hint = hint.clone().or_else(|| self.names.python(ty, class));
+        let hint = hint.clone().or_else(|| self.names.argument(ty, class));
         let hint = hint.unwrap_or_else(|| self.problem(class, function, &format!("the parameter {name}")));
         match default.as_ref().map(python_default) {
             None => format!("{name}: {hint}"),

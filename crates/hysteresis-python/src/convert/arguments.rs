@@ -30,36 +30,6 @@ impl Given for Option<&Bound<'_, PyAny>> {
     }
 }
 
-/// An argument whose default is not None: not given, or None, or a value.
-#[derive(Default)]
-pub(crate) enum OrNone<'py> {
-    #[default]
-    NotGiven,
-    Is(Bound<'py, PyAny>),
-}
-
-impl<'py> FromPyObject<'_, 'py> for OrNone<'py> {
-    type Error = PyErr;
-
-    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        Ok(Self::Is(value.to_owned()))
-    }
-}
-
-impl<'py> OrNone<'py> {
-    /// What `convert` makes of the argument, or the default.
-    pub(crate) fn or<T>(
-        &self,
-        default: T,
-        convert: impl FnOnce(Option<&Bound<'py, PyAny>>) -> PyResult<T>,
-    ) -> PyResult<T> {
-        match self {
-            Self::NotGiven => Ok(default),
-            Self::Is(value) => convert(Some(value).filter(|value| !value.is_none())),
-        }
-    }
-}
-
 /// An argument whose default is not None: not given, or a value, of which None is a wrong one.
 #[derive(Default)]
 pub(crate) struct OrDefault<'py>(pub(crate) Option<Bound<'py, PyAny>>);
@@ -73,11 +43,6 @@ impl<'py> FromPyObject<'_, 'py> for OrDefault<'py> {
 }
 
 impl OrDefault<'_> {
-    /// True or False, which is the default.
-    pub(crate) fn flag(&self, name: &str) -> PyResult<bool> {
-        flag(name, self.0.as_ref(), false)
-    }
-
     /// A word, or the default.
     pub(crate) fn word(&self, name: &str, expected: &str, default: &str) -> PyResult<String> {
         self.0.as_ref().map_or_else(|| Ok(default.to_owned()), |value| word(name, expected, value))
@@ -123,12 +88,6 @@ pub(crate) fn whole_number<'py, T: for<'a> FromPyObject<'a, 'py>>(
     }
     let got = value.repr()?;
     Err(errors::value(name, format_args!("expected {expected}, got {got}")))
-}
-
-/// True or False.
-pub(crate) fn flag(name: &str, value: Option<&Bound<'_, PyAny>>, default: bool) -> PyResult<bool> {
-    let Some(value) = value else { return Ok(default) };
-    value.extract().map_err(|error| not_converted(name, "True or False", value, error))
 }
 
 /// What can be called, or None.

@@ -12,7 +12,7 @@ use super::diagnose::Finding;
 use super::options::setting;
 use super::quality::Quality;
 use super::watch::Watch;
-use crate::argument::{Argument, Samples};
+use crate::argument::{Argument, SampleCount};
 use crate::convert::arrays::{FIT, check_room};
 use crate::convert::arrays::{numbers, read_only};
 use crate::convert::errors::{self, one_record};
@@ -262,7 +262,7 @@ pub(crate) fn identify_dynamics(
     #[py(field = 2)] order: Order,
     #[py(= "fit")] dead_time: DeadTime,
     #[py(field = None)] creep: CreepModel,
-    #[py(= 0)] skip: Samples,
+    #[py(= 0)] skip: SampleCount,
 ) -> PyResult<DynamicsIdentification> {
     let compiled = compiled_of("model", model)?;
     let options = DynamicsOptions { dead_time: dead_time.0, ..options };

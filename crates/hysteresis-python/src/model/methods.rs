@@ -1,26 +1,25 @@
 //! The methods that both models have.
 
+use std::path::PathBuf;
+
 use hysteresis_core::{self as core, CompiledModel, Error, Method, Model};
 use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 
 use super::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
-use crate::convert::arguments::{self, pair, unknown, word};
-use crate::convert::arrays::numbers;
+use crate::convert::arguments::{unknown, word};
 use crate::convert::errors::raise;
 use crate::convert::files::write_file;
 use crate::stream::bracket::Bracket;
-use crate::stream::streams::Made;
-use crate::stream::streams::{Forward, Inverse, method_name};
+use crate::stream::streams::{Forward, Inverse, Made, method_name};
 
 /// The forward model of `model`, compiled beforehand.
-pub(super) fn forward(
+fn forward(
     model: &Bound<'_, PyAny>,
     compiled: &CompiledModel,
-    initial: Option<&Bound<'_, PyAny>>,
+    initial: Option<Vec<f64>>,
     method: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Forward> {
-    let initial = initial.map(|initial| numbers("initial", initial)).transpose()?;
     let method = method_asked_for(method, initial.is_some())?;
     let stream = initial
         .as_ref()
@@ -30,15 +29,13 @@ pub(super) fn forward(
 }
 
 /// The exact inverse of `model`, compiled beforehand.
-pub(super) fn inverse(
+fn inverse(
     model: &Bound<'_, PyAny>,
     compiled: &CompiledModel,
-    limits: Option<&Bound<'_, PyAny>>,
-    initial: Option<&Bound<'_, PyAny>>,
+    limits: Option<(f64, f64)>,
+    initial: Option<Vec<f64>>,
     method: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Inverse> {
-    let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
-    let initial = initial.map(|initial| numbers("initial", initial)).transpose()?;
     let method = method_asked_for(method, initial.is_some())?;
     let stream = initial.as_ref().map_or_else(
         || inverse_at_rest(compiled, limits, method),
@@ -74,8 +71,7 @@ pub(crate) fn method_asked_for(method: Option<&Bound<'_, PyAny>>, has_initial: b
     found.map_or_else(|| unknown("method", expected, &got), |method| Ok(Some(*method)))
 }
 
-pub(super) fn save(py: Python<'_>, model: &Model, path: &Bound<'_, PyAny>) -> PyResult<()> {
-    let path = arguments::path("path", path)?;
+fn save(py: Python<'_>, model: &Model, path: PathBuf) -> PyResult<()> {
     let mut text = model.to_json();
     text.push('\n');
     write_file(py, path, &text)
@@ -132,7 +128,7 @@ impl Each {
     /// Raises ValueError for thresholds that are not nested if "turning_points" is asked for.
     fn forward(
         slf: &Bound<'_, Self>,
-        #[py("ArrayLike | None" = None)] initial: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] initial: Option<Vec<f64>>,
         #[py(*, "Literal['turning_points', 'bank'] | None" = None)] method: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Forward> {
         forward(slf.as_any(), &slf.get().compiled, initial, method)
@@ -145,8 +141,8 @@ impl Each {
     /// Raises NotInvertibleError if the model may not be invertible.
     fn inverse(
         slf: &Bound<'_, Self>,
-        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
-        #[py("ArrayLike | None" = None)] initial: Option<&Bound<'_, PyAny>>,
+        #[py("Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
+        #[py(= None)] initial: Option<Vec<f64>>,
         #[py(*, "Literal['turning_points', 'bank'] | None" = None)] method: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Inverse> {
         inverse(slf.as_any(), &slf.get().compiled, limits, initial, method)
@@ -155,13 +151,12 @@ impl Each {
     /// How uncertain the output is when the history between the limits (low, high) is unknown.
     ///
     /// Raises ValueError for a model with a negative weight.
-    fn bracket(slf: &Bound<'_, Self>, #[py("Sequence[float]")] limits: &Bound<'_, PyAny>) -> PyResult<Bracket> {
-        let limits = arguments::pair("limits", limits)?;
+    fn bracket(slf: &Bound<'_, Self>, #[py("Sequence[float]")] limits: (f64, f64)) -> PyResult<Bracket> {
         Bracket::of(slf.as_any(), &slf.get().compiled, limits)
     }
 
     /// Writes the model to a JSON file; the file appears only when it is complete.
-    fn save(&self, py: Python<'_>, #[py("str | PathLike[str]")] path: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         save(py, &self.model.clone().into(), path)
     }
 

@@ -2,15 +2,13 @@
 
 use hysteresis_core::{self as core, CompiledModel, CoupledPlay, Model, Offsets, Ratios};
 use hysteresis_python_macros::{methods, py};
-use numpy::PyArray1;
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use crate::argument::Argument;
-use crate::convert::arrays::{OPERATOR, check_room};
-use crate::convert::arrays::{read_only, vector};
+use crate::convert::arrays::{OPERATOR, check_room, read_only};
 use crate::convert::errors::{raise, unexpected};
-use crate::convert::objects::hash;
-use crate::convert::objects::{Reduced, keywords, reduce};
+use crate::convert::objects::{Reduced, hash, keywords, reduce};
 
 /// The conventional Prandtl-Ishlinskii model (CPI), equation (4): y = output_offset + sum_i w_i z_i.
 ///
@@ -138,12 +136,11 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 impl PrandtlIshlinskii {
     #[new]
     fn new(
-        #[py("ArrayLike")] weights: &Bound<'_, PyAny>,
-        #[py("ArrayLike")] thresholds: &Bound<'_, PyAny>,
+        weights: PyReadonlyArray1<'_, f64>,
+        thresholds: PyReadonlyArray1<'_, f64>,
         #[py(*, = 0.0)] input_offset: f64,
         #[py(= 0.0)] output_offset: f64,
     ) -> PyResult<Self> {
-        let (weights, thresholds) = (vector("weights", weights)?, vector("thresholds", thresholds)?);
         let offsets = Offsets { input: input_offset, output: output_offset };
         check_room("weights", weights.as_slice()?.len(), OPERATOR)?;
         core::PrandtlIshlinskii::new(weights.as_slice()?, thresholds.as_slice()?, offsets)
@@ -199,13 +196,11 @@ impl PrandtlIshlinskii {
 
 fn split(
     model: core::ModifiedPrandtlIshlinskii,
-    weights: Option<&Bound<'_, PyAny>>,
+    weights: Option<PyReadonlyArray1<'_, f64>>,
 ) -> PyResult<ModifiedPrandtlIshlinskii> {
     let model = match weights {
         None => model,
-        Some(weights) => {
-            model.with_negative_weights(vector("weights_negative", weights)?.as_slice()?).map_err(raise)?
-        }
+        Some(weights) => model.with_negative_weights(weights.as_slice()?).map_err(raise)?,
     };
     Ok(model.into())
 }
@@ -220,17 +215,15 @@ impl ModifiedPrandtlIshlinskii {
 impl ModifiedPrandtlIshlinskii {
     #[new]
     fn new(
-        #[py("ArrayLike")] weights: &Bound<'_, PyAny>,
-        #[py("ArrayLike")] r: &Bound<'_, PyAny>,
-        #[py("ArrayLike")] ra: &Bound<'_, PyAny>,
-        #[py("ArrayLike")] rb: &Bound<'_, PyAny>,
-        #[py("ArrayLike")] rc: &Bound<'_, PyAny>,
+        weights: PyReadonlyArray1<'_, f64>,
+        r: PyReadonlyArray1<'_, f64>,
+        ra: PyReadonlyArray1<'_, f64>,
+        rb: PyReadonlyArray1<'_, f64>,
+        rc: PyReadonlyArray1<'_, f64>,
         #[py(*, = 0.0)] input_offset: f64,
         #[py(= 0.0)] output_offset: f64,
-        #[py("ArrayLike | None" = None)] weights_negative: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] weights_negative: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<Self> {
-        let weights = vector("weights", weights)?;
-        let (r, ra, rb, rc) = (vector("r", r)?, vector("ra", ra)?, vector("rb", rb)?, vector("rc", rc)?);
         check_room("weights", weights.as_slice()?.len(), OPERATOR)?;
         let model = core::ModifiedPrandtlIshlinskii::new(
             weights.as_slice()?,
@@ -256,16 +249,15 @@ impl ModifiedPrandtlIshlinskii {
     /// weights_negative : array of n floats, optional
     #[staticmethod]
     fn from_ratios(
-        #[py("ArrayLike")] weights: &Bound<'_, PyAny>,
-        #[py("ArrayLike")] r: &Bound<'_, PyAny>,
+        weights: PyReadonlyArray1<'_, f64>,
+        r: PyReadonlyArray1<'_, f64>,
         #[py(*)] ra: f64,
         rb: f64,
         rc: f64,
         #[py(= 0.0)] input_offset: f64,
         #[py(= 0.0)] output_offset: f64,
-        #[py("ArrayLike | None" = None)] weights_negative: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] weights_negative: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<Self> {
-        let (weights, r) = (vector("weights", weights)?, vector("r", r)?);
         let offsets = Offsets { input: input_offset, output: output_offset };
         let ratios = Ratios { ra, rb, rc };
         let model = core::ModifiedPrandtlIshlinskii::from_ratios(weights.as_slice()?, r.as_slice()?, ratios, offsets);

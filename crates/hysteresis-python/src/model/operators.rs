@@ -2,13 +2,11 @@
 
 use hysteresis_core::{self as core, Process, Tracked};
 use hysteresis_python_macros::methods;
+use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
-use crate::convert::arguments::numbers;
-use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
-use crate::convert::objects::{Reduced, keywords, reduce};
-use crate::convert::objects::{exclusive, shared};
+use crate::convert::objects::{Reduced, exclusive, keywords, reduce, shared};
 use crate::stream::single_argument::Stepper;
 
 /// The play operator, equations (1)-(3): z(k) = max(x - r, min(x + r, z(k-1))).
@@ -76,8 +74,7 @@ impl Play {
     }
 
     /// Takes over the inputs before, oldest first.
-    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] inputs: &Bound<'_, PyAny>) -> PyResult<()> {
-        let inputs = vector("inputs", inputs)?;
+    fn follow(slf: &Bound<'_, Self>, inputs: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         exclusive(slf)?.0.follow(inputs.as_slice()?).map_err(raise)
     }
 
@@ -88,8 +85,7 @@ impl Play {
     }
 
     #[setter]
-    fn set_state(slf: &Bound<'_, Self>, #[py("float")] state: &Bound<'_, PyAny>) -> PyResult<()> {
-        numbers!(state);
+    fn set_state(slf: &Bound<'_, Self>, state: f64) -> PyResult<()> {
         exclusive(slf)?.0.set_state(state).map_err(raise)
     }
 
@@ -98,8 +94,8 @@ impl Play {
         reduce(py.get_type::<Self>().into_any(), (self.r(),), keywords!(py), Some(state))
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
+    fn __setstate__(slf: &Bound<'_, Self>, state: f64) -> PyResult<()> {
+        exclusive(slf)?.0.set_state(state).map_err(raise)
     }
 
     fn __repr__(&self) -> String {
@@ -153,8 +149,7 @@ impl CoupledPlay {
     }
 
     /// Takes over the inputs before, oldest first.
-    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] inputs: &Bound<'_, PyAny>) -> PyResult<()> {
-        let inputs = vector("inputs", inputs)?;
+    fn follow(slf: &Bound<'_, Self>, inputs: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         exclusive(slf)?.0.follow(inputs.as_slice()?).map_err(raise)
     }
 
@@ -165,8 +160,7 @@ impl CoupledPlay {
     }
 
     #[setter]
-    fn set_state(slf: &Bound<'_, Self>, #[py("float")] state: &Bound<'_, PyAny>) -> PyResult<()> {
-        numbers!(state);
+    fn set_state(slf: &Bound<'_, Self>, state: f64) -> PyResult<()> {
         exclusive(slf)?.0.set_state(state).map_err(raise)
     }
 
@@ -175,8 +169,8 @@ impl CoupledPlay {
         reduce(py.get_type::<Self>().into_any(), thresholds, keywords!(py), Some(state.into_any()))
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
+    fn __setstate__(slf: &Bound<'_, Self>, state: f64) -> PyResult<()> {
+        exclusive(slf)?.0.set_state(state).map_err(raise)
     }
 
     fn __repr__(&self) -> String {

@@ -1,20 +1,20 @@
 //! Plants: of one axis, and of several that are coupled.
 
+use std::num::NonZeroUsize;
+
 use hysteresis_control::stage;
 use hysteresis_python_macros::methods;
 use hysteresis_simulate::plant::{self, PlantOptions};
 use numpy::ndarray::{Dim, Ix2};
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::PyClass;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use pythonize::pythonize;
 
-use crate::convert::arguments::{count, pair, whole};
 use crate::convert::arrays::{array, read_only, vector, zeros};
 use crate::convert::errors::{self, raise, unexpected};
-use crate::convert::objects::{Reduced, keywords, reduce, saved};
-use crate::convert::objects::{exclusive, shared};
+use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
 use crate::stage::stage::{Stage, StageKeywords};
 use crate::stream::blocks::BLOCK;
 
@@ -64,12 +64,13 @@ pub(crate) struct Plant {
     pub(super) options: PlantOptions,
 }
 
-/// What a plant has besides its stage, as it came.
-pub(crate) struct Converters<'a, 'py> {
-    pub(crate) seed: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) dac_bits: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) adc_bits: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) adc_range: Option<&'a Bound<'py, PyAny>>,
+/// What a plant has besides its stage.
+#[derive(Default)]
+pub(crate) struct Converters {
+    pub(crate) seed: u64,
+    pub(crate) dac_bits: Option<NonZeroUsize>,
+    pub(crate) adc_bits: Option<NonZeroUsize>,
+    pub(crate) adc_range: Option<(f64, f64)>,
 }
 
 impl Plant {
@@ -80,14 +81,13 @@ impl Plant {
     }
 
     /// The plant around a stage.
-    pub(crate) fn of(stage: &stage::Stage, dt: f64, converters: &Converters<'_, '_>) -> PyResult<Self> {
-        let Converters { seed, dac_bits, adc_bits, adc_range } = converters;
-        let default = PlantOptions::new(dt);
+    pub(crate) fn of(stage: &stage::Stage, dt: f64, converters: &Converters) -> PyResult<Self> {
+        let Converters { seed, dac_bits, adc_bits, adc_range } = *converters;
         let options = PlantOptions {
-            seed: seed.map_or(Ok(default.seed), |seed| whole::<u64>("seed", seed))?,
-            dac_bits: dac_bits.map(|value| bits("dac_bits", value)).transpose()?,
-            adc: adc(*adc_bits, *adc_range)?,
-            ..default
+            seed,
+            dac_bits: dac_bits.map(bits),
+            adc: adc(adc_bits.map(bits), adc_range)?,
+            ..PlantOptions::new(dt)
         };
         let plant = plant::Plant::new(stage, &options).map_err(raise)?;
         Ok(Self { plant, options })
@@ -97,13 +97,14 @@ impl Plant {
 #[methods]
 impl Plant {
     #[new]
+    #[gather(converters: Converters)]
     fn new(
         #[py("Model | Stage")] stage: &Bound<'_, PyAny>,
         #[py(*)] dt: f64,
-        #[py("int" = 0)] seed: Option<&Bound<'_, PyAny>>,
-        #[py("int | None" = None)] dac_bits: Option<&Bound<'_, PyAny>>,
-        #[py("int | None" = None)] adc_bits: Option<&Bound<'_, PyAny>>,
-        #[py("Sequence[float] | None" = None)] adc_range: Option<&Bound<'_, PyAny>>,
+        #[py(field = 0)] seed: u64,
+        #[py(field = None)] dac_bits: Option<NonZeroUsize>,
+        #[py(field = None)] adc_bits: Option<NonZeroUsize>,
+        #[py(field, "Sequence[float] | None" = None)] adc_range: Option<(f64, f64)>,
         #[py("Dynamics | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
         #[py("float | None" = None)] amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
         #[py("Creep | None" = None)] creep: Option<&Bound<'_, PyAny>>,
@@ -120,7 +121,6 @@ impl Plant {
             limits,
             ..StageKeywords::default()
         };
-        let converters = Converters { seed, dac_bits, adc_bits, adc_range };
         Self::of(&parts.stage_or_around("stage", stage)?, dt, &converters)
     }
 
@@ -142,12 +142,8 @@ impl Plant {
 
     /// Takes an array of drives and returns the rows of a record, (measured, position): both at the moment at which the drive
     /// is put out.
-    fn run<'py>(
-        slf: &Bound<'py, Self>,
-        #[py("ArrayLike")] drives: &Bound<'py, PyAny>,
-    ) -> PyResult<(Vector<'py>, Vector<'py>)> {
+    fn run<'py>(slf: &Bound<'py, Self>, drives: PyReadonlyArray1<'py, f64>) -> PyResult<(Vector<'py>, Vector<'py>)> {
         let py = drives.py();
-        let drives = vector("drives", drives)?;
         let samples = drives.as_slice()?;
         let (measured, position) = (zeros(py, Dim(samples.len()))?, zeros(py, Dim(samples.len()))?);
         {
@@ -163,8 +159,7 @@ impl Plant {
     }
 
     /// Takes over what was driven before, oldest drive first, one per sampling interval.
-    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
-        let drives = vector("drives", drives)?;
+    fn follow(slf: &Bound<'_, Self>, drives: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         exclusive(slf)?.plant.follow(drives.as_slice()?).map_err(raise)
     }
 
@@ -274,18 +269,15 @@ impl Plant {
 }
 
 /// A number of bits; the plant says how many there may be.
-fn bits(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
-    Ok(u32::try_from(count(name, value)?).unwrap_or(u32::MAX))
+fn bits(bits: NonZeroUsize) -> u32 {
+    u32::try_from(bits.get()).unwrap_or(u32::MAX)
 }
 
 /// Bits and range of the A/D converter, which go together.
-fn adc(
-    adc_bits: Option<&Bound<'_, PyAny>>,
-    adc_range: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Option<(u32, (f64, f64))>> {
+fn adc(adc_bits: Option<u32>, adc_range: Option<(f64, f64)>) -> PyResult<Option<(u32, (f64, f64))>> {
     match (adc_bits, adc_range) {
         (None, None) => Ok(None),
-        (Some(value), Some(range)) => Ok(Some((bits("adc_bits", value)?, pair("adc_range", range)?))),
+        (Some(bits), Some(range)) => Ok(Some((bits, range))),
         (Some(_), None) => Err(errors::value("adc_range", "expected (low, high) for adc_bits to span, got none")),
         (None, Some(_)) => Err(errors::value("adc_bits", "expected the bits that span adc_range, got none")),
     }

@@ -8,9 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 use serde::{Deserialize, Serialize};
 
-use crate::convert::arguments::pair;
-use crate::convert::arrays::{PASS, check_room};
-use crate::convert::arrays::{numbers, read_only};
+use crate::convert::arrays::{PASS, check_room, read_only};
 use crate::convert::errors::raise;
 use crate::convert::objects::{Reduced, keywords, reduce};
 
@@ -141,21 +139,15 @@ pub(crate) struct Run(pub(crate) metrics::Run);
 impl Run {
     #[new]
     fn new(
-        #[py("ArrayLike")] reference: &Bound<'_, PyAny>,
-        #[py("ArrayLike")] measured: &Bound<'_, PyAny>,
-        #[py("ArrayLike")] position: &Bound<'_, PyAny>,
-        #[py("ArrayLike")] drive: &Bound<'_, PyAny>,
-        #[py(*, "Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+        reference: Vec<f64>,
+        measured: Vec<f64>,
+        position: Vec<f64>,
+        drive: Vec<f64>,
+        #[py(*, "Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
         #[py(= None)] period: Option<f64>,
     ) -> PyResult<Self> {
-        let record = LoopRecord {
-            reference: numbers("reference", reference)?,
-            measured: numbers("measured", measured)?,
-            position: numbers("position", position)?,
-            drive: numbers("drive", drive)?,
-        };
+        let record = LoopRecord { reference, measured, position, drive };
         check_room("reference", record.reference.len(), PASS)?;
-        let limits = limits.map(|limits| pair("limits", limits)).transpose()?;
         metrics::Run::new(record, limits, period).map(Self).map_err(raise)
     }
 

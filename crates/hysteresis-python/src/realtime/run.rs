@@ -1,12 +1,13 @@
 //! A loop on the clock.
 
 use std::net::{SocketAddr, ToSocketAddrs};
+use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use hysteresis_control::StageController;
 use hysteresis_core::{self as core, Mode};
-use hysteresis_python_macros::function;
+use hysteresis_python_macros::{function, py};
 use hysteresis_realtime::io::{Io, SharedMemoryIo, UdpIo};
 use hysteresis_realtime::{
     self as realtime, Live, MissPolicy, Outcome, Reference, Session, Settings, StopFlag, WatchdogTimes,
@@ -17,13 +18,12 @@ use pyo3::prelude::*;
 use super::other_side::{ForeignIo, Functions, SharedMemory, Udp};
 use super::report::LoopReport;
 use super::stop::{Signals, Stop};
+use crate::argument::{Argument, Callable, Words};
 use crate::control::controller::HybridController;
 use crate::control::shared_by_controllers::check_interval;
-use crate::convert::arguments::{OrDefault, OrNone, callable, count, flag, path, two, whole, whole_number};
-use crate::convert::arrays::numbers;
+use crate::convert::arguments::{count, two, whole_number};
 use crate::convert::errors::{self, Refusal, raise};
-use crate::convert::objects::keywords;
-use crate::convert::objects::{exclusive, instance, shared};
+use crate::convert::objects::{exclusive, instance, keywords, shared};
 use crate::plant::plant::Plant;
 use crate::stage::stage::Stage;
 
@@ -118,48 +118,37 @@ impl Refusal for realtime::Error {
 /// >>> report.end, report.at_rest, plant.drive
 /// ('time_over', True, 0.0)
 #[function]
+#[gather(settings: Settings = Settings::new(rest_drive, rest_rate))]
 pub(crate) fn run<'py>(
     #[py("HybridController | Stage")] controller: &Bound<'py, PyAny>,
     #[py("Plant | Functions | Udp | SharedMemory | InputOutput")] io: &Bound<'py, PyAny>,
-    #[py("ArrayLike")] reference: &Bound<'py, PyAny>,
+    reference: Vec<f64>,
     #[py(*)] rest_drive: f64,
     rest_rate: f64,
     #[py(= None)] rate: Option<f64>,
-    #[py(= None)] seconds: Option<f64>,
-    #[py("bool" = true)] repeat: OrDefault<'py>,
-    #[py("Literal['skip', 'catch_up', 'stop']" = "skip")] misses: OrDefault<'py>,
+    #[py(field = None)] seconds: Option<f64>,
+    #[py(= true)] repeat: bool,
+    #[py(= "skip")] misses: Misses,
     #[py("int" = 100)] most_caught_up: Option<&Bound<'py, PyAny>>,
-    #[py("tuple[float, float] | None" = (0.0, 0.1))] watchdog: OrNone<'py>,
-    #[py("int" = 100)] most_write_faults: Option<&Bound<'py, PyAny>>,
-    #[py(= 0.0)] spin: f64,
-    #[py("int | None" = None)] cpu: Option<&Bound<'py, PyAny>>,
-    #[py("int | None" = None)] fifo: Option<&Bound<'py, PyAny>>,
-    #[py("bool" = false)] lock_memory: OrDefault<'py>,
-    #[py("str | PathLike[str] | None" = None)] record: Option<&Bound<'py, PyAny>>,
-    #[py("Callable[[dict[str, Any]], object] | None" = None)] progress: Option<&Bound<'py, PyAny>>,
-    #[py("Stop | None" = None)] stop: Option<&Bound<'py, PyAny>>,
+    #[py(= (0.0, 0.1))] watchdog: Watchdog,
+    #[py(= 100)] most_write_faults: WriteFaults,
+    #[py(field = 0.0)] spin: f64,
+    #[py(field = None)] cpu: Option<usize>,
+    #[py(= None)] fifo: Option<Priority>,
+    #[py(field = false)] lock_memory: bool,
+    #[py(field = None)] record: Option<PathBuf>,
+    #[py("Callable[[dict[str, Any]], object] | None" = None)] progress: Option<Callable>,
+    #[py(= None)] stop: Option<Bound<'py, Stop>>,
 ) -> PyResult<LoopReport> {
     let settings = Settings {
-        seconds,
-        misses: policy(&misses, most_caught_up)?,
-        watchdog: watchdog_times(&watchdog)?,
-        write_faults: most_write_faults
-            .map_or(Ok(100), |given| whole_number("most_write_faults", "a whole number from 1 to 4294967295", given))?,
-        spin,
-        cpu: cpu.map(|cpu| whole("cpu", cpu)).transpose()?,
-        fifo: fifo.map(|fifo| whole_number("fifo", "a priority from 1 to 99", fifo)).transpose()?,
-        lock_memory: lock_memory.flag("lock_memory")?,
-        record: record.map(|record| path("record", record)).transpose()?,
-        ..Settings::new(rest_drive, rest_rate)
+        misses: policy(misses, most_caught_up)?,
+        watchdog: watchdog.0,
+        write_faults: most_write_faults.0,
+        fifo: fifo.map(|fifo| fifo.0),
+        ..settings
     };
-    callable("progress", progress)?;
-    let positions = numbers("reference", reference)?;
-    let repeat = flag("repeat", repeat.0.as_ref(), true)?;
-    let reference = if repeat { Reference::periodic(positions) } else { Reference::once(positions) }.map_err(raise)?;
-    let stop = match stop {
-        Some(stop) => instance::<Stop>("stop", "a Stop or None", stop)?.get().0.clone(),
-        None => StopFlag::default(),
-    };
+    let reference = if repeat { Reference::periodic(reference) } else { Reference::once(reference) }.map_err(raise)?;
+    let stop = stop.map_or_else(StopFlag::default, |stop| stop.get().0.clone());
     let controller = checked_controller(controller, rate, io)?;
     // Nobody else changes the controller while it drives.
     let mut held = exclusive(&controller)?;
@@ -191,11 +180,11 @@ fn with_report(py: Python<'_>, error: PyErr, report: LoopReport) -> PyErr {
 }
 
 /// A loop that only needs something to read from and write to.
-struct Start<'a, 'py> {
+struct Start {
     controller: StageController,
     reference: Reference,
     settings: Settings,
-    progress: Option<&'a Bound<'py, PyAny>>,
+    progress: Option<Callable>,
     stop: StopFlag,
 }
 
@@ -206,7 +195,7 @@ struct Ended {
     raised: Option<PyErr>,
 }
 
-impl Start<'_, '_> {
+impl Start {
     fn on(self, io: &Bound<'_, PyAny>) -> PyResult<Ended> {
         let py = io.py();
         if let Ok(plant) = io.cast::<Plant>() {
@@ -251,8 +240,8 @@ impl Start<'_, '_> {
                 newest = (live.taken(), Instant::now());
             }
             let waiting = newest.1.elapsed().as_secs_f64();
-            let progress = |progress: &Bound<'_, PyAny>| progress.call1((shown(py, &live, waiting)?,)).map(drop);
-            let looked = py.check_signals().and_then(|()| self.progress.map_or(Ok(()), progress));
+            let progress = |Callable(progress): &Callable| progress.call1(py, (shown(py, &live, waiting)?,)).map(drop);
+            let looked = py.check_signals().and_then(|()| self.progress.as_ref().map_or(Ok(()), progress));
             if let Err(error) = looked {
                 session.stop();
                 raised.get_or_insert(error);
@@ -347,30 +336,66 @@ fn about_rate(py: Python<'_>, error: PyErr) -> PyErr {
     }
 }
 
-pub(super) fn policy(misses: &OrDefault<'_>, most_caught_up: Option<&Bound<'_, PyAny>>) -> PyResult<MissPolicy> {
-    let expected = "\"skip\", \"catch_up\" or \"stop\"";
-    let misses = misses.word("misses", expected, "skip")?;
-    match (&misses[..], most_caught_up) {
-        ("skip", None) => Ok(MissPolicy::Skip),
-        ("stop", None) => Ok(MissPolicy::Stop),
-        ("catch_up", given) => {
+/// What to do when a deadline is missed.
+#[derive(Clone, Copy, PartialEq)]
+enum Misses {
+    Skip,
+    CatchUp,
+    Stop,
+}
+
+impl Words for Misses {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("skip", Self::Skip), ("catch_up", Self::CatchUp), ("stop", Self::Stop)];
+    const REFUSES_NONE: bool = true;
+}
+
+fn policy(misses: Misses, most_caught_up: Option<&Bound<'_, PyAny>>) -> PyResult<MissPolicy> {
+    match (misses, most_caught_up) {
+        (Misses::Skip, None) => Ok(MissPolicy::Skip),
+        (Misses::Stop, None) => Ok(MissPolicy::Stop),
+        (Misses::CatchUp, given) => {
             let at_most = given.map_or(Ok(100), |given| count("most_caught_up", given))?;
             Ok(MissPolicy::CatchUp { at_most: u32::try_from(at_most).unwrap_or(u32::MAX) })
         }
-        ("skip" | "stop", Some(_)) => Err(errors::value("most_caught_up", "expected None without misses=\"catch_up\"")),
-        _ => Err(errors::value("misses", format_args!("expected {expected}, got \"{misses}\""))),
+        (_, Some(_)) => Err(errors::value("most_caught_up", "expected None without misses=\"catch_up\"")),
     }
 }
 
-pub(super) fn watchdog_times(given: &OrNone<'_>) -> PyResult<Option<WatchdogTimes>> {
-    given.or(Some(WatchdogTimes { stale_after: 0.0, rest_after: 0.1 }), |times| {
-        times
-            .map(|times| {
-                let (stale_after, rest_after) = two("watchdog", "(stale_after, rest_after) or None", times)?;
-                Ok(WatchdogTimes { stale_after, rest_after })
-            })
-            .transpose()
-    })
+/// How long a measurement may be missing until it counts, and until the loop goes to rest; None for ever.
+struct Watchdog(Option<WatchdogTimes>);
+
+#[py("tuple[float, float] | None")]
+impl Argument<'_> for Watchdog {
+    const TAKES_NONE: bool = true;
+
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if value.is_none() {
+            return Ok(Self(None));
+        }
+        let (stale_after, rest_after) = two(name, "(stale_after, rest_after) or None", value)?;
+        Ok(Self(Some(WatchdogTimes { stale_after, rest_after })))
+    }
+}
+
+/// After how many writes that failed the loop ends.
+struct WriteFaults(u32);
+
+#[py("int")]
+impl Argument<'_> for WriteFaults {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        whole_number(name, "a whole number from 1 to 4294967295", value).map(Self)
+    }
+}
+
+/// A priority of SCHED_FIFO.
+struct Priority(u8);
+
+#[py("int")]
+impl Argument<'_> for Priority {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        whole_number(name, "a priority from 1 to 99", value).map(Self)
+    }
 }
 
 /// What could not start, by the names of the arguments.

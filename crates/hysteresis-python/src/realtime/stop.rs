@@ -8,6 +8,8 @@ use hysteresis_realtime::StopFlag;
 use pyo3::prelude::*;
 use pyo3::types::{PyCFunction, PyDict, PyTuple};
 
+use crate::argument::Class;
+
 /// Asks a loop to go to rest and end, from any thread or handler of signals: given to `run` as `stop`.
 ///
 /// It cannot be taken back: a loop that is given a flag which was requested before goes to rest at once. Ctrl-C, and what else ends a
@@ -27,6 +29,10 @@ use pyo3::types::{PyCFunction, PyDict, PyTuple};
 #[pyclass(module = "mpi_hyst.realtime", frozen)]
 #[derive(Default)]
 pub(crate) struct Stop(pub(super) StopFlag);
+
+impl Class for Stop {
+    const CALLED: &'static str = "a Stop or None";
+}
 
 #[methods]
 impl Stop {

@@ -1,5 +1,7 @@
 //! What is made from a stage for control and simulation.
 
+use std::num::NonZeroUsize;
+
 use hysteresis_control::feedforward::PreviewOptions;
 use hysteresis_control::filters::sections;
 use hysteresis_control::learning::{FeedbackLoop, LearningOptions, RepetitiveOptions};
@@ -13,16 +15,14 @@ use pyo3::types::PyString;
 
 use super::stage::{Stage, checked_limits};
 use super::streams::StageInverse;
+use crate::argument::SampleCount;
 use crate::control::controller::HybridController;
 use crate::control::inverse_dynamics;
 use crate::control::inverse_dynamics::Preview;
-use crate::control::learning::IterativeLearning;
-use crate::control::learning::RepetitiveControl;
-use crate::control::learning::told;
+use crate::control::learning::{IterativeLearning, RepetitiveControl, told};
 use crate::control::observer::Observer;
-use crate::control::tuning::Demands;
-use crate::control::tuning::Tuning;
-use crate::convert::arguments::{OrDefault, count, numbers, pair, samples, unknown, whole};
+use crate::control::tuning::{Demands, Tuning};
+use crate::convert::arguments::{OrDefault, numbers, unknown};
 use crate::convert::errors::{self, raise, unexpected};
 use crate::linear::sections::StateSpace;
 use crate::plant::plant::{Converters, Plant};
@@ -84,14 +84,14 @@ impl Stage {
     fn preview(
         &self,
         dt: f64,
-        #[py("int | None" = None)] ahead: Option<&Bound<'_, PyAny>>,
-        #[py(*, "int | None" = None)] window: Option<&Bound<'_, PyAny>>,
-        #[py("int | None" = None)] degree: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] ahead: Option<SampleCount>,
+        #[py(*, = None)] window: Option<SampleCount>,
+        #[py(= None)] degree: Option<SampleCount>,
     ) -> PyResult<Preview> {
         let options = PreviewOptions {
-            ahead: ahead.map_or_else(|| self.ahead(dt), |ahead| samples("ahead", ahead))?,
-            window: window.map(|window| samples("window", window)).transpose()?,
-            degree: degree.map(|degree| samples("degree", degree)).transpose()?,
+            ahead: ahead.map_or_else(|| self.ahead(dt), |ahead| Ok(ahead.0))?,
+            window: window.map(|window| window.0),
+            degree: degree.map(|degree| degree.0),
             band: None,
         };
         self.made_preview(dt, &options)
@@ -162,19 +162,19 @@ impl Stage {
         #[py("Literal['inverse', 'preview', 'given']" = "inverse")] feedforward: OrDefault<'_>,
         #[py(*, = None)] kp: Option<f64>,
         #[py(= None)] ki: Option<f64>,
-        #[py("int | None" = None)] ahead: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] ahead: Option<SampleCount>,
         #[py("float | Literal['modes'] | None" = None)] smoothing: Option<&Bound<'_, PyAny>>,
         #[py(= None)] drift: Option<f64>,
-        #[py("int | None" = None)] period: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] period: Option<NonZeroUsize>,
         #[py(= None)] frequency_uncertainty: Option<f64>,
         #[py(= None)] damping_uncertainty: Option<f64>,
     ) -> PyResult<HybridController> {
         let wishes = Wishes {
             gains: (kp, ki),
-            ahead: ahead.map(|ahead| samples("ahead", ahead)).transpose()?,
+            ahead: ahead.map(|ahead| ahead.0),
             smoothing: smoothing.map_or(Ok(0.0), |smoothing| self.smoothing(smoothing))?,
             drift,
-            period: period.map(|period| count("period", period)).transpose()?,
+            period: period.map(|period| period.get()),
             uncertainty: (frequency_uncertainty, damping_uncertainty),
         };
         let limits = checked_limits(&self.0, limits)?;
@@ -196,27 +196,22 @@ impl Stage {
         #[py(*, = None)] bandwidth: Option<f64>,
         #[py(= None)] kp: Option<f64>,
         #[py(= None)] ki: Option<f64>,
-        #[py("float" = 0.15)] min_gain: Option<&Bound<'_, PyAny>>,
-        #[py("Sequence[float] | None" = None)] target_limits: Option<&Bound<'_, PyAny>>,
+        #[py(= 0.15)] min_gain: f64,
+        #[py("Sequence[float] | None" = None)] target_limits: Option<(f64, f64)>,
         #[py(= None)] noise: Option<f64>,
         #[py(= None)] frequency_uncertainty: Option<f64>,
         #[py(= None)] damping_uncertainty: Option<f64>,
-        #[py("int | None" = None)] settle: Option<&Bound<'_, PyAny>>,
-        #[py("bool" = false)] on_demand: OrDefault<'_>,
+        #[py(= None)] settle: Option<u32>,
+        #[py(= false)] on_demand: bool,
     ) -> PyResult<IterativeLearning> {
-        let on_demand = on_demand.flag("on_demand")?;
-        numbers!(min_gain);
         let options = LearningOptions {
             bandwidth,
-            min_gain: min_gain.unwrap_or(LearningOptions::default().min_gain),
-            target_limits: target_limits.map(|limits| pair("target_limits", limits)).transpose()?,
+            min_gain,
+            target_limits,
             noise,
             uncertainty: told(self.0.loop_uncertainty(), frequency_uncertainty, damping_uncertainty),
-            settle: settle.map_or_else(
-                // From rest to rest nothing rings on.
-                || Ok(if on_demand { 0 } else { self.0.periods_to_settle() }),
-                |settle| whole("settle", settle),
-            )?,
+            // From rest to rest nothing rings on.
+            settle: settle.unwrap_or_else(|| if on_demand { 0 } else { self.0.periods_to_settle() }),
             on_demand,
         };
         IterativeLearning::of(self.feedback_loop(dt, (kp, ki))?, target, options)
@@ -226,39 +221,38 @@ impl Stage {
     /// the hysteresis.
     fn repetitive_control(
         &self,
-        #[py("int")] period: &Bound<'_, PyAny>,
+        period: NonZeroUsize,
         dt: f64,
         #[py(*, = None)] bandwidth: Option<f64>,
         #[py(= None)] kp: Option<f64>,
         #[py(= None)] ki: Option<f64>,
-        #[py("float" = 0.3)] gain: Option<&Bound<'_, PyAny>>,
-        #[py("int" = 1)] settle: Option<&Bound<'_, PyAny>>,
+        #[py(= 0.3)] gain: f64,
+        #[py(= 1)] settle: u32,
         #[py(= None)] limit: Option<f64>,
         #[py(= None)] frequency_uncertainty: Option<f64>,
         #[py(= None)] damping_uncertainty: Option<f64>,
     ) -> PyResult<RepetitiveControl> {
-        numbers!(gain);
-        let default = RepetitiveOptions::default();
         let options = RepetitiveOptions {
             bandwidth,
-            gain: gain.unwrap_or(default.gain),
-            settle: settle.map_or(Ok(default.settle), |settle| whole("settle", settle))?,
+            gain,
+            settle,
             limit,
             uncertainty: told(self.0.loop_uncertainty(), frequency_uncertainty, damping_uncertainty),
         };
-        RepetitiveControl::of(self.feedback_loop(dt, (kp, ki))?, count("period", period)?, options)
+        RepetitiveControl::of(self.feedback_loop(dt, (kp, ki))?, period.get(), options)
     }
 
     /// This stage between converters, with the noise of its sensor: as `plant.Plant`.
+    #[gather(converters: Converters)]
     fn plant(
         &self,
         dt: f64,
-        #[py("int" = 0)] seed: Option<&Bound<'_, PyAny>>,
-        #[py(*, "int | None" = None)] dac_bits: Option<&Bound<'_, PyAny>>,
-        #[py("int | None" = None)] adc_bits: Option<&Bound<'_, PyAny>>,
-        #[py("Sequence[float] | None" = None)] adc_range: Option<&Bound<'_, PyAny>>,
+        #[py(field = 0)] seed: u64,
+        #[py(*, field = None)] dac_bits: Option<NonZeroUsize>,
+        #[py(field = None)] adc_bits: Option<NonZeroUsize>,
+        #[py(field, "Sequence[float] | None" = None)] adc_range: Option<(f64, f64)>,
     ) -> PyResult<Plant> {
-        Plant::of(&self.0, dt, &Converters { seed, dac_bits, adc_bits, adc_range })
+        Plant::of(&self.0, dt, &converters)
     }
 
     /// Lets this stage follow a reference under its own controller: `plant(dt, seed)` and `controller(dt, limits, feedforward)`.
@@ -273,7 +267,7 @@ impl Stage {
         #[py("Literal['inverse', 'preview']" = "preview")] feedforward: OrDefault<'_>,
         #[py(= None)] kp: Option<f64>,
         #[py(= None)] ki: Option<f64>,
-        #[py("int" = 0)] seed: Option<&Bound<'_, PyAny>>,
+        #[py(= 0)] seed: u64,
         #[py(= None)] period: Option<f64>,
         #[py("Callable[[float], object] | None" = None)] progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Run> {
@@ -287,8 +281,7 @@ impl Stage {
         }
         let mut controller =
             self.made_controller(py, dt, limits, &feedforward, Wishes { gains: (kp, ki), ..Wishes::default() })?;
-        let none = Converters { seed, dac_bits: None, adc_bits: None, adc_range: None };
-        let mut plant = Plant::of(&self.0, dt, &none)?;
+        let mut plant = Plant::of(&self.0, dt, &Converters { seed, ..Converters::default() })?;
         let tracking = Tracking::of(&mut controller.stage_controller);
         tracking.run(&task, &mut plant.plant, watch(py, reference.len(), progress)?).map(Run)
     }

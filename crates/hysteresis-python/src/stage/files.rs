@@ -12,9 +12,8 @@ use pyo3::types::{PyBytes, PyType};
 
 use super::stage::Stage;
 use crate::convert::arguments::{two, word};
-use crate::convert::errors::{raise, unexpected};
-use crate::convert::objects::instance;
-use crate::convert::{arguments, errors, files};
+use crate::convert::errors::{self, raise, unexpected};
+use crate::convert::files;
 use crate::model::models::object;
 use crate::stream::actuators;
 
@@ -45,28 +44,20 @@ use crate::stream::actuators;
 /// True
 #[function]
 #[py(-> "Model | Stage")]
-pub(crate) fn load(py: Python<'_>, #[py("str | PathLike[str]")] path: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
-    let path = arguments::path("path", path)?;
+pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Py<PyAny>> {
     loaded(py, &path, &files::read(&path)?)
 }
 
 /// The bytes of a file, and no more of them than `load` would read.
 #[function]
-pub(crate) fn read_bytes<'py>(
-    py: Python<'py>,
-    #[py("str | PathLike[str]")] path: PathBuf,
-) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn read_bytes<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyBytes>> {
     Ok(PyBytes::new(py, &py.detach(|| files::bytes(&path))?))
 }
 
 /// As `load`, of a file that was read already: a pipe can be read only once.
 #[function]
 #[py(-> "Model | Stage")]
-pub(crate) fn load_from(
-    py: Python<'_>,
-    #[py("str | PathLike[str]")] path: PathBuf,
-    data: &Bound<'_, PyBytes>,
-) -> PyResult<Py<PyAny>> {
+pub(crate) fn load_from(py: Python<'_>, path: PathBuf, data: &Bound<'_, PyBytes>) -> PyResult<Py<PyAny>> {
     loaded(py, &path, &files::text(&path, data.as_bytes().to_vec())?)
 }
 
@@ -117,13 +108,13 @@ impl Stage {
 /// The text of a header of constants: `mpi_hyst.export.c_header` writes it to a file.
 #[function]
 pub(crate) fn c_header_text(
-    #[py("Stage")] stage: &Bound<'_, PyAny>,
-    #[py("str")] name: &Bound<'_, PyAny>,
+    stage: Bound<'_, Stage>,
+    name: String,
     #[py(= None)] dt: Option<f64>,
     #[py(= None)] sha256: Option<String>,
 ) -> PyResult<String> {
-    let (stage, name) = (instance::<Stage>("stage", "a mh.Stage", stage)?, &word("name", "a text", name)?);
-    hysteresis_export::c_header(&stage.get().0, &HeaderOptions { name, dt, sha256: sha256.as_deref() }).map_err(raise)
+    let options = HeaderOptions { name: &name, dt, sha256: sha256.as_deref() };
+    hysteresis_export::c_header(&stage.get().0, &options).map_err(raise)
 }
 
 /// A name of C made of any text: letters, digits and underscores, no digit first.
@@ -135,9 +126,9 @@ pub(crate) fn c_name(text: String) -> PyResult<String> {
 /// The texts of a functional mock-up unit: identifier, description, settings, stage. `mpi_hyst.export.fmu` packs them.
 #[function]
 pub(crate) fn fmu_texts(
-    #[py("Stage")] stage: &Bound<'_, PyAny>,
+    stage: Bound<'_, Stage>,
     #[py("str")] kind: &Bound<'_, PyAny>,
-    #[py("str")] name: &Bound<'_, PyAny>,
+    name: String,
     dt: f64,
     #[py("str")] feedforward: &Bound<'_, PyAny>,
     #[py("tuple[float, float] | None" = None)] gains: Option<&Bound<'_, PyAny>>,
@@ -145,9 +136,7 @@ pub(crate) fn fmu_texts(
     let gains = gains.map(|gains| two("gains", "(kp, ki)", gains)).transpose()?;
     let kind = Kind::of(&word("kind", "\"forward\", \"inverse\" or \"controller\"", kind)?).map_err(raise)?;
     let feedforward = Source::of(&word("feedforward", "\"inverse\" or \"preview\"", feedforward)?).map_err(raise)?;
-    let name = word("name", "a text", name)?;
     let settings = Settings { feedforward, gains, ..Settings::new(kind, dt) };
-    let stage = instance::<Stage>("stage", "a mh.Stage", stage)?;
     let unit = MockUp::new(&stage.get().0, &settings, &name).map_err(raise)?;
     Ok((unit.identifier, unit.description, unit.settings, unit.stage))
 }

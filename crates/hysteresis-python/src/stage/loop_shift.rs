@@ -6,8 +6,7 @@ use pyo3::prelude::*;
 
 use crate::convert::arguments::two;
 use crate::convert::errors::{raise, unexpected};
-use crate::convert::objects::hash;
-use crate::convert::objects::{Reduced, keywords, reduce};
+use crate::convert::objects::{Reduced, hash, keywords, reduce};
 
 /// The shift of a loop: what motion of the drive u adds to the position.
 ///

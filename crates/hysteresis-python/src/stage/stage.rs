@@ -1,5 +1,7 @@
 //! The stage: the class `Stage` with its constructor, parts, files and precompensation.
 
+use std::path::PathBuf;
+
 use hysteresis_control::stage::{
     self, Identified, PrecompensateOptions, Precompensated, RecordSource, StageParts, Units,
 };
@@ -14,9 +16,8 @@ use pythonize::pythonize;
 use super::loop_shift::{LoopShift, given_loop_shift};
 use crate::argument::Class;
 use crate::control::inverse_dynamics::samples;
-use crate::convert::arguments::{self, Given, pair};
-use crate::convert::arrays::vector;
-use crate::convert::arrays::{self, PASS, check_room};
+use crate::convert::arguments::{Given, pair};
+use crate::convert::arrays::{self, PASS, check_room, vector};
 use crate::convert::errors::{raise, unexpected, value, warn, wrong_type};
 use crate::convert::files;
 use crate::convert::objects::{Reduced, keywords, reduce};
@@ -294,8 +295,7 @@ impl Stage {
     }
 
     /// Writes the stage to a JSON file; the file appears only when it is complete.
-    fn save(&self, py: Python<'_>, #[py("str | PathLike[str]")] path: &Bound<'_, PyAny>) -> PyResult<()> {
-        let path = arguments::path("path", path)?;
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let mut text = self.0.to_json();
         text.push('\n');
         files::write_file(py, path, &text)

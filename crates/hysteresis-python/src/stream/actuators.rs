@@ -1,5 +1,7 @@
 //! An array of actuators, and its file.
 
+use std::path::PathBuf;
+
 use hysteresis_core::{self as core, ActuatorError, CompiledModel, Error, Method, Model, StreamArray};
 use hysteresis_python_macros::methods;
 use numpy::PyUntypedArrayMethods;
@@ -11,7 +13,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::stream_arrays::{ForwardArray, InverseArray, MadeOf};
-use crate::convert::arguments::path as path_of;
 use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise, wrong_type};
 use crate::convert::files::{read, write_file};
@@ -218,8 +219,7 @@ impl ActuatorArray {
     }
 
     /// Writes the models to a JSON file, each model once; the file appears only when it is complete.
-    fn save(&self, py: Python<'_>, #[py("str | PathLike[str]")] path: &Bound<'_, PyAny>) -> PyResult<()> {
-        let path = path_of("path", path)?;
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let models =
             self.models.bind(py).iter().map(|model| model_of("models", &model)).collect::<PyResult<Vec<_>>>()?;
         write_file(py, path, &file_text(&models))
@@ -229,8 +229,7 @@ impl ActuatorArray {
     ///
     /// Raises OSError if the file cannot be read, ValueError if it is no such file.
     #[staticmethod]
-    fn load(py: Python<'_>, #[py("str | PathLike[str]")] path: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let path = path_of("path", path)?;
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let models = models_of(&read(&path)?).map_err(|message| errors::file(&path, &message))?;
         let models = models.into_iter().map(|model| object(py, model)).collect::<PyResult<Vec<_>>>()?;
         Self::new(PyTuple::new(py, models)?.as_any())

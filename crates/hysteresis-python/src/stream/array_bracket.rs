@@ -15,8 +15,7 @@ use super::actuators::{ActuatorArray, Limits};
 use super::stream_arrays::{MadeOf, columns, in_state, states};
 use crate::convert::arrays::{each, zeros};
 use crate::convert::errors::{self, raise};
-use crate::convert::objects::{Reduced, saved};
-use crate::convert::objects::{exclusive, shared};
+use crate::convert::objects::{Reduced, exclusive, saved, shared};
 use crate::signal::excitation::few;
 
 /// How uncertain the outputs of many actuators are when their history is unknown: made by `array.bracket(limits)`.

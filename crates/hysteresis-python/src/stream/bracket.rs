@@ -2,14 +2,13 @@
 
 use hysteresis_core::{self as core, CompiledModel};
 use hysteresis_python_macros::methods;
+use numpy::PyReadonlyArray1;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
-use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
-use crate::convert::objects::{Reduced, keywords, reduce, saved};
-use crate::convert::objects::{exclusive, shared};
+use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
 use crate::stage::stage::Stage;
 
 /// How uncertain the output is when its history is unknown: made by `model.bracket(limits)` or
@@ -54,8 +53,7 @@ impl Bracket {
     }
 
     /// Takes over what was driven before, oldest drive first.
-    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
-        let drives = vector("drives", drives)?;
+    fn follow(slf: &Bound<'_, Self>, drives: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         exclusive(slf)?.bracket.follow(drives.as_slice()?).map_err(raise)
     }
 

@@ -1,10 +1,11 @@
 //! Streams of arrays: many streams side by side.
 
-use hysteresis_python_macros::methods;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::num::NonZeroUsize;
 
 use hysteresis_core::{self as core, ActuatorError, Method, StreamArray};
+use hysteresis_python_macros::methods;
 use numpy::ndarray::{Array2, Dimension, Ix2};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyReadonlyArray, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
@@ -14,15 +15,11 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 use pythonize::pythonize;
 
-use super::blocks::apply;
-use super::blocks::{Peek, Rows, Step};
+use super::blocks::{Peek, Rows, Step, apply};
 use super::streams::{from_python, method_name};
-use crate::argument::Argument;
-use crate::convert::arguments::{count, whole};
 use crate::convert::arrays::array;
 use crate::convert::errors::{self, Place, raise};
-use crate::convert::objects::{Reduced, keywords, reduce};
-use crate::convert::objects::{exclusive, shared};
+use crate::convert::objects::{Reduced, exclusive, keywords, reduce, shared};
 use crate::model::models::compiled_of;
 
 /// The outputs of many models, sample by sample: made by `array.forward()`.
@@ -168,15 +165,6 @@ pub(crate) fn in_state(py: Python<'_>, actuator: usize, error: PyErr) -> PyErr {
     errors::value(Place::part("state", &format!("actuator {actuator}")), message)
 }
 
-/// How many threads may share out the actuators.
-struct Threads(usize);
-
-impl Argument<'_> for Threads {
-    fn from_argument(name: &'static str, threads: &Bound<'_, PyAny>) -> PyResult<Self> {
-        count(name, threads).map(Self)
-    }
-}
-
 // What both streams of arrays offer.
 #[methods(ForwardArray, InverseArray)]
 #[allow(clippy::redundant_closure_for_method_calls, reason = "the streams of two classes")]
@@ -214,11 +202,11 @@ impl Each {
         slf: &Bound<'py, Self>,
         #[py("ArrayLike")] input: &Bound<'py, PyAny>,
         #[py("Matrix | None" = None)] out: Option<&Bound<'py, PyAny>>,
-        #[py("int" = 1)] threads: Threads,
+        #[py(= 1)] threads: NonZeroUsize,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let actuators = shared(slf)?.stream.len();
         let samples = rows(input, actuators)?;
-        apply(samples, out, |block| block.through(slf.py(), &mut Rows::new(&mut exclusive(slf)?.stream, threads.0)))
+        apply(samples, out, |block| block.through(slf.py(), &mut Rows::new(&mut exclusive(slf)?.stream, threads.get())))
     }
 
     /// Takes over rows of drives that were put out before, oldest row first.
@@ -286,12 +274,8 @@ impl Each {
     /// input offset, as a stream of it would.
     ///
     /// Raises ValueError that names what differs; the stream is as before then.
-    fn set_model(
-        slf: &Bound<'_, Self>,
-        #[py("int")] actuator: &Bound<'_, PyAny>,
-        #[py("Model")] model: &Bound<'_, PyAny>,
-    ) -> PyResult<()> {
-        let (actuator, compiled) = (whole::<usize>("actuator", actuator)?, compiled_of("model", model)?);
+    fn set_model(slf: &Bound<'_, Self>, actuator: usize, #[py("Model")] model: &Bound<'_, PyAny>) -> PyResult<()> {
+        let compiled = compiled_of("model", model)?;
         let mut this = exclusive(slf)?;
         let actuators = this.stream.len();
         let Some(stream) = this.stream.streams_mut().get_mut(actuator) else {

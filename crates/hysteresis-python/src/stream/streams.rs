@@ -2,17 +2,15 @@
 
 use hysteresis_core::{self as core, Method, Process, StreamState};
 use hysteresis_python_macros::methods;
-use numpy::PyArray1;
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyTuple};
 use pythonize::{depythonize, pythonize};
 
 use super::single_argument::Stepper;
-use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
-use crate::convert::objects::{Reduced, keywords, reduce};
-use crate::convert::objects::{exclusive, shared};
+use crate::convert::objects::{Reduced, exclusive, keywords, reduce, shared};
 use crate::model::models::compiled_of;
 
 /// The output of a model, sample by sample: made by `model.forward()`.
@@ -147,8 +145,7 @@ impl Forward {
     }
 
     /// Takes over what was put in before, oldest input first.
-    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] inputs: &Bound<'_, PyAny>) -> PyResult<()> {
-        let inputs = vector("inputs", inputs)?;
+    fn follow(slf: &Bound<'_, Self>, inputs: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         exclusive(slf)?.stream.follow(inputs.as_slice()?).map_err(raise)
     }
 
@@ -207,8 +204,7 @@ impl Inverse {
     }
 
     /// Takes over what was driven before, oldest drive first.
-    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
-        let drives = vector("drives", drives)?;
+    fn follow(slf: &Bound<'_, Self>, drives: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         exclusive(slf)?.stream.follow(drives.as_slice()?).map_err(raise)
     }
 
