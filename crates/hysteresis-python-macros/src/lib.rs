@@ -99,7 +99,10 @@ fn converted(kind: Kind, attributes: &mut Vec<Attribute>, signature: &mut Signat
     if let Some(Gathered { name, ty, base }) = gathered {
         let fields = seen.iter().filter(|parameter| parameter.is_field);
         let fields = fields.map(|parameter| format_ident!("{}", parameter.name));
-        conversions.push(parse_quote! { let #name = #ty { #(#fields,)* ..#base }; });
+        conversions.push(parse_quote! {
+            #[allow(clippy::needless_update, reason = "the base of options of which every field is gathered")]
+            let #name = #ty { #(#fields,)* ..#base };
+        });
     }
     if seen.is_empty() || is_private || matches!(kind, Kind::Getter | Kind::Setter | Kind::Magic) {
         return Ok(conversions);

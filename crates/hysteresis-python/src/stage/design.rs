@@ -174,7 +174,7 @@ impl Stage {
             ahead: ahead.map(|ahead| ahead.0),
             smoothing: smoothing.map_or(Ok(0.0), |smoothing| self.smoothing(smoothing))?,
             drift,
-            period: period.map(|period| period.get()),
+            period: period.map(NonZeroUsize::get),
             uncertainty: (frequency_uncertainty, damping_uncertainty),
         };
         let limits = checked_limits(&self.0, limits)?;
