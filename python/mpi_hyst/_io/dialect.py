@@ -441,8 +441,10 @@ class Layout:
             cells = _trimmed(self.rows[place])
             of_numbers = sum(is_like_a_number(cell) for cell in cells)
             words = len(cells) > 1 or not re.search(r"[\s:=]", cells[0] if cells else ":")
-            units = len(cells) > 1 and any(Quantity(c).suffix or Quantity(c).unused for c in cells)
-            if cells and words and not of_numbers and (units or not _is_prose(text)):
+            units = any(Quantity(cell).suffix or Quantity(cell).unused for cell in cells)
+            units = units and not re.search(r"\d", text)
+            is_header = units or (words and not _is_prose(text))
+            if cells and is_header and not of_numbers:
                 self._misfit = place, len(cells)
         return None if names is None else (place, names)
 
