@@ -337,6 +337,9 @@ def mutated(seed: int) -> tuple[bytes, str]:
     happened = []
     for _ in range(draw.choice([0, 1, 1, 1, 1, 2, 2])):
         one = draw.choice(MUTATIONS)
+        # With a name lost and another one there it is the header of another file.
+        if one in (drop_name, add_name) and {"drop_name", "add_name"} & set(happened):
+            continue
         if len(text.lines) - text.first > 20 and "\0" not in text.lines[-1]:
             one(draw, text)
             happened.append(one.__name__)

@@ -42,6 +42,7 @@ _PAIRS = re.compile(r"[+-]?\d+"), re.compile(r"\d+([eE][+-]?\d+)?")
 _OF_RIGOL = re.compile(r"(start|increment|t0|tinc|t_?inc\w*)\b.*", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _OF_REMARKS = re.compile(r"(comment|remark|note|kommentar|bemerkung)s?\b", re.IGNORECASE)
+_REMARKS = 5  # comments above a table among which its names may be
 # A text of more columns than rows has its channels in rows.
 _WIDE, _CHANNELS = 4, 32
 
@@ -95,6 +96,9 @@ def detect(lines: Sequence[str], first: int = 0) -> Dialect:
         )
         for delimiter in DELIMITERS
     ]
+    tabs, *others, blanks = layouts
+    # Names with spaces are no reason to part rows at blanks that tabs part as well.
+    layouts = [tabs, *others] if tabs.width == blanks.width > 1 else layouts
     best = max(layouts, key=lambda layout: layout.score)
     return best.dialect() if best.score[0] else _without_numbers(lines, first)
 
@@ -410,17 +414,24 @@ class Layout:
         return first
 
     def _commented(self, first: int) -> tuple[int, list[str]] | None:
-        """Return the header in the last comment above the table, as numpy.savetxt writes it."""
+        """Return the header in a comment above the table, as numpy.savetxt writes it."""
         comments = [n for n in range(min(first, len(self.lines))) if self._is_comment(n)]
         if not comments or any(n > comments[-1] for n in self.rows if n < first):
             return None
-        text = self.lines[comments[-1]].strip().lstrip("#%/;").strip()
-        names = self._names_in(text)
-        if names is None:
-            self._misfit = comments[-1], len(split(text, self.delimiter))
-            if len(split(text, self.delimiter)) < 2 or _is_prose(text):
-                self._misfit = None
-        return None if names is None else (comments[-1], names)
+        # Remarks may follow the names.
+        for place in reversed(comments[-_REMARKS:]):
+            names = self._names_in(self._bare(place))
+            if names is not None and not any(n > place for n in self.rows if n < first):
+                return place, names
+        text = self._bare(comments[-1])
+        count = len(split(text, self.delimiter))
+        if count > 1 and not _is_prose(text):
+            self._misfit = comments[-1], count
+        return None
+
+    def _bare(self, place: int) -> str:
+        """Return what stands behind the mark of a comment."""
+        return self.lines[place].strip().lstrip("#%/;").strip()
 
     _misfit: tuple[int, int] | None = None
     """A line that looks like a header and is none, and its names."""
@@ -511,7 +522,8 @@ class Layout:
                 f"column {nameless[0]} has numbers and no name, {empty} has a name and no numbers"
             )
             self.said.append(Assumption("dialect", f"{said}: names may be shifted", "doubtful"))
-        remarks = [names[index] for index in self.numeric if _OF_REMARKS.match(names[index])]
+        named = [names[index] for index in self.numeric]
+        remarks = [one for one in named if _OF_REMARKS.match(one) or _OF_RIGOL.fullmatch(one)]
         if remarks:
             said = f"column {remarks[0]} has numbers: names may be shifted"
             self.said.append(Assumption("dialect", said, "doubtful"))

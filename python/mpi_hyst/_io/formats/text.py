@@ -34,6 +34,7 @@ from mpi_hyst._types import Samples
 _SAMPLE_LINES = 500
 _SAMPLE_CHARACTERS = 4_000_000
 _ATTEMPTS = 20  # to find a table below a long preamble
+_NEAR_ROWS = 5
 _LAST_ROWS = 20  # that tell how long a last number should be
 _SMALLEST, _LARGEST = 1 << 16, 1 << 24  # bytes of a block of rows
 _WORTH_A_BLOCK = 200  # rows
@@ -401,7 +402,8 @@ class TextTable:
         index = max((i for i, cell in enumerate(row) if cell), default=0)
         if index in self._dialect.stamped or not is_number(row[index], self._decimal or "."):
             return
-        lengths = sorted(_decimals(one[index], self._decimal) for one in before if one[index])
+        near = before[-_NEAR_ROWS:]
+        lengths = sorted(_decimals(one[index], self._decimal) for one in near if one[index])
         shorter = lengths and _decimals(row[index], self._decimal) < lengths[len(lengths) // 2]
         numbers = [_value(one[index], self._decimal or ".") for one in last]
         steps = [abs(b - a) for a, b in pairwise(numbers) if a is not None and b is not None]
