@@ -159,7 +159,6 @@ fn is_object(ty: &Type) -> bool {
         Some("Bound" | "Py") => {
             arguments(ty).iter().any(|inner| last_name(inner).is_some_and(|name| name.starts_with("Py")))
         }
-        Some("OrDefault") => true,
         Some("Option") => arguments(ty).first().is_some_and(|inner| is_object(inner)),
         _ => false,
     }
@@ -178,7 +177,6 @@ fn lifetime(ty: &Type) -> proc_macro2::TokenStream {
 fn absent(ty: &Type) -> &'static str {
     match last_name(ty).as_deref() {
         Some("Option") if is_object(ty) => "None",
-        _ if is_object(ty) => "Default::default()",
         _ => "crate::argument::Given::Default",
     }
 }

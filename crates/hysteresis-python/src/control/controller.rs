@@ -18,8 +18,7 @@ use crate::control::observer::Observer;
 use crate::control::shared_by_controllers::{ControllerTerms, check_interval, mode_name, plain_state, source};
 use crate::convert::arrays::vector;
 use crate::convert::errors::{self, raise};
-use crate::convert::objects::{Reduced, bytes_of, keywords, reduce};
-use crate::convert::objects::{exclusive, shared};
+use crate::convert::objects::{Reduced, bytes_of, exclusive, keywords, reduce, shared};
 use crate::model::models::compiled_of;
 use crate::stream::blocks::run_both;
 

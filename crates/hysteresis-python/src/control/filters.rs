@@ -13,9 +13,7 @@ use pythonize::pythonize;
 use crate::convert::arguments::two;
 use crate::convert::arrays;
 use crate::convert::errors::{raise, unexpected};
-use crate::convert::objects::hash;
-use crate::convert::objects::{Reduced, keywords, reduce, saved};
-use crate::convert::objects::{exclusive, shared};
+use crate::convert::objects::{Reduced, exclusive, hash, keywords, reduce, saved, shared};
 use crate::stream::single_argument::Stepper;
 
 /// A notch, which takes out a resonance and leaves slow signals as they are.

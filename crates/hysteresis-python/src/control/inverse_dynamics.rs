@@ -13,13 +13,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 
 use crate::argument::{Class, SampleCount};
-use crate::convert::arrays::{PASS, check_room};
-use crate::convert::arrays::{numbers, read_only, vector};
+use crate::convert::arrays::{PASS, check_room, numbers, read_only, vector};
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::linear::dynamics::{LinearPart, dynamics_object, linear_dynamics};
-use crate::stage::stage::Stage;
-use crate::stage::stage::{Keywords, precompensate as drives};
+use crate::stage::stage::{Keywords, Stage, precompensate as drives};
 use crate::trajectories::one_axis::{PointToPoint, RoundedTriangle, Sine};
 use crate::trajectories::scans::ScanAxis;
 
@@ -239,9 +237,9 @@ impl Preview {
 pub(crate) fn preview(
     #[py("Dynamics | None")] dynamics: Option<&Bound<'_, PyAny>>,
     dt: f64,
-    #[py(*, "int")] ahead: SampleCount,
-    #[py("int | None" = None)] window: Option<SampleCount>,
-    #[py("int | None" = None)] degree: Option<SampleCount>,
+    #[py(*)] ahead: SampleCount,
+    #[py(= None)] window: Option<SampleCount>,
+    #[py(= None)] degree: Option<SampleCount>,
     #[py(= None)] band: Option<f64>,
     #[py(= None)] amplifier_bandwidth: Option<f64>,
     #[py(= None)] dead_time: Option<f64>,
@@ -374,16 +372,17 @@ pub(crate) fn invert_dynamics<'py>(
 /// >>> bool(abs(stage.forward(1e-4).run(drive) - moves.sample(1e-4)[0]).max() < 2e-3)  # um
 /// True
 #[function]
+#[gather(keywords: Keywords)]
 pub(crate) fn precompensate<'py>(
     py: Python<'py>,
     stage: Bound<'py, Stage>,
     #[py("ArrayLike | Trajectory")] reference: &Bound<'py, PyAny>,
     dt: f64,
-    #[py(*, "Sequence[float] | None" = None)] limits: Option<Bound<'py, PyAny>>,
-    #[py("float | None" = None)] start: Option<Bound<'py, PyAny>>,
-    #[py("ArrayLike | None" = None)] history: Option<Bound<'py, PyAny>>,
-    #[py("float | None" = None)] lead_in: Option<Bound<'py, PyAny>>,
+    #[py(*, field, "Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
+    #[py(field = None)] start: Option<f64>,
+    #[py(field = None)] history: Option<Vec<f64>>,
+    #[py(field = None)] lead_in: Option<f64>,
 ) -> Vector<'py> {
-    let found = drives(&stage.get().0, reference, dt, &Keywords { limits, start, history, lead_in })?;
+    let found = drives(&stage.get().0, reference, dt, &keywords)?;
     Ok(PyArray1::from_vec(py, found.drive))
 }

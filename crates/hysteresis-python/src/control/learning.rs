@@ -14,11 +14,9 @@ use pythonize::pythonize;
 
 use crate::argument::Class;
 use crate::control::filters::{as_tuple, sections};
-use crate::convert::arrays::{FIT, check_room};
-use crate::convert::arrays::{numbers, read_only, vector};
+use crate::convert::arrays::{FIT, check_room, numbers, read_only, vector};
 use crate::convert::errors::raise;
-use crate::convert::objects::{Reduced, keywords, reduce, saved};
-use crate::convert::objects::{exclusive, shared};
+use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
 use crate::linear::dynamics::{dynamics_object, linear_dynamics};
 
 /// The loop with other dynamics, slope or dead time, where they are given.

@@ -1,18 +1,17 @@
 //! The position behind a noisy measurement.
 
+use hysteresis_control::linear::LinearDynamics;
 use hysteresis_control::{ObserverOptions, stage};
 use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
-use crate::argument::Class;
+use crate::argument::{Argument, Class};
 use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
-use crate::convert::objects::{Reduced, keywords, reduce, saved};
-use crate::convert::objects::{exclusive, shared};
-use crate::stage::stage::Stage;
-use crate::stage::stage::StageKeywords;
+use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
+use crate::stage::stage::{Stage, StageKeywords};
 use crate::stream::blocks::run_both;
 
 /// A state observer: what the model of a stage and a noisy measurement say together of the position.
@@ -79,9 +78,10 @@ impl Observer {
         #[py(*)] drift: f64,
         dt: f64,
         #[py(= None)] noise: Option<f64>,
-        #[py("Dynamics | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
+        #[py("Dynamics | None" = None)] dynamics: Option<LinearDynamics>,
         #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let dead_time = dead_time.map(|given| f64::from_argument("dead_time", given)).transpose()?;
         let parts = StageKeywords { dynamics, dead_time, ..StageKeywords::default() };
         Self::of(parts.stage_or_around("stage", stage)?, dt, drift, noise)
     }

@@ -1,5 +1,6 @@
 //! What a tuning is, and what it makes over frequency.
 
+use hysteresis_control::linear::LinearDynamics;
 use hysteresis_control::stage::{self, Stage};
 use hysteresis_control::tuning::{self, LoopFamily, Structure, TuningOptions};
 use hysteresis_python_macros::{function, methods};
@@ -15,8 +16,7 @@ use crate::control::filters::as_objects;
 use crate::convert::arguments::{unknown, word};
 use crate::convert::arrays;
 use crate::convert::errors::{raise, wrong_type};
-use crate::convert::objects::shared;
-use crate::convert::objects::{Reduced, keywords, reduce};
+use crate::convert::objects::{Reduced, keywords, reduce, shared};
 use crate::plant::plant::Plant;
 use crate::stage::stage::StageKeywords;
 
@@ -389,13 +389,14 @@ pub(crate) fn tune(
     #[py("Model | Stage | Plant")] stage: &Bound<'_, PyAny>,
     #[py(*, = None)] dt: Option<f64>,
     #[py(= 1.7)] peak_sensitivity: f64,
-    #[py("Dynamics | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
-    #[py("float | None" = None)] amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
+    #[py("Dynamics | None" = None)] dynamics: Option<LinearDynamics>,
+    #[py(= None)] amplifier_bandwidth: Option<f64>,
     #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
     #[py(= None)] frequency_uncertainty: Option<f64>,
     #[py(= None)] damping_uncertainty: Option<f64>,
     #[py("Structure | None" = None)] structure: Option<Structure>,
 ) -> PyResult<Tuning> {
+    let dead_time = dead_time.map(|given| f64::from_argument("dead_time", given)).transpose()?;
     let parts = StageKeywords { dynamics, amplifier_bandwidth, dead_time, ..StageKeywords::default() };
     let (stage, dt) = match (stage.cast::<Plant>(), dt) {
         (Ok(plant), None) if parts.is_empty() => (shared(plant)?.plant.stage().clone(), shared(plant)?.plant.dt()),

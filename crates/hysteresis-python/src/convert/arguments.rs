@@ -7,60 +7,6 @@ use pyo3::types::PyString;
 
 use super::errors::{self, not_converted, unexpected};
 
-/// A number, or an optional one, that came as an argument.
-pub(crate) trait Given {
-    type Number;
-
-    fn number(self, name: &str) -> PyResult<Self::Number>;
-}
-
-impl Given for &Bound<'_, PyAny> {
-    type Number = f64;
-
-    fn number(self, name: &str) -> PyResult<f64> {
-        self.extract().map_err(|error| not_converted(name, "a number", self, error))
-    }
-}
-
-impl Given for Option<&Bound<'_, PyAny>> {
-    type Number = Option<f64>;
-
-    fn number(self, name: &str) -> PyResult<Option<f64>> {
-        self.map(|value| value.number(name)).transpose()
-    }
-}
-
-/// An argument whose default is not None: not given, or a value, of which None is a wrong one.
-#[derive(Default)]
-pub(crate) struct OrDefault<'py>(pub(crate) Option<Bound<'py, PyAny>>);
-
-impl<'py> FromPyObject<'_, 'py> for OrDefault<'py> {
-    type Error = PyErr;
-
-    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        Ok(Self(Some(value.to_owned())))
-    }
-}
-
-impl OrDefault<'_> {
-    /// A word, or the default.
-    pub(crate) fn word(&self, name: &str, expected: &str, default: &str) -> PyResult<String> {
-        self.0.as_ref().map_or_else(|| Ok(default.to_owned()), |value| word(name, expected, value))
-    }
-}
-
-/// Makes numbers of arguments, each under its own name: `numbers!(kp, slew, dwell = 0.0)`, the last one with a default.
-macro_rules! numbers {
-    ($($name:ident $(= $default:expr)?),+) => {
-        $(
-            let $name = $crate::convert::arguments::Given::number($name, stringify!($name))?;
-            $(let $name = $name.unwrap_or($default);)?
-        )+
-    };
-}
-
-pub(crate) use numbers;
-
 /// A whole number of at least one.
 pub(crate) fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
     match value.extract::<usize>() {
@@ -88,14 +34,6 @@ pub(crate) fn whole_number<'py, T: for<'a> FromPyObject<'a, 'py>>(
     }
     let got = value.repr()?;
     Err(errors::value(name, format_args!("expected {expected}, got {got}")))
-}
-
-/// What can be called, or None.
-pub(crate) fn callable(name: &str, value: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-    match value {
-        Some(value) if !value.is_callable() => Err(unexpected(name, "a callable or None", value)),
-        _ => Ok(()),
-    }
 }
 
 /// The path of a file.

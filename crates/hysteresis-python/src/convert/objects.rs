@@ -21,12 +21,10 @@ use crate::identify::compare::{ComparedModel, Comparison};
 use crate::identify::diagnose::Finding;
 use crate::identify::identification::Identification;
 use crate::identify::many_identifications::ManyIdentifications;
-use crate::identify::quality::LeftOutLoop;
-use crate::identify::quality::Quality;
+use crate::identify::quality::{LeftOutLoop, Quality};
 use crate::plant::run::Metrics;
 use crate::realtime::report::{LoopReport, LoopTimes};
-use crate::signal::excitation::Excitation;
-use crate::signal::excitation::{ExperimentPart, ExperimentSegment};
+use crate::signal::excitation::{Excitation, ExperimentPart, ExperimentSegment};
 
 /// The object to read from.
 pub(crate) fn shared<'py, C: PyClass>(object: &Bound<'py, C>) -> PyResult<PyRef<'py, C>> {

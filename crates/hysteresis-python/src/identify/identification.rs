@@ -19,8 +19,7 @@ use crate::linear::creep::Creep;
 use crate::linear::dynamics::dynamics_object;
 use crate::model::models::object;
 use crate::stage::loop_shift::LoopShift;
-use crate::stage::stage::Stage;
-use crate::stage::stage::points;
+use crate::stage::stage::{Stage, points};
 
 /// What `identify` found: the model, what follows it, and how well all of it fits.
 ///

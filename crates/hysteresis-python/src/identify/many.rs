@@ -18,8 +18,7 @@ use super::options::{Operators, Placing, Smoothness, placed};
 use super::records::duration;
 use super::watch::Watch;
 use crate::argument::{Callable, Words};
-use crate::convert::arrays::array;
-use crate::convert::arrays::{FIT, check_room};
+use crate::convert::arrays::{FIT, array, check_room};
 use crate::convert::errors::{self, raise, record, unexpected, wrong_type};
 use crate::convert::objects::keywords;
 

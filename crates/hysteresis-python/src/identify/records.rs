@@ -6,8 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyFloat, PyList, PyString, PyTuple};
 
 use crate::argument::Argument;
-use crate::convert::arrays::numbers;
-use crate::convert::arrays::{FIT, check_room};
+use crate::convert::arrays::{FIT, check_room, numbers};
 use crate::convert::errors::{self, Place, identification, one_record, record, unexpected, wrong_type};
 
 /// Records as they are given. Copies: other threads may change the arrays while the interpreter is let go.

@@ -8,9 +8,9 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pythonize::{depythonize, pythonize};
 
+use crate::argument::Class;
 use crate::convert::errors::{self, raise, wrong_type};
-use crate::convert::objects::{Reduced, keywords, reduce};
-use crate::convert::objects::{exclusive, shared};
+use crate::convert::objects::{Reduced, exclusive, keywords, reduce, shared};
 use crate::linear::dynamics::{LinearPart, dynamics_object};
 use crate::model::models::object;
 
@@ -61,6 +61,10 @@ use crate::model::models::object;
 /// (True, 'poor_excitation')
 #[pyclass(module = "mpi_hyst")]
 pub(crate) struct RecursiveIdentifier(pub(crate) identification::RecursiveIdentifier);
+
+impl Class for RecursiveIdentifier {
+    const CALLED: &'static str = "a mh.RecursiveIdentifier";
+}
 
 #[methods]
 impl RecursiveIdentifier {

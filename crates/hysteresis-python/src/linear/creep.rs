@@ -8,10 +8,10 @@ use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use super::sections::response;
+use crate::argument::Argument;
 use crate::convert::arrays::read_only;
 use crate::convert::errors::{self, raise, unexpected};
-use crate::convert::objects::hash;
-use crate::convert::objects::{Reduced, keywords, reduce};
+use crate::convert::objects::{Reduced, hash, keywords, reduce};
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
@@ -106,10 +106,8 @@ impl Creep {
     }
 }
 
-/// Creep from a Python object.
-pub(crate) fn given_creep(creep: &Bound<'_, PyAny>) -> PyResult<linear::Creep> {
-    match creep.cast::<Creep>() {
-        Ok(creep) => Ok(creep.get().0.clone()),
-        Err(_) => Err(unexpected("creep", "a Creep", creep)),
+impl Argument<'_> for linear::Creep {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        value.cast::<Creep>().map(|creep| creep.get().0.clone()).map_err(|_| unexpected(name, "a Creep", value))
     }
 }

@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
 use super::sections::{Antiresonance, FirstOrder, Modes, SecondOrder, StateSpace};
+use crate::argument::Argument;
 use crate::convert::errors::{self, raise, unexpected};
 
 /// One of the classes of this package, if it is one.
@@ -70,6 +71,12 @@ pub(crate) fn linear_dynamics(name: &str, value: &Bound<'_, PyAny>) -> PyResult<
     let expected = "FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, a list of them in series, or an object of \
                     scipy.signal or control";
     foreign(name, value)?.ok_or_else(|| unexpected(name, expected, value))
+}
+
+impl Argument<'_> for LinearDynamics {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        linear_dynamics(name, value)
+    }
 }
 
 /// The object of a section.

@@ -12,8 +12,7 @@ use pyo3::types::PyTuple;
 use crate::argument::Class;
 use crate::convert::arrays::{array, read_only};
 use crate::convert::errors::{Place, raise, unexpected};
-use crate::convert::objects::hash;
-use crate::convert::objects::{Reduced, keywords, reduce};
+use crate::convert::objects::{Reduced, hash, keywords, reduce};
 use crate::stream::blocks::{Single, run};
 
 /// Second-order dynamics of unit static gain: y'' + 2 zeta w y' + w^2 y = w^2 u, w = 2 pi f.

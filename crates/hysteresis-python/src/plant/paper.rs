@@ -5,7 +5,7 @@ use hysteresis_simulate::paper::{self, Benchmark};
 use pyo3::prelude::*;
 
 use super::plant::Plant;
-use crate::convert::arguments::{unknown, whole, word};
+use crate::argument::Words;
 use crate::model::models::ModifiedPrandtlIshlinskii;
 
 /// Table I as printed: the forward model, input V, output um, for a drive of -500..500 V.
@@ -48,11 +48,8 @@ pub(crate) fn table_2() -> ModifiedPrandtlIshlinskii {
     paper::table_2().into()
 }
 
-fn benchmark(name: &Bound<'_, PyAny>) -> PyResult<Benchmark> {
-    let expected = "\"A1\" or \"P3\"";
-    let name = word("name", expected, name)?;
-    let found = Benchmark::ALL.into_iter().find(|benchmark| benchmark.name() == name);
-    found.map_or_else(|| unknown("name", expected, &name), Ok)
+impl Words for Benchmark {
+    const WORDS: &'static [(&'static str, Self)] = &[("A1", Self::A1), ("P3", Self::P3)];
 }
 
 /// A plant that reproduces the published errors: the recovered weights, +-560 V, 10 kHz, noise, and linear dynamics.
@@ -87,12 +84,8 @@ fn benchmark(name: &Bound<'_, PyAny>) -> PyResult<Benchmark> {
 /// >>> bool(abs(run.metrics.max_error / 0.293 - 1.0) < 0.1)
 /// True
 #[function]
-pub(crate) fn plant(
-    #[py("Literal['A1', 'P3']")] name: &Bound<'_, PyAny>,
-    #[py("int" = 0)] seed: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Plant> {
-    let seed = seed.map_or(Ok(0), |seed| whole::<u64>("seed", seed))?;
-    Plant::of_seed(&benchmark(name)?.stage(), seed)
+pub(crate) fn plant(name: Benchmark, #[py(= 0)] seed: u64) -> PyResult<Plant> {
+    Plant::of_seed(&name.stage(), seed)
 }
 
 /// The gains (kp, ki) in V/um and V/um/s, with which the plant of that name gives the published errors.
@@ -108,7 +101,7 @@ pub(crate) fn plant(
 /// >>> mh.paper.gains("A1")
 /// (60.0, 6000.0)
 #[function]
-pub(crate) fn gains(#[py("Literal['A1', 'P3']")] name: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
-    let gains = benchmark(name)?.gains();
+pub(crate) fn gains(name: Benchmark) -> PyResult<(f64, f64)> {
+    let gains = name.gains();
     Ok((gains.kp, gains.ki))
 }

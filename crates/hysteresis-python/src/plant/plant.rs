@@ -2,6 +2,7 @@
 
 use std::num::NonZeroUsize;
 
+use hysteresis_control::linear::{self, LinearDynamics};
 use hysteresis_control::stage;
 use hysteresis_python_macros::methods;
 use hysteresis_simulate::plant::{self, PlantOptions};
@@ -12,7 +13,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use pythonize::pythonize;
 
-use crate::convert::arrays::{array, read_only, vector, zeros};
+use crate::argument::Argument;
+use crate::convert::arrays::{array, read_only, zeros};
 use crate::convert::errors::{self, raise, unexpected};
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
 use crate::stage::stage::{Stage, StageKeywords};
@@ -105,18 +107,18 @@ impl Plant {
         #[py(field = None)] dac_bits: Option<NonZeroUsize>,
         #[py(field = None)] adc_bits: Option<NonZeroUsize>,
         #[py(field, "Sequence[float] | None" = None)] adc_range: Option<(f64, f64)>,
-        #[py("Dynamics | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
-        #[py("float | None" = None)] amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
-        #[py("Creep | None" = None)] creep: Option<&Bound<'_, PyAny>>,
+        #[py("Dynamics | None" = None)] dynamics: Option<LinearDynamics>,
+        #[py(= None)] amplifier_bandwidth: Option<f64>,
+        #[py("Creep | None" = None)] creep: Option<linear::Creep>,
         #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
-        #[py("float | None" = None)] noise: Option<&Bound<'_, PyAny>>,
-        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+        #[py(= None)] noise: Option<f64>,
+        #[py("Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
     ) -> PyResult<Self> {
         let parts = StageKeywords {
             dynamics,
             amplifier_bandwidth,
             creep,
-            dead_time,
+            dead_time: dead_time.map(|given| f64::from_argument("dead_time", given)).transpose()?,
             noise,
             limits,
             ..StageKeywords::default()
@@ -383,8 +385,8 @@ impl MultiAxisPlant {
     }
 
     /// Holds the drives for one sampling interval and returns the measurements at its end.
-    fn step<'py>(slf: &Bound<'py, Self>, #[py("ArrayLike")] drives: &Bound<'py, PyAny>) -> PyResult<Vector<'py>> {
-        Self::write(slf, drives)?;
+    fn step<'py>(slf: &Bound<'py, Self>, drives: PyReadonlyArray1<'py, f64>) -> PyResult<Vector<'py>> {
+        exclusive(slf)?.plant.step(drives.as_slice()?).map_err(raise)?;
         Ok(PyArray1::from_slice(slf.py(), shared(slf)?.plant.measured()))
     }
 
@@ -394,8 +396,7 @@ impl MultiAxisPlant {
     }
 
     /// Holds the drives for one sampling interval: `step` without the measurements, which `read` returns.
-    fn write(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
-        let drives = vector("drives", drives)?;
+    fn write(slf: &Bound<'_, Self>, drives: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         exclusive(slf)?.plant.step(drives.as_slice()?).map_err(raise)
     }
 

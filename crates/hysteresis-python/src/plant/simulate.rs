@@ -1,5 +1,7 @@
 //! The simulation of a closed loop: of one axis, and of several.
 
+use std::num::NonZeroUsize;
+
 use hysteresis_control::StageController;
 use hysteresis_core::{
     CompiledModel, HybridController as Controller, Model, ModifiedPrandtlIshlinskii, check_all_finite,
@@ -18,15 +20,15 @@ use pyo3::types::PyList;
 use super::foreign::{ForeignAxes, ForeignPlant};
 use super::plant::{MultiAxisPlant, Plant};
 use super::run::Run;
+use crate::argument::Callable;
 use crate::control::controller::HybridController;
 use crate::control::learning::RepetitiveControl;
 use crate::control::multi_axis::MultiAxisController;
 use crate::control::observer::Observer;
 use crate::control::shared_by_controllers::check_interval;
-use crate::convert::arguments::{callable, count};
 use crate::convert::arrays::{PASS, array, check_room, numbers};
 use crate::convert::errors::{self, Place, raise, unexpected};
-use crate::convert::objects::{exclusive, instance, shared};
+use crate::convert::objects::{exclusive, shared};
 use crate::identify::recursive::RecursiveIdentifier;
 
 /// Lets a plant follow a reference under a controller, from the state in which both are.
@@ -131,15 +133,13 @@ pub(crate) fn simulate<'py>(
     #[py("ArrayLike")] reference: &Bound<'py, PyAny>,
     #[py(*, "ArrayLike | None" = None)] target: Option<&Bound<'py, PyAny>>,
     #[py("ArrayLike | None" = None)] correction: Option<&Bound<'py, PyAny>>,
-    #[py("Observer | None" = None)] observer: Option<&Bound<'py, PyAny>>,
-    #[py("RepetitiveControl | None" = None)] repetitive: Option<&Bound<'py, PyAny>>,
-    #[py("RecursiveIdentifier | None" = None)] identifier: Option<&Bound<'py, PyAny>>,
-    #[py("int" = 1000)] model_update_interval: Option<&Bound<'py, PyAny>>,
+    #[py(= None)] observer: Option<Bound<'py, Observer>>,
+    #[py(= None)] repetitive: Option<Bound<'py, RepetitiveControl>>,
+    #[py(= None)] identifier: Option<Bound<'py, RecursiveIdentifier>>,
+    #[py(= 1000)] model_update_interval: NonZeroUsize,
     #[py(= None)] period: Option<f64>,
-    #[py("Callable[[float], object] | None" = None)] progress: Option<&Bound<'py, PyAny>>,
+    #[py("Callable[[float], object] | None" = None)] progress: Option<Callable>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let model_update_interval =
-        model_update_interval.map_or(Ok(1000), |number| count("model_update_interval", number))?;
     if has_axes(controller, plant, reference) {
         if correction.is_some() || observer.is_some() || repetitive.is_some() || identifier.is_some() {
             let expected = "a HybridController of one axis beside correction, observer, repetitive or identifier";
@@ -155,15 +155,10 @@ pub(crate) fn simulate<'py>(
         given.map(|given| checked_samples(name, given, reference.len())).transpose()
     };
     let (target, correction) = (one_each("target", target)?, one_each("correction", correction)?);
-    let observer = observer.map(|given| instance("observer", "a mh.control.Observer", given)).transpose()?;
-    let expected = "a mh.control.RepetitiveControl";
-    let repetitive = repetitive.map(|given| instance("repetitive", expected, given)).transpose()?;
-    let expected = "a mh.RecursiveIdentifier";
-    let identifier = identifier.map(|given| instance("identifier", expected, given)).transpose()?;
-    let watch = watch(plant.py(), reference.len(), progress)?;
-    let observer = observer.map(exclusive).transpose()?;
-    let repetitive = repetitive.map(exclusive).transpose()?;
-    let identifier = identifier.map(exclusive).transpose()?;
+    let watch = watch(plant.py(), reference.len(), progress);
+    let observer = observer.as_ref().map(exclusive).transpose()?;
+    let repetitive = repetitive.as_ref().map(exclusive).transpose()?;
+    let identifier = identifier.as_ref().map(exclusive).transpose()?;
     let around = Around { target, correction, observer, repetitive, identifier, model_update_interval };
     let run = if let Ok(plant) = plant.cast::<Plant>() {
         let plant = &mut exclusive(plant)?.plant;
@@ -184,7 +179,7 @@ struct Around<'py> {
     observer: Option<PyRefMut<'py, Observer>>,
     repetitive: Option<PyRefMut<'py, RepetitiveControl>>,
     identifier: Option<PyRefMut<'py, RecursiveIdentifier>>,
-    model_update_interval: usize,
+    model_update_interval: NonZeroUsize,
 }
 
 impl Around<'_> {
@@ -241,7 +236,7 @@ impl Around<'_> {
             let Some(identifier) = identifier.as_mut() else { return Ok(()) };
             identifier.0.update(drive, measured);
             updates += 1;
-            if updates % model_update_interval == 0 {
+            if updates % model_update_interval.get() == 0 {
                 controller.set_model(&compiled(&identifier.0.model())).map_err(raise)?;
             }
             Ok(())
@@ -337,13 +332,13 @@ fn checked_samples(name: &'static str, given: &Bound<'_, PyAny>, samples: usize)
 pub(crate) fn watch<'py>(
     py: Python<'py>,
     samples: usize,
-    progress: Option<&'py Bound<'py, PyAny>>,
-) -> PyResult<impl FnMut(usize) -> PyResult<()> + 'py> {
-    callable("progress", progress)?;
-    Ok(move |k| {
+    progress: Option<Callable>,
+) -> impl FnMut(usize) -> PyResult<()> + 'py {
+    move |k| {
         py.check_signals()?;
-        progress.map_or(Ok(()), |progress| progress.call1((k as f64 / samples as f64,)).map(drop))
-    })
+        let Some(Callable(progress)) = &progress else { return Ok(()) };
+        progress.call1(py, (k as f64 / samples as f64,)).map(drop)
+    }
 }
 
 /// Whether a loop has several axes: by its controller or plant, or by the reference where these tell nothing.
@@ -377,7 +372,7 @@ pub(super) fn simulate_axes<'py>(
     plant: &Bound<'py, PyAny>,
     (reference, target): (&Bound<'py, PyAny>, Option<&Bound<'py, PyAny>>),
     period: Option<f64>,
-    progress: Option<&Bound<'py, PyAny>>,
+    progress: Option<Callable>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = plant.py();
     if plant.is_instance_of::<Plant>() {
@@ -400,7 +395,7 @@ pub(super) fn simulate_axes<'py>(
     let (reference, axes) = rows("reference", reference, axes)?;
     let task = MultiAxisTask::new(&reference, axes, period).map_err(raise)?;
     let target = target.map(|target| checked_target(target, &reference, axes)).transpose()?;
-    let watch = watch(py, reference.len() / axes.max(1), progress)?;
+    let watch = watch(py, reference.len() / axes.max(1), progress);
     let parts = Parts { controller, hybrid, task, axes, target };
     let runs = if let Some(plant) = own {
         let plant = &mut exclusive(plant)?.plant;

@@ -8,7 +8,7 @@ use hysteresis_realtime::io::{Fault, FunctionIo, Io, ReadFunction, WriteFunction
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 
-use crate::convert::arguments::{self, whole, word};
+use crate::convert::arguments::word;
 use crate::convert::errors::{self, Place, not_converted, unexpected};
 use crate::plant::foreign::stated_limits;
 
@@ -66,12 +66,12 @@ impl Functions {
     fn new(
         #[py("object")] read: &Bound<'_, PyAny>,
         #[py("object")] write: &Bound<'_, PyAny>,
-        #[py("int" = 0)] context: Option<&Bound<'_, PyAny>>,
+        #[py(= 0)] context: usize,
     ) -> PyResult<Self> {
         Ok(Self {
             read: address("read", read)?,
             write: address("write", write)?,
-            context: context.map_or(Ok(0), |context| whole("context", context))?,
+            context,
             _kept: [read, write].map(|function| function.clone().unbind()),
         })
     }
@@ -204,8 +204,8 @@ pub(crate) struct SharedMemory {
 #[methods]
 impl SharedMemory {
     #[new]
-    fn new(#[py("str | PathLike[str]")] path: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Ok(Self { path: arguments::path("path", path)? })
+    fn new(path: PathBuf) -> PyResult<Self> {
+        Ok(Self { path })
     }
 
     fn __repr__(&self) -> String {

@@ -15,14 +15,13 @@ use pyo3::types::PyString;
 
 use super::stage::{Stage, checked_limits};
 use super::streams::StageInverse;
-use crate::argument::SampleCount;
+use crate::argument::{Argument, Callable, SampleCount, Words};
 use crate::control::controller::HybridController;
 use crate::control::inverse_dynamics;
 use crate::control::inverse_dynamics::Preview;
 use crate::control::learning::{IterativeLearning, RepetitiveControl, told};
 use crate::control::observer::Observer;
 use crate::control::tuning::{Demands, Tuning};
-use crate::convert::arguments::{OrDefault, numbers, unknown};
 use crate::convert::errors::{self, raise, unexpected};
 use crate::linear::sections::StateSpace;
 use crate::plant::plant::{Converters, Plant};
@@ -31,11 +30,11 @@ use crate::plant::simulate::watch;
 
 impl Stage {
     /// How many samples a preview of this stage looks ahead, unless told.
-    pub(super) fn ahead(&self, dt: f64) -> PyResult<usize> {
+    fn ahead(&self, dt: f64) -> PyResult<usize> {
         self.0.preview_ahead(dt).map_err(raise)
     }
 
-    pub(super) fn made_preview(&self, dt: f64, options: &PreviewOptions) -> PyResult<Preview> {
+    fn made_preview(&self, dt: f64, options: &PreviewOptions) -> PyResult<Preview> {
         Preview::made(self.0.preview(dt, options).map_err(raise)?)
     }
 
@@ -158,12 +157,12 @@ impl Stage {
         &self,
         py: Python<'_>,
         dt: f64,
-        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
-        #[py("Literal['inverse', 'preview', 'given']" = "inverse")] feedforward: OrDefault<'_>,
+        #[py("Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
+        #[py(= "inverse")] feedforward: Feedforward,
         #[py(*, = None)] kp: Option<f64>,
         #[py(= None)] ki: Option<f64>,
         #[py(= None)] ahead: Option<SampleCount>,
-        #[py("float | Literal['modes'] | None" = None)] smoothing: Option<&Bound<'_, PyAny>>,
+        #[py("float | Literal['modes'] | None" = None)] smoothing: Option<Smoothing>,
         #[py(= None)] drift: Option<f64>,
         #[py(= None)] period: Option<NonZeroUsize>,
         #[py(= None)] frequency_uncertainty: Option<f64>,
@@ -172,14 +171,17 @@ impl Stage {
         let wishes = Wishes {
             gains: (kp, ki),
             ahead: ahead.map(|ahead| ahead.0),
-            smoothing: smoothing.map_or(Ok(0.0), |smoothing| self.smoothing(smoothing))?,
+            smoothing: match smoothing {
+                None => 0.0,
+                Some(Smoothing::Seconds(seconds)) => seconds,
+                Some(Smoothing::Modes) => self.0.smoothing(),
+            },
             drift,
             period: period.map(NonZeroUsize::get),
             uncertainty: (frequency_uncertainty, damping_uncertainty),
         };
-        let limits = checked_limits(&self.0, limits)?;
-        let feedforward = feedforward.word("feedforward", SOURCES, "inverse")?;
-        self.made_controller(py, dt, limits, &feedforward, wishes)
+        let limits = checked_limits(py, &self.0, limits)?;
+        self.made_controller(py, dt, limits, feedforward, wishes)
     }
 
     /// An observer of this stage: as `control.Observer`.
@@ -263,27 +265,22 @@ impl Stage {
         py: Python<'_>,
         #[py("ArrayLike | Trajectory")] reference: &Bound<'_, PyAny>,
         dt: f64,
-        #[py(*, "Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
-        #[py("Literal['inverse', 'preview']" = "preview")] feedforward: OrDefault<'_>,
+        #[py(*, "Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
+        #[py(= "preview")] feedforward: OfRecord,
         #[py(= None)] kp: Option<f64>,
         #[py(= None)] ki: Option<f64>,
         #[py(= 0)] seed: u64,
         #[py(= None)] period: Option<f64>,
-        #[py("Callable[[float], object] | None" = None)] progress: Option<&Bound<'_, PyAny>>,
+        #[py("Callable[[float], object] | None" = None)] progress: Option<Callable>,
     ) -> PyResult<Run> {
-        let limits = checked_limits(&self.0, limits)?;
+        let limits = checked_limits(py, &self.0, limits)?;
         let reference = inverse_dynamics::samples("reference", reference, dt)?;
         let task = TrackingTask::new(&reference, period).map_err(raise)?;
-        let expected = "\"inverse\" or \"preview\"";
-        let feedforward = feedforward.word("feedforward", expected, "preview")?;
-        if feedforward == "given" {
-            return unknown("feedforward", expected, &feedforward);
-        }
-        let mut controller =
-            self.made_controller(py, dt, limits, &feedforward, Wishes { gains: (kp, ki), ..Wishes::default() })?;
+        let wishes = Wishes { gains: (kp, ki), ..Wishes::default() };
+        let mut controller = self.made_controller(py, dt, limits, feedforward.0, wishes)?;
         let mut plant = Plant::of(&self.0, dt, &Converters { seed, ..Converters::default() })?;
         let tracking = Tracking::of(&mut controller.stage_controller);
-        tracking.run(&task, &mut plant.plant, watch(py, reference.len(), progress)?).map(Run)
+        tracking.run(&task, &mut plant.plant, watch(py, reference.len(), progress)).map(Run)
     }
 
     /// The linear part (amplifier, modes) as a `control.StateSpace` of the package control; its dead time is not part of it.
@@ -299,20 +296,58 @@ impl Stage {
     }
 }
 
-/// The words for the feed-forward of a controller.
-pub(super) const SOURCES: &str = "\"inverse\", \"preview\" or \"given\"";
+/// The feed-forward of a controller.
+#[derive(Clone, Copy, PartialEq)]
+enum Feedforward {
+    Inverse,
+    Preview,
+    Given,
+}
+
+impl Words for Feedforward {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("inverse", Self::Inverse), ("preview", Self::Preview), ("given", Self::Given)];
+    const REFUSES_NONE: bool = true;
+}
+
+/// The feed-forward of a controller that follows a record: nothing gives drives beside it.
+#[derive(Clone, Copy, PartialEq)]
+struct OfRecord(Feedforward);
+
+impl Words for OfRecord {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("inverse", Self(Feedforward::Inverse)), ("preview", Self(Feedforward::Preview))];
+    const REFUSES_NONE: bool = true;
+}
+
+/// Over which time references are smoothed.
+enum Smoothing {
+    Seconds(f64),
+    /// What the modes of the stage need.
+    Modes,
+}
+
+impl Argument<'_> for Smoothing {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        match value.extract::<&str>() {
+            Ok("modes") => Ok(Self::Modes),
+            Ok(_) => Err(unexpected(name, "seconds or \"modes\"", value)),
+            Err(_) => f64::from_argument(name, value).map(Self::Seconds),
+        }
+    }
+}
 
 impl Stage {
-    pub(super) fn made_controller(
+    fn made_controller(
         &self,
         py: Python<'_>,
         dt: f64,
         limits: Option<(f64, f64)>,
-        feedforward: &str,
+        feedforward: Feedforward,
         wishes: Wishes,
     ) -> PyResult<HybridController> {
         let Wishes { gains, ahead, smoothing, drift, period, uncertainty: (frequency, damping) } = wishes;
-        if feedforward != "preview" {
+        if feedforward != Feedforward::Preview {
             let expected = "expected None without feedforward=\"preview\"";
             if ahead.is_some() {
                 return Err(errors::value("ahead", expected));
@@ -336,15 +371,14 @@ impl Stage {
         };
         let options = options.map_err(raise)?;
         let source = match feedforward {
-            "inverse" | "preview" => {
+            Feedforward::Inverse | Feedforward::Preview => {
                 let stream = self.0.inverse(dt, Some(options.limits)).map_err(raise)?;
                 Bound::new(py, StageInverse { stream, stage: self.0.clone(), dt })?.into_any()
             }
-            "given" => PyString::new(py, "given").into_any(),
-            other => return unknown("feedforward", SOURCES, other),
+            Feedforward::Given => PyString::new(py, feedforward.word()).into_any(),
         };
         let preview = match feedforward {
-            "preview" => {
+            Feedforward::Preview => {
                 let options = PreviewOptions::new(ahead.map_or_else(|| self.ahead(dt), Ok)?);
                 let preview = self.made_preview(dt, &options)?;
                 Some(Py::new(py, if smoothing == 0.0 { preview } else { preview.behind_smoothing(smoothing)? })?)
@@ -359,39 +393,27 @@ impl Stage {
         });
         HybridController::of(Some(&source), preview, &options)?.with_parts(py, observer, repetitive.transpose()?)
     }
-
-    /// Seconds, or what the modes of this stage need.
-    pub(super) fn smoothing(&self, smoothing: &Bound<'_, PyAny>) -> PyResult<f64> {
-        match smoothing.extract::<&str>() {
-            Ok("modes") => Ok(self.0.smoothing()),
-            Ok(_) => Err(unexpected("smoothing", "seconds or \"modes\"", smoothing)),
-            Err(_) => {
-                numbers!(smoothing);
-                Ok(smoothing)
-            }
-        }
-    }
 }
 
 /// What is asked of a controller besides.
 #[derive(Default)]
-pub(super) struct Wishes {
+struct Wishes {
     /// kp and ki instead of tuned ones, both or none.
-    pub(super) gains: (Option<f64>, Option<f64>),
+    gains: (Option<f64>, Option<f64>),
     /// How many samples a preview looks ahead, unless that is left to the stage.
-    pub(super) ahead: Option<usize>,
+    ahead: Option<usize>,
     /// Over how many seconds references are smoothed.
-    pub(super) smoothing: f64,
+    smoothing: f64,
     /// Of an observer.
-    pub(super) drift: Option<f64>,
+    drift: Option<f64>,
     /// Of learning in the loop, in samples.
-    pub(super) period: Option<usize>,
+    period: Option<usize>,
     /// How far frequency and damping of modes may be from what is known, where learning is asked for.
-    pub(super) uncertainty: (Option<f64>, Option<f64>),
+    uncertainty: (Option<f64>, Option<f64>),
 }
 
 /// Gains are found together: one of them beside a tuned other one may make the loop unstable.
-pub(super) fn both(gains: (Option<f64>, Option<f64>)) -> PyResult<Option<(f64, f64)>> {
+fn both(gains: (Option<f64>, Option<f64>)) -> PyResult<Option<(f64, f64)>> {
     match gains {
         (Some(kp), Some(ki)) => Ok(Some((kp, ki))),
         (None, None) => Ok(None),

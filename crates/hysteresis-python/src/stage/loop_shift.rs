@@ -4,6 +4,7 @@ use hysteresis_control::stage;
 use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 
+use crate::argument::Argument;
 use crate::convert::arguments::two;
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::objects::{Reduced, hash, keywords, reduce};
@@ -123,10 +124,8 @@ impl LoopShift {
     }
 }
 
-/// A loop shift from a Python object.
-pub(super) fn given_loop_shift(shift: &Bound<'_, PyAny>) -> PyResult<stage::LoopShift> {
-    match shift.cast::<LoopShift>() {
-        Ok(shift) => Ok(shift.get().0),
-        Err(_) => Err(unexpected("loop_shift", "a LoopShift", shift)),
+impl Argument<'_> for stage::LoopShift {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        value.cast::<LoopShift>().map(|shift| shift.get().0).map_err(|_| unexpected(name, "a LoopShift", value))
     }
 }

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
+use hysteresis_control::linear::{self, LinearDynamics};
 use hysteresis_control::stage::{
     self, Identified, PrecompensateOptions, Precompensated, RecordSource, StageParts, Units,
 };
-use hysteresis_core::PiecewiseLinearMap;
+use hysteresis_core::{Model, PiecewiseLinearMap};
 use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::intern;
@@ -13,17 +14,16 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use pythonize::pythonize;
 
-use super::loop_shift::{LoopShift, given_loop_shift};
-use crate::argument::Class;
+use super::loop_shift::LoopShift;
+use crate::argument::{Argument, Class};
 use crate::control::inverse_dynamics::samples;
-use crate::convert::arguments::{Given, pair};
-use crate::convert::arrays::{self, PASS, check_room, vector};
+use crate::convert::arrays::{PASS, check_room, vector};
 use crate::convert::errors::{raise, unexpected, value, warn, wrong_type};
 use crate::convert::files;
 use crate::convert::objects::{Reduced, keywords, reduce};
-use crate::linear::creep::{Creep, given_creep};
-use crate::linear::dynamics::{amplifier, dynamics_object, linear_dynamics};
-use crate::model::models::{ModifiedPrandtlIshlinskii, model_of};
+use crate::linear::creep::Creep;
+use crate::linear::dynamics::{amplifier, dynamics_object};
+use crate::model::models::ModifiedPrandtlIshlinskii;
 
 /// A whole stage: limits, dead time, amplifier, hysteresis, loop shift, creep, modes and sensor noise in one
 /// object.
@@ -83,34 +83,22 @@ impl Class for Stage {
 #[methods]
 impl Stage {
     #[new]
+    #[gather(keywords: StageKeywords)]
     fn new(
-        #[py("Model")] hysteresis: &Bound<'_, PyAny>,
-        #[py(*, "Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
-        #[py("float | None" = None)] slew: Option<&Bound<'_, PyAny>>,
-        #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
-        #[py("float | None" = None)] amplifier_bandwidth: Option<&Bound<'_, PyAny>>,
-        #[py("Dynamics | Any | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
-        #[py("Creep | None" = None)] creep: Option<&Bound<'_, PyAny>>,
-        #[py("LoopShift | None" = None)] loop_shift: Option<&Bound<'_, PyAny>>,
-        #[py("MapPoints | None" = None)] input_map: Option<&Bound<'_, PyAny>>,
-        #[py("MapPoints | None" = None)] output_map: Option<&Bound<'_, PyAny>>,
-        #[py("float | None" = None)] noise: Option<&Bound<'_, PyAny>>,
-        #[py("tuple[str, str]" = ("V", "um"))] units: Option<&Bound<'_, PyAny>>,
+        hysteresis: Model,
+        #[py(*, field, "Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
+        #[py(field = None)] slew: Option<f64>,
+        #[py(field, "float" = 0.0)] dead_time: Option<f64>,
+        #[py(field = None)] amplifier_bandwidth: Option<f64>,
+        #[py(field, "Dynamics | Any | None" = None)] dynamics: Option<LinearDynamics>,
+        #[py(field, "Creep | None" = None)] creep: Option<linear::Creep>,
+        #[py(field, "LoopShift | None" = None)] loop_shift: Option<stage::LoopShift>,
+        #[py(field, "MapPoints | None" = None)] input_map: Option<PiecewiseLinearMap>,
+        #[py(field, "MapPoints | None" = None)] output_map: Option<PiecewiseLinearMap>,
+        #[py(field = None)] noise: Option<f64>,
+        #[py(field, "tuple[str, str]" = ("V", "um"))] units: Option<Units>,
     ) -> PyResult<Self> {
-        let keywords = StageKeywords {
-            limits,
-            slew,
-            dead_time,
-            amplifier_bandwidth,
-            dynamics,
-            creep,
-            loop_shift,
-            input_map,
-            output_map,
-            noise,
-            units,
-        };
-        keywords.stage("hysteresis", hysteresis).map(Self)
+        keywords.stage(hysteresis).map(Self)
     }
 
     /// The hysteresis.
@@ -280,17 +268,18 @@ impl Stage {
     /// -----
     /// UserWarning
     ///     If limits or slew rate held drives back.
+    #[gather(keywords: Keywords)]
     fn precompensate<'py>(
         &self,
         py: Python<'py>,
         #[py("ArrayLike | Trajectory")] reference: &Bound<'py, PyAny>,
         dt: f64,
-        #[py(*, "Sequence[float] | None" = None)] limits: Option<Bound<'py, PyAny>>,
-        #[py("float | None" = None)] start: Option<Bound<'py, PyAny>>,
-        #[py("ArrayLike | None" = None)] history: Option<Bound<'py, PyAny>>,
-        #[py("float | None" = None)] lead_in: Option<Bound<'py, PyAny>>,
+        #[py(*, field, "Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
+        #[py(field = None)] start: Option<f64>,
+        #[py(field = None)] history: Option<Vec<f64>>,
+        #[py(field = None)] lead_in: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let found = precompensate(&self.0, reference, dt, &Keywords { limits, start, history, lead_in })?;
+        let found = precompensate(&self.0, reference, dt, &keywords)?;
         Ok(PyArray1::from_vec(py, found.drive))
     }
 
@@ -407,12 +396,14 @@ const KEYWORDS: [&str; 11] = [
 ];
 
 /// A strictly monotone map from its points: a pair of arrays (x, y).
-fn map(name: &str, points: &Bound<'_, PyAny>) -> PyResult<PiecewiseLinearMap> {
-    let Ok((x, y)) = points.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>() else {
-        return Err(unexpected(name, "a pair of arrays (x, y): the points of a piecewise-linear map", points));
-    };
-    let (x, y) = (vector(name, &x)?, vector(name, &y)?);
-    PiecewiseLinearMap::new(x.as_slice()?, y.as_slice()?).map_err(|error| value(name, error))
+impl Argument<'_> for PiecewiseLinearMap {
+    fn from_argument(name: &'static str, points: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let Ok((x, y)) = points.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>() else {
+            return Err(unexpected(name, "a pair of arrays (x, y): the points of a piecewise-linear map", points));
+        };
+        let (x, y) = (vector(name, &x)?, vector(name, &y)?);
+        Self::new(x.as_slice()?, y.as_slice()?).map_err(|error| value(name, error))
+    }
 }
 
 /// The points of a map, as it is given.
@@ -421,66 +412,60 @@ pub(crate) fn points(map: &PiecewiseLinearMap) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// The names of two units.
-fn units(units: &Bound<'_, PyAny>) -> PyResult<Units> {
-    match units.extract::<(String, String)>() {
-        Ok((drive, position)) => Ok(Units { drive, position }),
-        Err(_) => {
-            Err(unexpected("units", "two names: of the drive and of the position, such as (\"V\", \"um\")", units))
-        }
+impl Argument<'_> for Units {
+    fn from_argument(name: &'static str, units: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let expected = "two names: of the drive and of the position, such as (\"V\", \"um\")";
+        let names = units.extract().map_err(|_| unexpected(name, expected, units));
+        names.map(|(drive, position)| Self { drive, position })
     }
 }
 
-/// The keywords of a stage, as they came.
-#[derive(Default)]
-pub(crate) struct StageKeywords<'a, 'py> {
-    pub(crate) limits: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) slew: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) dead_time: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) amplifier_bandwidth: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) dynamics: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) creep: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) loop_shift: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) input_map: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) output_map: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) noise: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) units: Option<&'a Bound<'py, PyAny>>,
+/// The keywords of a stage that were given.
+#[derive(Default, PartialEq)]
+pub(crate) struct StageKeywords {
+    pub(crate) limits: Option<(f64, f64)>,
+    pub(crate) slew: Option<f64>,
+    pub(crate) dead_time: Option<f64>,
+    pub(crate) amplifier_bandwidth: Option<f64>,
+    pub(crate) dynamics: Option<LinearDynamics>,
+    pub(crate) creep: Option<linear::Creep>,
+    pub(crate) loop_shift: Option<stage::LoopShift>,
+    pub(crate) input_map: Option<PiecewiseLinearMap>,
+    pub(crate) output_map: Option<PiecewiseLinearMap>,
+    pub(crate) noise: Option<f64>,
+    pub(crate) units: Option<Units>,
 }
 
-impl StageKeywords<'_, '_> {
-    /// The stage around a hysteresis, which is the argument `name`.
-    pub(crate) fn stage(&self, name: &str, hysteresis: &Bound<'_, PyAny>) -> PyResult<stage::Stage> {
-        let mut parts = StageParts::new(model_of(name, hysteresis)?.into());
-        parts.limits = self.limits.map(|limits| pair("limits", limits)).transpose()?;
-        parts.slew = self.slew.number("slew")?;
-        parts.dead_time = self.dead_time.number("dead_time")?.unwrap_or(parts.dead_time);
-        parts.noise = self.noise.number("noise")?;
-        parts.amplifier = self.amplifier_bandwidth.number("amplifier_bandwidth")?.map(amplifier).transpose()?;
-        if let Some(dynamics) = self.dynamics {
-            parts.dynamics = linear_dynamics("dynamics", dynamics)?;
-        }
-        parts.creep = self.creep.map(given_creep).transpose()?;
-        parts.loop_shift = self.loop_shift.map(given_loop_shift).transpose()?;
-        parts.input_map = self.input_map.map(|points| map("input_map", points)).transpose()?;
-        parts.output_map = self.output_map.map(|points| map("output_map", points)).transpose()?;
-        if let Some(names) = self.units {
-            parts.units = units(names)?;
-        }
+impl StageKeywords {
+    /// The stage around a hysteresis.
+    fn stage(self, hysteresis: Model) -> PyResult<stage::Stage> {
+        let alone = StageParts::new(hysteresis.into());
+        let parts = StageParts {
+            limits: self.limits,
+            slew: self.slew,
+            dead_time: self.dead_time.unwrap_or(alone.dead_time),
+            amplifier: self.amplifier_bandwidth.map(amplifier).transpose()?,
+            dynamics: self.dynamics.unwrap_or_else(LinearDynamics::none),
+            creep: self.creep,
+            loop_shift: self.loop_shift,
+            input_map: self.input_map,
+            output_map: self.output_map,
+            noise: self.noise,
+            units: self.units.unwrap_or_default(),
+            ..alone
+        };
         stage::Stage::new(parts).map_err(raise)
     }
 
     /// Whether none was given.
     pub(crate) fn is_empty(&self) -> bool {
-        let Self { limits, slew, dead_time, amplifier_bandwidth, dynamics, noise, units, .. } = self;
-        let Self { creep, loop_shift, input_map, output_map, .. } = self;
-        [limits, slew, dead_time, amplifier_bandwidth, dynamics, noise, units, creep, loop_shift, input_map, output_map]
-            .iter()
-            .all(|keyword| keyword.is_none())
+        *self == Self::default()
     }
 
     /// The stage that the argument `name` is, or the one around the hysteresis that it is.
-    pub(crate) fn stage_or_around(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<stage::Stage> {
+    pub(crate) fn stage_or_around(self, name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<stage::Stage> {
         match value.cast::<Stage>() {
-            Err(_) => self.stage(name, value),
+            Err(_) => self.stage(Model::from_argument(name, value)?),
             Ok(stage) if self.is_empty() => Ok(stage.get().0.clone()),
             Ok(_) => {
                 Err(wrong_type(name, "expected a model beside the parts of a stage, got a Stage, which has its own"))
@@ -489,29 +474,33 @@ impl StageKeywords<'_, '_> {
     }
 }
 
-/// The keywords of `precompensate`, as they came.
-#[derive(FromPyObject)]
-pub(crate) struct Keywords<'py> {
-    pub(crate) limits: Option<Bound<'py, PyAny>>,
-    pub(crate) start: Option<Bound<'py, PyAny>>,
-    pub(crate) history: Option<Bound<'py, PyAny>>,
-    pub(crate) lead_in: Option<Bound<'py, PyAny>>,
+/// The keywords of `precompensate`.
+#[derive(Default)]
+pub(crate) struct Keywords {
+    pub(crate) limits: Option<(f64, f64)>,
+    pub(crate) start: Option<f64>,
+    pub(crate) history: Option<Vec<f64>>,
+    pub(crate) lead_in: Option<f64>,
 }
 
 /// Limits that were given; warns of those beyond what was identified.
-pub(crate) fn checked_limits(stage: &stage::Stage, given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<(f64, f64)>> {
-    let Some(given) = given else { return Ok(None) };
-    let limits = pair("limits", given)?;
-    if let Some((low, high)) = stage.extrapolates(limits) {
+pub(crate) fn checked_limits(
+    py: Python<'_>,
+    stage: &stage::Stage,
+    limits: Option<(f64, f64)>,
+) -> PyResult<Option<(f64, f64)>> {
+    if let Some(limits) = limits
+        && let Some((low, high)) = stage.extrapolates(limits)
+    {
         let unit = &stage.parts().units.drive;
         warn(
-            given.py(),
+            py,
             &format!(
                 "limits: {limits:?} is beyond the identified drives, {low} to {high} {unit}: the stage extrapolates there"
             ),
         )?;
     }
-    Ok(Some(limits))
+    Ok(limits)
 }
 
 /// The drives for a reference, samples or a trajectory; warns of drives that were held back.
@@ -519,20 +508,17 @@ pub(crate) fn precompensate(
     stage: &stage::Stage,
     reference: &Bound<'_, PyAny>,
     dt: f64,
-    keywords: &Keywords<'_>,
+    keywords: &Keywords,
 ) -> PyResult<Precompensated> {
-    let history = keywords.history.as_ref().map(|drives| vector("history", drives)).transpose()?;
-    let history = history.as_ref().map_or(Ok(&[][..]), |drives| drives.as_slice())?;
-    let history = arrays::copy("history", history)?;
+    let py = reference.py();
     let options = PrecompensateOptions {
-        limits: checked_limits(stage, keywords.limits.as_ref())?,
-        start: keywords.start.as_ref().number("start")?,
-        history: &history,
-        lead_in: keywords.lead_in.as_ref().number("lead_in")?,
+        limits: checked_limits(py, stage, keywords.limits)?,
+        start: keywords.start,
+        history: keywords.history.as_deref().unwrap_or_default(),
+        lead_in: keywords.lead_in,
     };
     let reference_samples = samples("reference", reference, dt)?;
     check_room("reference", reference_samples.len(), PASS)?;
-    let py = reference.py();
     let found = py.detach(|| stage.precompensate(&reference_samples, dt, &options)).map_err(raise)?;
     if found.begins_with_a_jump() {
         let (step, unit) = (found.first_step, &stage.parts().units.drive);

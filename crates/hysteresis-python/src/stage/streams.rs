@@ -11,7 +11,6 @@ use pyo3::types::PyBytes;
 use pythonize::pythonize;
 
 use super::stage::{Stage, checked_limits};
-use crate::convert::arrays;
 use crate::convert::errors::{Place, raise, value};
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved_or_bytes, shared};
 use crate::model::models::{compiled_of, model_of};
@@ -29,10 +28,11 @@ impl Stage {
     /// stage's, by default `drive_range`.
     fn inverse(
         &self,
+        py: Python<'_>,
         dt: f64,
-        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+        #[py("Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
     ) -> PyResult<StageInverse> {
-        let limits = checked_limits(&self.0, limits)?;
+        let limits = checked_limits(py, &self.0, limits)?;
         Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
     }
 
@@ -50,10 +50,10 @@ impl Stage {
     /// dynamics.
     fn bracket(
         slf: &Bound<'_, Self>,
-        #[py("Sequence[float] | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+        #[py("Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
     ) -> PyResult<Bracket> {
         let this = &slf.get().0;
-        let limits = checked_limits(this, limits)?;
+        let limits = checked_limits(slf.py(), this, limits)?;
         if this.limits(limits).map_err(raise)?.is_none() {
             return Err(raise(stage::Error::NoLimits));
         }
@@ -113,11 +113,6 @@ impl StageInverse {
     }
 }
 
-/// The array of drives that were put out before.
-fn history(drives: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    arrays::numbers("drives", drives)
-}
-
 // What both streams of a stage offer.
 #[methods(StageForward, StageInverse)]
 impl Each {
@@ -151,8 +146,7 @@ impl Each {
     }
 
     /// Takes over what was driven before, oldest drive first, one per sampling interval.
-    fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
-        let drives = history(drives)?;
+    fn follow(slf: &Bound<'_, Self>, drives: Vec<f64>) -> PyResult<()> {
         exclusive(slf)?.stream.follow(&drives).map_err(raise)
     }
 

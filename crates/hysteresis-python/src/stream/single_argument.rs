@@ -8,10 +8,9 @@
 use std::ffi::CStr;
 
 use hysteresis_core::Process;
-use pyo3::PyClass;
-use pyo3::ffi;
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::False;
+use pyo3::{PyClass, ffi};
 
 use crate::convert::errors::not_converted;
 use crate::convert::objects::{exclusive, shared};

@@ -7,8 +7,7 @@ use pyo3::prelude::*;
 
 use crate::convert::arrays::read_only;
 use crate::convert::errors::raise;
-use crate::convert::objects::hash;
-use crate::convert::objects::{Reduced, keywords, reduce};
+use crate::convert::objects::{Reduced, hash, keywords, reduce};
 
 type Vector<'py> = Bound<'py, PyArray1<f64>>;
 pub(super) type Motions<'py> = PyResult<(Vector<'py>, Vector<'py>, Vector<'py>)>;

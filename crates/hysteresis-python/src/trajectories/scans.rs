@@ -11,8 +11,7 @@ use super::one_axis::{Motions, sample};
 use crate::argument::Argument;
 use crate::convert::arguments::pair_of_axes;
 use crate::convert::errors::{raise, value};
-use crate::convert::objects::hash;
-use crate::convert::objects::{Reduced, keywords, reduce};
+use crate::convert::objects::{Reduced, hash, keywords, reduce};
 
 /// A scan of any kind.
 #[derive(Clone, Copy, PartialEq)]
