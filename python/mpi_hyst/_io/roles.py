@@ -125,10 +125,14 @@ def looks_like_a_time(column: Samples) -> str:
 
     A bad stamp goes back, or every stamp stands for several rows.
     """
-    column = column[np.isfinite(column)]
-    steps = np.diff(column)
-    if steps.size < _FEWEST or bool((steps > 0.0).all()):
+    if not np.isfinite(column).all():
+        column = column[np.isfinite(column)]
+    # A long column is looked at as a whole only where it may be a clock.
+    if column.size <= _FEWEST or not bool((column[1:] <= column[:-1]).any()):
         return ""
+    if column.size > _HEAD and _rises_rarely(column[:_HEAD]):
+        return ""
+    steps = np.diff(column)
     half = column.size // 2
     slope = float(np.median(column[half:] - column[: column.size - half])) / half
     rises = int((steps > 0.0).sum())
@@ -147,6 +151,14 @@ def looks_like_a_time(column: Samples) -> str:
 
 
 _FEWEST, _BAD = 10, 0.02  # steps, and the share of them that may go back
+
+
+def _rises_rarely(column: Samples) -> bool:
+    """Whether a column goes back so often that it is no clock."""
+    return bool((column[1:] < column[:-1]).mean() > _OFTEN)
+
+
+_HEAD, _OFTEN = 10_000, 0.2  # rows, and the share of them that go back
 
 
 def guess(values: Mapping[str, Samples], units: Mapping[str, str]) -> dict[str, Guess]:
