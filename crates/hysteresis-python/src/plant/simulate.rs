@@ -329,11 +329,11 @@ fn checked_samples(name: &'static str, given: &Bound<'_, PyAny>, samples: usize)
 
 /// Looks at signals and tells the fraction done.
 #[expect(clippy::cast_precision_loss, reason = "a fraction for the eye")]
-pub(crate) fn watch<'py>(
-    py: Python<'py>,
+pub(crate) fn watch(
+    py: Python<'_>,
     samples: usize,
     progress: Option<Callable>,
-) -> impl FnMut(usize) -> PyResult<()> + 'py {
+) -> impl FnMut(usize) -> PyResult<()> + '_ {
     move |k| {
         py.check_signals()?;
         let Some(Callable(progress)) = &progress else { return Ok(()) };
