@@ -3,12 +3,13 @@
 //! A row is plain if it has exactly the cells of the table, holds no quotation mark and no NUL, does not begin as a
 //! comment, and if each chosen cell is a decimal number: the reader would take the same numbers from it.
 
+use std::num::NonZero;
+use std::thread::{available_parallelism, scope};
+
 use hysteresis_python_macros::function;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use std::num::NonZero;
-use std::thread::{available_parallelism, scope};
 
 /// Bytes for which a thread is worth its start.
 const WORTH_A_THREAD: usize = 1 << 20;
@@ -42,6 +43,9 @@ struct Taken {
     /// Whether all of the part is taken.
     whole: bool,
 }
+
+/// Bytes and rows that were taken, and the numbers of each column.
+type Columns<'py> = (usize, usize, Vec<Bound<'py, PyArray1<f64>>>);
 
 /// Takes numbers from the plain rows at the beginning of a text.
 ///
@@ -77,7 +81,7 @@ pub(crate) fn plain_rows<'py>(
     #[py("int")] named: &Bound<'py, PyAny>,
     #[py("int")] width: &Bound<'py, PyAny>,
     #[py("Sequence[int]")] columns: &Bound<'py, PyAny>,
-) -> PyResult<(usize, usize, Vec<Bound<'py, PyArray1<f64>>>)> {
+) -> PyResult<Columns<'py>> {
     let columns: Vec<usize> = columns.extract()?;
     let (named, width) = (named.extract()?, width.extract()?);
     let mark = |one: &Bound<'_, PyAny>| one.extract::<String>().map(|one| one.bytes().next().unwrap_or(0));
@@ -216,7 +220,7 @@ fn number(cell: &[u8], decimal: u8) -> Option<f64> {
             return parsed(cell, decimal);
         }
     }
-    #[allow(clippy::cast_precision_loss, reason = "of so few digits it is exact")]
+    #[expect(clippy::cast_precision_loss, reason = "of so few digits it is exact")]
     let value = whole as f64 / POWERS.get(power)?;
     Some(if is_negative { -value } else { value })
 }
