@@ -10,7 +10,8 @@
 //! | dynamics, modes | `DynamicsModel`, `ModesModel` | frequency, damping, gain | a filter behind the creep | `choose::linear_part`, `choose::modes` |
 //! | amplifier | `AmplifierModel` | bandwidth | a lag in front | `choose::linear_part` |
 //!
-//! Which of them the records can tell at all says `choose::told`. Bounds of what is searched are in `fit::point`.
+//! Which of them the records can tell at all says `choose::told`. What is searched, as the amplitudes of creep, are axes of
+//! `fit::point`; `fit::descent` searches them all at once.
 
 pub(crate) mod creep;
 pub(crate) mod dynamics;

@@ -6,25 +6,14 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use hysteresis_control::binary::Binary;
-use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::False;
-use pyo3::types::{PyBytes, PyDict, PyTuple, PyType};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 use pyo3::{PyClass, intern};
-use pythonize::{depythonize, pythonize};
+use pythonize::depythonize;
 use serde::Deserialize;
 
-use crate::control::shared_by_controllers::ControllerTerms;
-use crate::control::tuning::Margins;
 use crate::convert::errors::{in_use, unexpected, value};
-use crate::identify::compare::{ComparedModel, Comparison};
-use crate::identify::diagnose::Finding;
-use crate::identify::identification::Identification;
-use crate::identify::many_identifications::ManyIdentifications;
-use crate::identify::quality::{LeftOutLoop, Quality};
-use crate::plant::run::Metrics;
-use crate::realtime::report::{LoopReport, LoopTimes};
-use crate::signal::excitation::{Excitation, ExperimentPart, ExperimentSegment};
 
 /// The object to read from.
 pub(crate) fn shared<'py, C: PyClass>(object: &Bound<'py, C>) -> PyResult<PyRef<'py, C>> {
@@ -100,36 +89,6 @@ macro_rules! keywords {
 }
 
 pub(crate) use keywords;
-
-// Results, frozen classes of plain values, are pickled by serde.
-#[methods(
-    ComparedModel,
-    Comparison,
-    ControllerTerms,
-    Excitation,
-    ExperimentPart,
-    ExperimentSegment,
-    Finding,
-    Identification,
-    LeftOutLoop,
-    LoopReport,
-    LoopTimes,
-    ManyIdentifications,
-    Margins,
-    Metrics,
-    Quality
-)]
-impl Each {
-    #[classmethod]
-    fn _restored(_: &Bound<'_, PyType>, values: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Ok(depythonize(values)?)
-    }
-
-    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
-        let make = py.get_type::<Self>().getattr(intern!(py, "_restored"))?;
-        reduce(make, (pythonize(py, self)?,), keywords!(py), None)
-    }
-}
 
 /// Equal models have equal hashes: +0 and -0, which are equal, count as one.
 pub(crate) fn hash(values: impl Iterator<Item = f64>) -> u64 {
