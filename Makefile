@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
-RUST := Cargo.toml Cargo.lock $(shell find crates -path '*/src/*.rs' -o -path '*/stub/*.rs' -o -name build.rs -o -name Cargo.toml)
+RUST := Cargo.toml Cargo.lock python/mpi_hyst/_types.py $(shell find crates -path '*/src/*.rs' -o -path '*/stub/*.rs' -o -name build.rs -o -name Cargo.toml)
 # An environment that can build the package; in it, what tests and lint need.
 MATURIN := $(VENV)/.maturin
 TOOLS := $(VENV)/.tools

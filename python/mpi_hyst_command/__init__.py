@@ -4,8 +4,7 @@ It stands beside the package `mpi_hyst`, because all that is in the package can 
 after the package itself and numpy: until then Ctrl-C would be a traceback.
 """
 
-NOTHING_WRITTEN = "interrupted, nothing written"
-STATUS = 130
+from mpi_hyst_command.interrupted import NOTHING_WRITTEN, STATUS
 
 
 def main() -> None:

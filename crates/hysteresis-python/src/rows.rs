@@ -6,6 +6,7 @@
 use std::num::NonZero;
 use std::thread::{available_parallelism, scope};
 
+use hysteresis_core::MAX_MAGNITUDE;
 use hysteresis_python_macros::function;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -14,8 +15,6 @@ use pyo3::types::PyBytes;
 /// Bytes for which a thread is worth its start.
 const WORTH_A_THREAD: usize = 1 << 20;
 const MOST_THREADS: usize = 8;
-/// The bound of the reader: larger numbers are refused by their place.
-const MAX_MAGNITUDE: f64 = 1e100;
 /// Of a number in a text, in bytes; a longer cell is left to the reader.
 const LONGEST: usize = 64;
 /// With a decimal mark among them.

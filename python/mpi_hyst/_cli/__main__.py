@@ -6,7 +6,7 @@ import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, NoReturn
 
-from mpi_hyst_command import NOTHING_WRITTEN, STATUS
+from mpi_hyst_command.interrupted import NOTHING_WRITTEN, STATUS
 
 if TYPE_CHECKING:
     import click

@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Any, NoReturn
 
 import click
-from mpi_hyst_command import NOTHING_WRITTEN, STATUS
+from mpi_hyst_command.interrupted import NOTHING_WRITTEN, STATUS
 
 import mpi_hyst
 from mpi_hyst._cli.demo import demo

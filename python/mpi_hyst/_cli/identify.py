@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import click
-from mpi_hyst_command import STATUS
+from mpi_hyst_command.interrupted import STATUS
 
 import mpi_hyst as mh
 from mpi_hyst._cli.identify_records import Files, read

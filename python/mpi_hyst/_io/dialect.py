@@ -40,7 +40,6 @@ _FIRST_ROWS = 20  # rows that tell a column of stamps
 _MOST_STAMPS = 0.9  # of them; one may be that of a line above the table
 _PAIRS = re.compile(r"[+-]?\d+"), re.compile(r"\d+([eE][+-]?\d+)?")
 _OF_RIGOL = re.compile(r"(start|increment|t0|tinc|t_?inc\w*)\b.*", re.IGNORECASE)
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _OF_REMARKS = re.compile(r"(comment|remark|note|kommentar|bemerkung)s?\b", re.IGNORECASE)
 _REMARKS = 5  # comments above a table among which its names may be
 # A text of more columns than rows has its channels in rows.

@@ -2,9 +2,7 @@
 
 use hysteresis_control::feedforward::{DynamicsInverse, PreviewCoefficients, PreviewOptions, smoothing_kernel};
 use hysteresis_control::linear::LinearDynamics;
-use hysteresis_control::trajectory::Trajectory;
 use hysteresis_core as core;
-use hysteresis_core::check_all_finite;
 use hysteresis_python_macros::{function, methods};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
@@ -13,13 +11,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 
 use crate::argument::{Class, SampleCount};
-use crate::convert::arrays::{PASS, check_room, numbers, read_only, vector};
+use crate::convert::arrays::{PASS, check_room, read_only, vector};
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::linear::dynamics::{LinearPart, dynamics_object, linear_dynamics};
 use crate::stage::stage::{Keywords, Stage, precompensate as drives};
-use crate::trajectories::one_axis::{PointToPoint, RoundedTriangle, Sine};
-use crate::trajectories::scans::ScanAxis;
+use crate::trajectories::positions::positions;
 
 /// Makes the target of a `HybridController` of references known beforehand, by a fixed window.
 ///
@@ -252,44 +249,6 @@ pub(crate) fn preview(
         band,
     };
     Preview::made(PreviewCoefficients::new(&chain, dt, &options).map_err(raise)?)
-}
-
-/// A trajectory, if the object is one.
-fn trajectory<'a>(object: &'a Bound<'_, PyAny>) -> Option<&'a dyn Trajectory> {
-    if let Ok(sine) = object.cast::<Sine>() {
-        Some(&sine.get().0)
-    } else if let Ok(triangle) = object.cast::<RoundedTriangle>() {
-        Some(&triangle.get().0)
-    } else if let Ok(moves) = object.cast::<PointToPoint>() {
-        Some(&moves.get().0)
-    } else {
-        object.cast::<ScanAxis>().ok().map(|axis| &axis.get().0 as &dyn Trajectory)
-    }
-}
-
-/// The positions at 0, dt, 2 dt and so on: finite samples as they are, or those of a trajectory.
-pub(crate) fn samples(name: &'static str, reference: &Bound<'_, PyAny>, dt: f64) -> PyResult<Vec<f64>> {
-    positions(name, reference, dt, None)
-}
-
-/// The same of so many seconds, which only a trajectory has none of its own.
-pub(crate) fn positions(
-    name: &'static str,
-    reference: &Bound<'_, PyAny>,
-    dt: f64,
-    seconds: Option<f64>,
-) -> PyResult<Vec<f64>> {
-    if let Some(trajectory) = trajectory(reference) {
-        let motions = trajectory.sample(dt, seconds).map_err(raise)?;
-        return Ok(motions.into_iter().map(|motion| motion.position).collect());
-    }
-    if let Some(seconds) = seconds {
-        let expected = "None for samples, which have a length of their own";
-        return Err(errors::value("seconds", format_args!("expected {expected}, got {seconds:?}")));
-    }
-    let samples = numbers(name, reference)?;
-    check_all_finite(name, &samples).map_err(raise)?;
-    Ok(samples)
 }
 
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;

@@ -17,7 +17,6 @@ use super::stage::{Stage, checked_limits};
 use super::streams::StageInverse;
 use crate::argument::{Argument, Callable, SampleCount, Words};
 use crate::control::controller::HybridController;
-use crate::control::inverse_dynamics;
 use crate::control::inverse_dynamics::Preview;
 use crate::control::learning::{IterativeLearning, RepetitiveControl, told};
 use crate::control::observer::Observer;
@@ -27,6 +26,7 @@ use crate::linear::sections::StateSpace;
 use crate::plant::plant::{Converters, Plant};
 use crate::plant::run::Run;
 use crate::plant::simulate::watch;
+use crate::trajectories::positions::samples;
 
 impl Stage {
     /// How many samples a preview of this stage looks ahead, unless told.
@@ -274,7 +274,7 @@ impl Stage {
         #[py("Callable[[float], object] | None" = None)] progress: Option<Callable>,
     ) -> PyResult<Run> {
         let limits = checked_limits(py, &self.0, limits)?;
-        let reference = inverse_dynamics::samples("reference", reference, dt)?;
+        let reference = samples("reference", reference, dt)?;
         let task = TrackingTask::new(&reference, period).map_err(raise)?;
         let wishes = Wishes { gains: (kp, ki), ..Wishes::default() };
         let mut controller = self.made_controller(py, dt, limits, feedforward.0, wishes)?;

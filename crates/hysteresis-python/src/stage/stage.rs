@@ -16,7 +16,6 @@ use pythonize::pythonize;
 
 use super::loop_shift::LoopShift;
 use crate::argument::{Argument, Class};
-use crate::control::inverse_dynamics::samples;
 use crate::convert::arrays::{PASS, check_room, vector};
 use crate::convert::errors::{raise, unexpected, value, warn, wrong_type};
 use crate::convert::files;
@@ -24,6 +23,7 @@ use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::linear::creep::Creep;
 use crate::linear::dynamics::{amplifier, dynamics_object};
 use crate::model::models::ModifiedPrandtlIshlinskii;
+use crate::trajectories::positions::samples;
 
 /// A whole stage: limits, dead time, amplifier, hysteresis, loop shift, creep, modes and sensor noise in one
 /// object.
