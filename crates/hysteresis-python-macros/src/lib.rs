@@ -17,6 +17,8 @@
 //! one that takes effect: it is converted like an argument. Objects of Python and options of them (`&Bound<'_, PyAny>`)
 //! are handed on as they are.
 //!
+//! None that is given stands for the default, unless it is a value of the type, or the parameter says `not_none`.
+//!
 //! A new option of a call is one such line where the options are gathered: of a function with `#[gather(options: Options)]` the
 //! parameters with `#[py(field, ...)]` are fields of the value `options`.
 //!
@@ -185,16 +187,17 @@ fn absent(ty: &Type) -> &'static str {
 fn conversion(parameter: &Parameter) -> syn::Stmt {
     let Parameter { name: text, ty, default, .. } = parameter;
     let name = format_ident!("{text}");
+    let or = format_ident!("{}", if parameter.refuses_none { "or_unless_given" } else { "or" });
     match default {
         None => parse_quote! { let #name: #ty = crate::argument::Argument::from_argument(#text, #name)?; },
         Some(Expr::Path(_)) if last_name(ty).as_deref() != Some("Option") => {
-            parse_quote! { let #name: #ty = #name.or(#text, || crate::argument::of_default(#text, None::<bool>))?; }
+            parse_quote! { let #name: #ty = #name.#or(#text, || crate::argument::of_default(#text, None::<bool>))?; }
         }
         Some(default) if is_of_type(default, ty) => {
-            parse_quote! { let #name: #ty = #name.or(#text, || Ok(#default))?; }
+            parse_quote! { let #name: #ty = #name.#or(#text, || Ok(#default))?; }
         }
         Some(default) => {
-            parse_quote! { let #name: #ty = #name.or(#text, || crate::argument::of_default(#text, #default))?; }
+            parse_quote! { let #name: #ty = #name.#or(#text, || crate::argument::of_default(#text, #default))?; }
         }
     }
 }

@@ -25,6 +25,8 @@ pub(crate) struct Parameter {
     pub(crate) is_rest: bool,
     /// Whether it is a field of the options that are gathered.
     pub(crate) is_field: bool,
+    /// Whether None is a wrong argument, and does not stand for the default.
+    pub(crate) refuses_none: bool,
     /// Its place among the parameters of Rust.
     pub(crate) place: usize,
 }
@@ -66,7 +68,7 @@ impl Kind {
     }
 }
 
-/// `#[py(...)]` of a parameter: `*` where those by name begin, `/` behind those by place, `**` for all others by name, `field` of what is gathered, the Python type, the default.
+/// `#[py(...)]` of a parameter: `*` where those by name begin, `/` behind those by place, `**` for all others by name, `field` of what is gathered, `not_none` where None does not stand for the default, the Python type, the default.
 #[derive(Default)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a mark that a parameter has or has not")]
 struct Said {
@@ -74,6 +76,7 @@ struct Said {
     ends_positional: bool,
     is_rest: bool,
     is_field: bool,
+    refuses_none: bool,
     hint: Option<String>,
     default: Option<Expr>,
 }
@@ -94,10 +97,11 @@ impl Parse for Said {
                 said.ends_positional = true;
             } else if input.peek(syn::Ident) {
                 let word: syn::Ident = input.parse()?;
-                if word != "field" {
-                    return Err(syn::Error::new_spanned(word, "expected `field`"));
+                match word.to_string().as_str() {
+                    "field" => said.is_field = true,
+                    "not_none" => said.refuses_none = true,
+                    _ => return Err(syn::Error::new_spanned(word, "expected `field` or `not_none`")),
                 }
-                said.is_field = true;
                 // `field = default` as well as `field, "type" = default`.
                 if input.peek(Token![=]) {
                     continue;
@@ -142,9 +146,20 @@ pub(crate) fn parameters(signature: &Signature) -> syn::Result<Vec<Parameter>> {
                 before.is_positional = true;
             }
         }
-        let Said { hint, default, ends_positional: is_positional, is_rest, is_field, .. } = said;
+        let Said { hint, default, ends_positional: is_positional, is_rest, is_field, refuses_none, .. } = said;
         let ty = (*typed.ty).clone();
-        found.push(Parameter { name, ty, hint, default, is_keyword, is_positional, is_rest, is_field, place });
+        found.push(Parameter {
+            name,
+            ty,
+            hint,
+            default,
+            is_keyword,
+            is_positional,
+            is_rest,
+            is_field,
+            refuses_none,
+            place,
+        });
     }
     Ok(found)
 }

@@ -46,6 +46,19 @@ impl<'py> Given<'_, 'py> {
             _ => default(),
         }
     }
+
+    /// The same where None is a wrong argument.
+    #[inline]
+    pub(crate) fn or_unless_given<T: Argument<'py>>(
+        self,
+        name: &'static str,
+        default: impl FnOnce() -> PyResult<T>,
+    ) -> PyResult<T> {
+        match self {
+            Self::Is(value) => T::from_argument(name, &value),
+            Self::Default => default(),
+        }
+    }
 }
 
 /// The default that stands in a signature, converted like an argument.

@@ -454,7 +454,7 @@ impl HybridController {
         measurement: f64,
         #[py(= None)] feedforward: Option<f64>,
         #[py(*, = None)] target: Option<f64>,
-        #[py(= 0.0)] correction: f64,
+        #[py(not_none = 0.0)] correction: f64,
     ) -> PyResult<f64> {
         let command = command(reference, feedforward, target, correction);
         Ok(exclusive(slf)?.stage_controller.step(command, measurement))
@@ -479,7 +479,7 @@ impl HybridController {
         measurement: f64,
         #[py(= None)] feedforward: Option<f64>,
         #[py(*, = None)] target: Option<f64>,
-        #[py(= 0.0)] correction: f64,
+        #[py(not_none = 0.0)] correction: f64,
     ) -> PyResult<f64> {
         let command = command(reference, feedforward, target, correction);
         Ok(shared(slf)?.stage_controller.peek(command, measurement))
@@ -495,7 +495,7 @@ impl HybridController {
         measurement: f64,
         #[py(= None)] feedforward: Option<f64>,
         #[py(*, = None)] target: Option<f64>,
-        #[py(= 0.0)] correction: f64,
+        #[py(not_none = 0.0)] correction: f64,
     ) -> PyResult<f64> {
         let command = command(reference, feedforward, target, correction);
         Ok(exclusive(slf)?.stage_controller.plan(command, measurement))

@@ -202,7 +202,7 @@ impl Each {
         slf: &Bound<'py, Self>,
         #[py("ArrayLike")] input: &Bound<'py, PyAny>,
         #[py("Matrix | None" = None)] out: Option<&Bound<'py, PyAny>>,
-        #[py(= 1)] threads: NonZeroUsize,
+        #[py(not_none = 1)] threads: NonZeroUsize,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let actuators = shared(slf)?.stream.len();
         let samples = rows(input, actuators)?;
