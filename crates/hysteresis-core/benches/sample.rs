@@ -29,9 +29,11 @@ struct Algorithm {
     prepare: Box<dyn Fn(u32, Signal) -> Prepared>,
 }
 
+/// Takes samples, one after the other.
+type Take = Box<dyn FnMut(&[f64])>;
+
 struct Prepared {
-    /// Takes samples, one after the other.
-    take: Box<dyn FnMut(&[f64])>,
+    take: Take,
     /// The samples that it takes, second by second, for ever.
     seconds: Vec<Vec<f64>>,
 }
@@ -117,7 +119,10 @@ fn median(mut prepared: Prepared) -> f64 {
     for second in prepared.seconds.iter().cycle() {
         let start = Instant::now();
         (prepared.take)(black_box(second));
-        passes.push(start.elapsed().as_secs_f64() / second.len() as f64);
+        let time = start.elapsed().as_secs_f64();
+        #[expect(clippy::cast_precision_loss, reason = "a second has 10 000 samples")]
+        let samples = second.len() as f64;
+        passes.push(time / samples);
         if begin.elapsed() > LONG {
             break;
         }
@@ -156,7 +161,9 @@ fn print(header: &[&str], rows: &[Vec<String>]) {
     };
     line(&header);
     line(&widths.iter().map(|width| "-".repeat(*width)).collect::<Vec<_>>());
-    rows.iter().for_each(|row| line(row));
+    for row in rows {
+        line(row);
+    }
 }
 
 fn main() {
