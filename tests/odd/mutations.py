@@ -334,7 +334,7 @@ def mutated(seed: int) -> tuple[bytes, str]:
     draw = random.Random(seed)
     text = good(draw)
     text.lines = text.written()
-    happened = []
+    happened: list[str] = []
     for _ in range(draw.choice([0, 1, 1, 1, 1, 2, 2])):
         one = draw.choice(MUTATIONS)
         # With a name lost and another one there it is the header of another file.
