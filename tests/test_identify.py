@@ -292,12 +292,15 @@ def measured() -> list[tuple[Array, Array]]:
 
 
 @pytest.mark.parametrize(
-    ("model", "low", "high"), [("modified", 0.0, 0.17), ("conventional", 0.29, 0.32)]
+    ("model", "low", "high", "percent"),
+    [("modified", 0.0, 0.17, "0.34"), ("conventional", 0.29, 0.32, "0.67")],
 )
-def test_the_measured_stack(model: Any, low: float, high: float) -> None:
+def test_the_measured_stack(model: Any, low: float, high: float, percent: str) -> None:
     # Split weights have their sticky zero elsewhere.
     found = mh.identify(measured(), model=model, weights="free", operators=16, skip=[1000, 400])
     assert low < found.fit.rmse <= high
+    # the figures of the README
+    assert f"{found.fit.rmse_percent:.2f}" == percent
     assert found.fit.samples == 7000 + 3450
     assert found.dead_time_samples == pytest.approx(3.0, abs=1.0)  # "about 3 samples (15 ms)"
     if model == "modified":

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import ast
+import re
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
+from typing import TypeVar
 
 import mpi_hyst as mh
 import pytest
@@ -21,6 +24,7 @@ MAY_IMPORT = {
     "_fmu": {"_fmu"},
 }
 FACE = {
+    "mpi_hyst_command": {"_cli"},
     "_arguments": {"_report"},
     "datasets": {"_io"},
     "export": {"_fmu"},
@@ -33,12 +37,17 @@ COMMANDS = {"identify": {"identify_records"}, "look": {"identify_records"}}
 SHARED = {"inputs", "options", "outputs", "stage", "terminal"}
 
 
+File = TypeVar("File")
+
+
 def modules() -> dict[str, Path]:
     """The Python files by the names of their modules."""
     found = {}
-    for path in sorted(ROOT.rglob("*.py")):
-        parts = ["mpi_hyst", *path.relative_to(ROOT).with_suffix("").parts]
-        found[".".join(parts).removesuffix(".__init__")] = path
+    for package in (ROOT, ROOT.with_name("mpi_hyst_command")):
+        for path in sorted(package.rglob("*.py")):
+            parts = path.relative_to(ROOT.parent).with_suffix("").parts
+            found[".".join(parts).removesuffix(".__init__")] = path
+    assert "mpi_hyst_command.interrupted" in found
     return found
 
 
@@ -63,18 +72,137 @@ def imports(name: str) -> set[str]:
 
 
 def room(name: str) -> str:
-    return (*name.split("."), "", "")[1]
+    package, first, *_ = (*name.split("."), "")
+    return first if package == "mpi_hyst" else package
+
+
+def reached_from(file: File, near: Mapping[File, set[File]]) -> set[File]:
+    """All that a file imports, and what that imports, and so on."""
+    reached, pending = set(), near[file]
+    while pending:
+        reached |= pending
+        pending = {further for one in pending for further in near[one]} - reached
+    return reached
 
 
 @pytest.mark.parametrize("name", MODULES)
 def test_imports_run_one_way(name: str) -> None:
-    reached, pending = set(), imports(name)
-    while pending:
-        reached |= pending
-        pending = {further for near in pending for further in imports(near)} - reached
-    assert name not in reached
+    assert name not in reached_from(name, {one: imports(one) for one in MODULES})
     private = {room(one) for one in imports(name)} & set(MAY_IMPORT)
     assert private <= {**MAY_IMPORT, **FACE}.get(room(name), set())
+
+
+# A module of Rust by the names on the way to it: ("crate", "engine", "lookup").
+Module = tuple[str, ...]
+USE = re.compile(r"^\s*(pub(?:\([^)]*\))?\s+)?use\s+([^;]+);", re.MULTILINE)
+
+
+def paths(tree: str) -> Iterator[tuple[Module, str]]:
+    """What a tree behind `use` names: each path, and what it is called here."""
+    head, brace, rest = tree.strip().partition("{")
+    if not brace:
+        known, _, alias = head.partition(" as ")
+        parts = tuple(known.strip().split("::"))
+        yield parts, alias.strip() or parts[-1]
+        return
+    first = tuple(head.split("::")[:-1])
+    inner, depth, start = rest.rpartition("}")[0] + ",", 0, 0
+    for place, mark in enumerate(inner):
+        depth += (mark == "{") - (mark == "}")
+        if mark != "," or depth > 0:
+            continue
+        branch, start = inner[start:place], place + 1
+        for path, name in paths(branch) if branch.strip() else ():
+            own = path[1:] if path[0] == "self" else path
+            yield (*first, *own), first[-1] if name == "self" else name
+
+
+class Crate:
+    """The files of a crate, by module, and what each uses of the others."""
+
+    def __init__(self, source: Path) -> None:
+        self.files: dict[Module, Path] = {}
+        for path in sorted(source.rglob("*.rs")):
+            parts = ("crate", *path.relative_to(source).with_suffix("").parts)
+            self.files[parts[:-1] if parts[-1] in ("mod", "lib", "main") else parts] = path
+        self.used: dict[Module, set[Module]] = {}
+        self.handed_on: dict[Module, dict[str, Module]] = {("crate",): {}}
+        for module, path in self.files.items():
+            self.read(module, path.read_text("utf-8"))
+
+    def read(self, module: Module, text: str) -> None:
+        # Tests may use what they like.
+        text = re.sub(r"//[^\n]*", "", text).split("#[cfg(test)]\nmod ")[0]
+        used = {tuple(one.split("::")) for one in re.findall(r"\bcrate(?:::\w+)+", text)}
+        handed_on = self.handed_on.setdefault(module, {})
+        for public, tree in USE.findall(text):
+            for path, name in paths(tree):
+                whole = self.whole(path, module)
+                used.add(whole)
+                if public:
+                    handed_on[name] = whole
+        self.used[module] = used
+
+    def whole(self, path: Module, module: Module) -> Module:
+        """The path from the root of the crate on; of another crate as it is."""
+        if path[0] == "self":
+            return (*module, *path[1:])
+        above = next(count for count, part in enumerate((*path, "")) if part != "super")
+        if above > 0:
+            return (*module[:-above], *path[above:])
+        return (*module, *path) if (*module, path[0]) in self.files else path
+
+    def file_of(self, path: Module, seen: tuple[Module, ...] = ()) -> Module | None:
+        """The file in which a path ends, through all that hands it on."""
+        parts = (path[:count] for count in range(len(path), 0, -1))
+        known = next((part for part in parts if part in self.files), None)
+        if known is None:
+            return None
+        rest = path[len(known) :]
+        if rest and rest[0] in self.handed_on[known] and path not in seen:
+            return self.file_of((*self.handed_on[known][rest[0]], *rest[1:]), (*seen, path))
+        return known
+
+    def near(self) -> dict[Module, set[Module]]:
+        """What each file uses. A child may use what stands in the files of the folders above."""
+        found = {}
+        for module, used in self.used.items():
+            ends = (self.file_of(path) for path in used)
+            found[module] = {end for end in ends if end and end != module[: len(end)]}
+        return found
+
+
+@pytest.mark.parametrize(
+    "source",
+    sorted(path for folder in ("crates", "checks") for path in CHECKOUT.glob(f"{folder}/*/src")),
+    ids=lambda path: path.parent.name,
+)
+def test_files_of_a_crate_use_each_other_one_way(source: Path) -> None:
+    near = Crate(source).near()
+    assert [one for one in near if one in reached_from(one, near)] == []
+
+
+def test_circles_are_found(tmp_path: Path) -> None:
+    files = {
+        "lib.rs": "mod a;\nmod b;\npub use b::{self as renamed, inner::Deep};",
+        "a.rs": "use std::fmt;\nuse crate::{Deep, renamed as b};\npub struct A;",
+        "b/mod.rs": "mod inner;\npub struct B;",
+        "b/inner.rs": "use super::B; // use super::super::a::A;\npub struct Deep;",
+    }
+    (tmp_path / "b").mkdir()
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, "utf-8")
+    a, inner = ("crate", "a"), ("crate", "b", "inner")
+    near = Crate(tmp_path).near()
+    assert near[a] == {("crate", "b"), inner} and near[inner] == set()
+    for use in (
+        "use super::super::a::A;",
+        "use crate::{b::B, a::{self, A}};",
+        "fn f(_: crate::a::A) {}",
+    ):
+        (tmp_path / "b" / "inner.rs").write_text(use, "utf-8")
+        near = Crate(tmp_path).near()
+        assert {one for one in near if one in reached_from(one, near)} == {a, inner}
 
 
 @pytest.mark.parametrize("name", [name for name in MODULES if name.startswith("mpi_hyst._cli.")])

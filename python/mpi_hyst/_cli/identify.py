@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -39,22 +39,16 @@ from mpi_hyst._text import digits, printable
 Kind = Literal["modified", "conventional"]
 Maps = Literal["auto", "none", "smooth"]
 
-_MOST_OPERATORS = 100_000
-_MOST_TERMS = 99
 _IDENTIFY = ("identify",)
 _FIT = ("identify", "compare")
 
 
-def _whole(most: int) -> Callable[[str], int]:
-    """Return a reader of whole numbers from 1 on."""
-
-    def read(text: str) -> int:
-        number = int(text) if text.isascii() and text.isdigit() and len(text) < 10 else 0
-        if not 1 <= number <= most:
-            raise ValueError(text)
-        return number
-
-    return read
+def _whole(text: str) -> int:
+    """Read a whole number from 1 on; how large it may be is said by the library."""
+    number = int(text) if text.isascii() and text.isdigit() and len(text) < 19 else 0
+    if number < 1:
+        raise ValueError(text)
+    return number
 
 
 def _number(context: click.Context, option: click.Parameter, value: str | None) -> int | str | None:
@@ -74,9 +68,7 @@ class Request(Files):
         passed=_FIT,
         metavar="NUMBER|auto",
         show_default="20, or 40 or 80 where these predict better",
-        **word_or(
-            ("auto",), f"a whole number from 1 to {_MOST_OPERATORS}", _whole(_MOST_OPERATORS)
-        ),
+        **word_or(("auto",), "a whole number from 1 on", _whole),
         help="Number of operators. auto: the smallest of 4 to 80 whose cross-validation error is "
         "as good as the best.",
     )
@@ -135,9 +127,7 @@ class Request(Files):
     creep: int | Literal["auto", "none", "log"] | None = option(
         passed=_FIT,
         metavar="TERMS|log|auto|none",
-        **word_or(
-            ("auto", "none", "log"), f"a whole number from 1 to {_MOST_TERMS}", _whole(_MOST_TERMS)
-        ),
+        **word_or(("auto", "none", "log"), "a whole number from 1 on", _whole),
         help="Creep: log-type, or so many terms a decade apart. auto: log-type, if "
         "cross-validation asks for it.  [default: auto]",
     )
