@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import mpi_hyst as mh
@@ -14,7 +13,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import Array
 
-MEASURED = Path(__file__).parents[2] / "shared" / "data" / "piezo_stack"
 ACTUATOR = mh.paper.table_1_recovered()
 NOISE = 0.015  # um, of the paper's gauges
 MADE = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=500.0)
@@ -148,12 +146,10 @@ def test_the_record_at_fault_is_numbered() -> None:
 
 
 def test_a_measured_stack() -> None:
-    if not MEASURED.is_dir():
-        pytest.skip(f"the measured loops are not there: {MEASURED}")
     records, skips = [], []
     for name, skip, rows in (("major_loops", 1000, 8000), ("decaying_loops", 400, 3850)):
-        table = np.loadtxt(MEASURED / f"{name}.csv", delimiter=",", skiprows=1)[:rows]
-        records.append((table[:, 1], table[:, 2]))
+        record = mh.datasets.piezo_stack(name)
+        records.append((record.u[:rows], record.y[:rows]))
         skips.append(skip)
     found = mh.identify(records, skip=skips, operators=16)
     told = mh.diagnose(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import mpi_hyst as mh
@@ -12,7 +11,6 @@ from support import Array
 
 PAPER_RATIOS = (0.95, 0.30, 0.35)
 THRESHOLDS = 25.0 * np.arange(20)
-MEASURED = Path(__file__).parents[2] / "shared" / "data" / "piezo_stack"
 
 
 def actuator(input_offset: float = 0.0, output_offset: float = 0.0) -> mh.ModifiedPrandtlIshlinskii:
@@ -283,12 +281,9 @@ def test_progress_does_not_change_what_is_found() -> None:
 
 
 def measured() -> list[tuple[Array, Array]]:
-    files = [(MEASURED / "major_loops.csv", 8000), (MEASURED / "decaying_loops.csv", 3850)]
-    for path, _ in files:
-        if not path.exists():
-            pytest.skip(f"the measured loops lie beside the project: no {path.name} in shared/data")
-    loaded = [np.loadtxt(path, delimiter=",", skiprows=1, max_rows=rows) for path, rows in files]
-    return [(record[:, 1], record[:, 2]) for record in loaded]
+    rows = {"major_loops": 8000, "decaying_loops": 3850}
+    records = {name: mh.datasets.piezo_stack(name) for name in rows}
+    return [(record.u[: rows[name]], record.y[: rows[name]]) for name, record in records.items()]
 
 
 @pytest.mark.parametrize(
