@@ -26,7 +26,7 @@ _UNITS = {
     )
 } | {"å": "angstrom", "°c": "degC"}
 # In small letters these would be units of another size.
-_EXACT = {unit: unit for unit in ("MV/m", "MPa")}
+_EXACT = {unit: unit for unit in ("MV/m", "MPa", "Nm")}
 # A unit that is stated like this is mega, not milli; `DRIVE_MV` is a name in capitals.
 _MEGA = ("MV", "MA", "MN")
 # Units in words of several languages: each with each prefix, as far as the unit is a known one.
@@ -85,7 +85,17 @@ _LAST = re.compile(
     r"(?P<name>.*?[^\s_,;:-])(?P<mark>\s*[,;:]\s*|\s+(in|en|em)\s+|[-_]|\s+)(?P<unit>[^\s_,;:-]+)"
 )
 _IN = re.compile(r"(in|en|em)\s+", re.IGNORECASE)
-_TIMES = re.compile(r"\d+(\.\d+)?\s*(?P<unit>\S.*)")
+# What a unit is multiplied with: `(x10 V)`, `(10 nm)`, `[V] x20`, `[nm]/10`, `(um*10)`. Nothing is
+# converted: the factor stays with the unit.
+_NUMBER = r"\d+([.,]\d+)?([eE][+-]?\d+|\^[+-]?\d+)?"
+_TIMES = re.compile(rf"([x×*·]\s*{_NUMBER}|{_NUMBER})\s*[x×*·]?\s*(?P<unit>[^\W\d_].*)")
+_TIMES_BEHIND = re.compile(rf"(?P<unit>[^\W\d_%]+)\s*[x×*·/]\s*{_NUMBER}")
+_SCALED = re.compile(
+    rf"(?P<name>.*?\S)[\s_]*[\[({{<](?P<unit>[^\])}}>]*)[\])}}>]\s*(?P<factor>[x×*·/]\s*{_NUMBER})"
+)
+_FACTOR = re.compile(rf"[×*·/]\s*{_NUMBER}|(?<=[\s(\[])x\s?{_NUMBER}\b|\b{_NUMBER}\s?[×*]")
+# What pandas puts behind the name of a column that comes again.
+_AGAIN = re.compile(r"(?<=[^\W\d_])\.\d+$")
 # Letters that often name an axis, a channel or a place: `PosFbk(A)`, `sensor C`.
 _LETTERS = ("A", "C", "N", "h", "d", "m", "s")
 # `I/mA` and `Weg/µm` are quantities over units; `scope/A` may be a path.
@@ -122,7 +132,7 @@ def stated_unit(text: str) -> str:
 
 def _bare(unit: str) -> str:
     bare = unit.strip().strip("[]()").strip().replace("µ", "u").replace("μ", "u")
-    return _IN.sub("", bare, count=1).strip()
+    return _AGAIN.sub("", _IN.sub("", bare, count=1).strip())
 
 
 def _unit(bare: str) -> str:
@@ -132,7 +142,7 @@ def _unit(bare: str) -> str:
 def is_like_a_unit(text: str) -> bool:
     """Whether a text is a known unit, or is written as units are: mW, 1/s, steps, 10 nm."""
     bare = text.strip()
-    times = _TIMES.fullmatch(bare)
+    times = _TIMES.fullmatch(bare) or _TIMES_BEHIND.fullmatch(bare)
     bare = times["unit"] if times is not None and known_unit(times["unit"]) else bare
     like = _LIKE_A_UNIT.fullmatch(bare) is not None or bare.lower() in ("inch", "inches", "mil")
     return known_unit(bare) != "" or like
@@ -148,6 +158,15 @@ def _behind(column: str) -> tuple[str, str] | None:
         return None
     unit = stated_unit(found["a"] or (other if is_like_a_unit(other) else ""))
     return (found["name"], unit) if unit else None
+
+
+def _scaled(column: str) -> tuple[str, str] | None:
+    """Return name and unit of a column with a factor behind the unit: `[V] x20`, `[nm]/10`."""
+    found = _SCALED.fullmatch(column)
+    if found is None or not known_unit(found["unit"]):
+        return None
+    blank = " " if found["factor"][0] not in "/*" else ""
+    return found["name"], f"{known_unit(found['unit'])}{blank}{found['factor']}"
 
 
 def _may_be_an_axis(name: str, unit: str, column: str) -> bool:
@@ -250,12 +269,59 @@ _NO_UNIT_IN_A_NAME = (
 )
 
 
+_TOLD = re.compile(r"[\[({<](?P<within>[^\])}>]*)[\])}>]|(?P<word>[^\s:=;,()\[\]{}<>\"]+)")
+_SAYS_NEXT = re.compile(r"([:=;,\t]|\b(in|en|em))\s*$", re.IGNORECASE)
+_OF_UNIT = re.compile(r"\b(unit|einheit|unité|unidad)", re.IGNORECASE)
+
+
+_CONVERSION = re.compile(
+    rf"{_NUMBER}\s*(?P<a>[^\W\d_]+)\s*(?:=|/|≙|per|pro|par|for|is|corresponds? to|entspricht)\s*"
+    rf"(?:{_NUMBER}\s*)?(?P<b>[^\W\d_]+)(?![\w/])",
+    re.IGNORECASE,
+)
+
+
+def conversion(text: str) -> str:
+    """Return what a line of text says of one unit in another: `10 V = 30 um`, `3 um/V`."""
+    found = _CONVERSION.search(text)
+    if found is None:
+        return ""
+    one, other = known_unit(found["a"]), known_unit(found["b"])
+    is_rate = other in SECONDS
+    return found[0] if one and other and one != other and not is_rate else ""
+
+
+def units_told(text: str) -> list[str]:
+    """Return the units that a line of text holds, but for those of numbers: `Travel 100 um`."""
+    told = []
+    for found in _TOLD.finditer(text):
+        before, behind = text[: found.start()], text[found.end() :]
+        word = (found["within"] or found["word"] or "").rstrip(".!?")
+        unit = known_unit(word)
+        times = _TIMES.fullmatch(word)
+        if found["within"] is not None and times is not None:
+            unit = known_unit(times["unit"])
+        elif found["within"] is not None and not unit:
+            told += units_told(word)
+        if not unit or re.search(r"\d[\s\"]*$", before) or re.match(r"\s*[\d/]", behind):
+            continue
+        low = word.lower()
+        is_stated = found["within"] is not None or _OF_UNIT.search(before) is not None
+        if not is_stated and (low in _OF_QUANTITY or low in _NO_UNIT_IN_A_NAME):
+            continue
+        says_next = _SAYS_NEXT.search(before) is not None
+        if not is_stated and (len(word) == 1 or low == "us") and not (says_next and word == "V"):
+            continue
+        told.append(unit)
+    return list(dict.fromkeys(told))
+
+
 def with_unit(name: str, unit: str) -> str:
     """Return the name of a column that says its unit: position_um, or position [mV/m]."""
     stated = stated_unit(unit)
     if not stated:
         return name
-    is_ending = known_unit(stated) and stated.isalnum()
+    is_ending = known_unit(stated.lower()) == stated and stated.isalnum()
     return f"{name}_{stated.lower()}" if is_ending else f"{name} [{stated}]"
 
 
@@ -337,6 +403,13 @@ class Quantity:
         return found[0] if found else ""
 
     @property
+    def factor(self) -> str:
+        """A factor in the name that is not in the unit; empty if there is none."""
+        found = _FACTOR.search(self.column, 1)
+        has_unit = self.suffix or self.unused
+        return found[0].strip() if found and has_unit and found[0] not in self.suffix else ""
+
+    @property
     def meant(self) -> str:
         """The unit that what was not used seems to mean."""
         return _meant(self.unused)
@@ -350,7 +423,7 @@ class Quantity:
     def _parts(self) -> tuple[str, str]:
         """The name without the unit, and the unit that it ends with."""
         column = self.column.strip()
-        found = _behind(column) or _inside(column) or _last(column, "_")
+        found = _scaled(column) or _behind(column) or _inside(column) or _last(column, "_")
         found = found or _over(column) or _last(column)
         if found is not None:
             return found

@@ -18,14 +18,24 @@ import numpy as np
 
 from mpi_hyst import io
 from mpi_hyst._cli.inputs import fitted_interval, with_time_unit
-from mpi_hyst._cli.options import FILE, argument, flag, option, report, time_column, time_unit
+from mpi_hyst._cli.options import (
+    FILE,
+    OfText,
+    argument,
+    flag,
+    group,
+    option,
+    report,
+    time_column,
+    time_unit,
+)
 from mpi_hyst._cli.outputs import check_outputs
 from mpi_hyst._cli.terminal import CommandError, note
 from mpi_hyst._files import sha256
 from mpi_hyst._io.read import opened, take, unit_doubt
-from mpi_hyst._io.record import TimeOrderError, find
+from mpi_hyst._io.record import Level, TimeOrderError, find, key
 from mpi_hyst._io.table import refusal
-from mpi_hyst._quantity import stated_unit
+from mpi_hyst._quantity import Quantity, stated_unit
 from mpi_hyst._report.records import Record, Records
 from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
@@ -34,6 +44,8 @@ from mpi_hyst.io import Assumption, Columns, ReadError
 Stretch = tuple[int, int]
 _Value = TypeVar("_Value", str, int)
 
+# Without a name and a unit nothing tells of which size the numbers are.
+_NAMELESS: Level = "doubtful"
 _ROLES = (("V", "--input-unit"), ("um", "--output-unit"))
 _SAME = 1e-3  # share by which equal sampling intervals may differ: clocks are not exact
 _AMOUNT = re.compile(r"(?P<count>\d+(\.\d+)?|\.\d+) ?(?P<seconds>s)?")
@@ -112,6 +124,7 @@ class Files:
     negate_output: bool = flag(
         help="Turn the sign of the position, in all files: for a sensor that counts the other way."
     )
+    text: OfText = group(OfText)
     validate: tuple[Path, ...] = option(
         multiple=True,
         type=FILE,
@@ -150,10 +163,11 @@ class Files:
 def read(files: Files) -> Records:
     """Read all records, each with the part to skip."""
     units: dict[str, str] = {}
+    seen: dict[str, list[str]] = {}
     said: list[Assumption] = []
-    records = _read("--skip", files.data, files.skip, files.rows, files, units, said)
+    records = _read("--skip", files.data, files.skip, files.rows, files, units, seen, said)
     held_out = _read(
-        *("--validate-skip", files.validate, files.validate_skip, (), files, units, said)
+        *("--validate-skip", files.validate, files.validate_skip, (), files, units, seen, said)
     )
     # What is assumed of several files alike is said once.
     assumed, doubts = (
@@ -181,9 +195,10 @@ def _read(
     rows: Sequence[int],
     files: Files,
     units: dict[str, str],
+    seen: dict[str, list[str]],
     said: list[Assumption],
 ) -> list[Record]:
-    """Read files; add to the units, which are those of the files before, and to what is assumed."""
+    """Read files; add to the units, to what files state of them, and to what is assumed."""
     skips = _per_file(option, skip, "0", paths)
     counts = _per_file("--rows", rows, 0, paths)
     names = [files.input_column, files.output_column]
@@ -191,9 +206,11 @@ def _read(
     for path, amount, count in zip(paths, skips, counts, strict=True):
         columns, first = _columns(path, names, count or None, files)
         said += _assumed(columns, files, units)
-        for name, given in zip(names, (files.input_unit, files.output_unit), strict=True):
-            unit = stated_unit(given or "") or columns.quantity(name).suffix
-            _check_unit(path, name, unit, units)
+        own = zip(names, (files.input_unit, files.output_unit), _ROLES, strict=True)
+        for name, given, (_, flag_of) in own:
+            quantity = columns.quantity(name)
+            said += _check_unit(f"{path}, column {name}", quantity, given, flag_of, seen)
+            units[name] = units.get(name) or stated_unit(given or "") or quantity.suffix
         dt, seconds = fitted_interval(columns, files.rate), columns.seconds
         position = columns[files.output_column]
         if seconds is None and dt is not None:
@@ -215,15 +232,24 @@ def _read(
 def _assumed(columns: Columns, files: Files, units: Mapping[str, str]) -> Iterator[Assumption]:
     """Say what was assumed of a file: in reading it, and of the units of drive and position."""
     where = f"{columns.source}: "
-    for one in columns.assumed:
-        is_time = one.column is not None and columns.names[one.column] == columns.time_column
-        # Units of the others are told below, with what decides them.
-        if one.stage != "units" or (is_time and files.time_unit is None):
-            yield replace(one, text=where + one.text)
     own = ((files.input_column, files.input_unit), (files.output_column, files.output_unit))
+    given_of = {columns.key(name): given for name, given in own}
+    # These are told below, with what decides them.
+    again = [unit_doubt(columns.quantity(name)) for name, _ in own]
+    texts = [one.text for one in again if one is not None]
+    for one in columns.assumed:
+        if one.stage == "units":
+            name = "" if one.column is None else key(columns.names, one.column)
+            is_given = all(given_of.values()) if one.column is None else bool(given_of.get(name))
+            is_given = files.time_unit is not None if name == columns.time_column else is_given
+            if is_given or one.text in texts:
+                continue
+        yield replace(one, text=where + one.text)
     for (name, given), (default, flag_of) in zip(own, _ROLES, strict=True):
         quantity = columns.quantity(name)
-        doubt = None if given else unit_doubt(quantity, units.get(name) or default, flag_of)
+        doubt = (
+            None if given else unit_doubt(quantity, units.get(name) or default, flag_of, _NAMELESS)
+        )
         if doubt is not None:
             yield replace(doubt, text=where + doubt.text)
 
@@ -235,11 +261,23 @@ def _columns(path: Path, names: list[str], rows: int | None, files: Files) -> tu
     """
     try:
         try:
-            columns, first = io.read(path, names, time=files.time, rows=rows), 0
+            columns, first = (
+                io.read(
+                    path,
+                    names,
+                    time=files.time,
+                    rows=rows,
+                    skip_lines=files.text.skip_lines,
+                    thousands=files.text.thousands,
+                ),
+                0,
+            )
         except ReadError as refused:
             columns, first = filled(path, names, rows, files, refused)
     except ReadError as error:
         hint = _hint(error) if path in files.data else ""
+        if len(files.data) > 1 and "no column" in str(error):
+            hint = f"; files of one record are joined: {'+'.join(map(str, files.data))}"
         raise CommandError(f"{error}{hint}") from error
     return with_time_unit(columns, files.time_unit), first
 
@@ -257,12 +295,22 @@ def _hint(error: ReadError) -> str:
     )
 
 
-def _check_unit(path: Path, name: str, unit: str, units: dict[str, str]) -> None:
-    """Note the unit of a column; another one than in the files before is refused."""
-    before = units.setdefault(name, unit)
-    if unit and before and unit != before:
-        raise CommandError(f"{path}, column {name}: expected {before} as before, got {unit}")
-    units[name] = before or unit
+def _check_unit(
+    where: str, quantity: Quantity, given: str | None, flag_of: str, seen: dict[str, list[str]]
+) -> Iterator[Assumption]:
+    """Compare the unit of a column with those of the files before; another one is refused.
+
+    `seen` has what each file states. Where one says the unit and another says none, it is doubtful.
+    """
+    stated, before = quantity.suffix, seen.setdefault(flag_of, [])
+    known = next(filter(None, before), "")
+    if stated and known and stated != known:
+        raise CommandError(f"{where}: expected {known} as before, got {stated}")
+    if before and not given and (stated == "") != (before[0] == ""):
+        one, other = ("this file", "files before") if stated else ("files before", "this file")
+        said = f"{where}: the unit is {stated or known} in {one}, and none in {other}"
+        yield Assumption("units", f"{said}: taken to be the same; {flag_of}", "doubtful")
+    before.append(stated)
 
 
 def _ends(records: Sequence[Record], files: Files) -> list[int]:
@@ -406,7 +454,7 @@ def filled(
     if refused.rows is None or not path.is_file():
         raise refused
     takes_options = files.data == (path,) and not files.validate_from
-    with opened(path) as table:
+    with opened(path, files.text.options) as table:
         drive, position = (find(table.source, table.names, name) for name in names)
         mended = files.mend if takes_options else ()
         left_out = files.leave_out if takes_options else ()
@@ -454,11 +502,11 @@ def _interpolated(
     known = np.setdiff1d(np.arange(count), missing)
     first, last = int(known[0]), int(known[-1])
     values = {one: column[: last + 1] for one, column in columns.values.items()}
-    for key in map(columns.key, names):
-        there = np.flatnonzero(np.isfinite(columns.values[key]))
+    for one in map(columns.key, names):
+        there = np.flatnonzero(np.isfinite(columns.values[one]))
         if not there.size:
-            raise ReadError(f"{columns.source}, column {key}: expected numbers, got none")
-        values[key] = np.interp(np.arange(last + 1), there, columns.values[key][there])
+            raise ReadError(f"{columns.source}, column {one}: expected numbers, got none")
+        values[one] = np.interp(np.arange(last + 1), there, columns.values[one][there])
     if missing.size:
         what = (
             f"{missing.size} of {count} rows have no position, the first is row {int(missing[0])}: "

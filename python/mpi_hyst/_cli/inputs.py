@@ -103,7 +103,9 @@ def trajectory(path: Path, sampled: Sampled) -> tuple[Columns, str]:
     A unit that was given is that of the column.
     """
     try:
-        columns, column = read_trajectory(path, sampled.column, time=sampled.time)
+        columns, column = read_trajectory(
+            path, sampled.column, time=sampled.time, options=sampled.text.options
+        )
     except TimeOrderError as error:
         raise CommandError(
             f"{error}; mend the rows, or count them instead with --time none --rate HZ"
@@ -123,16 +125,27 @@ def assumed_of(columns: Columns, name: str, stage_unit: str, sampled: Sampled | 
     for the unit.
     """
     option = "" if sampled is None else "--unit"
+    is_given = sampled is not None and sampled.unit is not None
     said = [
-        one for one in columns.assumed if one.stage != "units" or _is_of_time_unit(one, columns)
+        one
+        for one in columns.assumed
+        if one.stage != "units"
+        or _is_of_time_unit(one, columns)
+        or (one.text != _again(columns, name) and not is_given)
     ]
     doubt = unit_doubt(columns.quantity(name), stage_unit or "that of the stage", option)
-    if doubt is not None and (sampled is None or sampled.unit is None):
+    if doubt is not None and not is_given:
         said.append(doubt)
     for one in said:
         if one.level == "doubtful":
             raise CommandError(f"{columns.source}: {one.text}")
     return [f"{columns.source}: {one.text}" for one in said if one.level == "assumed"]
+
+
+def _again(columns: Columns, name: str) -> str:
+    """Return what reading said of the unit of a column, which is told with what decides it."""
+    doubt = unit_doubt(columns.quantity(name))
+    return "" if doubt is None else doubt.text
 
 
 def _is_of_time_unit(one: Assumption, columns: Columns) -> bool:

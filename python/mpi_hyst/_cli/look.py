@@ -11,12 +11,13 @@ import click
 import numpy as np
 
 from mpi_hyst._cli.identify_records import is_missing, too_long
-from mpi_hyst._cli.options import argument, command, option
+from mpi_hyst._cli.options import FILE, OfText, argument, command, group, option
 from mpi_hyst._cli.outputs import Output, check_figure, check_outputs, write_outputs
 from mpi_hyst._cli.terminal import CommandError, require_report_packages, say
 from mpi_hyst._io.read import numeric, opened, take, unit_doubt
 from mpi_hyst._io.record import ReadError
 from mpi_hyst._io.roles import Guess, guess, time_index
+from mpi_hyst._io.source import PLAIN, TextOptions
 from mpi_hyst._io.table import Table
 from mpi_hyst._quantity import SECONDS, Quantity
 from mpi_hyst._report import canvas, traces
@@ -37,12 +38,14 @@ class Request:
     """The file, and what is drawn of it."""
 
     data: Path = argument("FILE")
+    more: tuple[Path, ...] = argument(nargs=-1, type=FILE, metavar="")
     plot_path: Path | None = option(
         "--plot",
         metavar="FILE|DIRECTORY",
         help="Figure of the record to write: .svg, .png or .pdf, or a directory for look.svg.",
     )
     rows: int | None = option(type=click.IntRange(min=1), help="Rows to read.  [default: all]")
+    text: OfText = group(OfText)
 
 
 @command(Request, short_help="Show what is in a file, and how to identify from it.")
@@ -167,11 +170,15 @@ class Record:
 
 def run(request: Request) -> str:
     """Read the file, draw what was asked for, and return the summary."""
+    if request.more:
+        joined = "+".join(map(str, (request.data, *request.more)))
+        count = 1 + len(request.more)
+        raise CommandError(f"expected one file, got {count}; files of one record: {joined}")
     place = _place(request.plot_path)
     check_outputs([place], [request.data])
     if place is not None:
         require_report_packages("--plot")
-    record = read(request.data, request.rows)
+    record = read(request.data, request.rows, request.text.options)
     lines = [_heading(request, record), _table(record), _guesses(record), _assumed(record)]
     lines.append(_next(request, record))
     if place is not None:
@@ -181,7 +188,7 @@ def run(request: Request) -> str:
     return "\n\n".join(line for line in lines if line)
 
 
-def read(path: Path, rows: int | None) -> Record:
+def read(path: Path, rows: int | None, options: TextOptions = PLAIN) -> Record:
     """Read every column of numbers; what is none is counted instead of refused."""
     wrong: dict[int, _Wrong] = {}
 
@@ -194,7 +201,7 @@ def read(path: Path, rows: int | None) -> Record:
             entry.first_other = entry.first_other or told
             entry.others += 1
 
-    with opened(path) as table:
+    with opened(path, options) as table:
         names = [_unique(table, index) for index in numeric(table)]
         try:
             columns = take(table, lambda _: names, None, rows, note, ordered=False)
@@ -252,9 +259,11 @@ def _table(record: Record) -> str:
         )
         wrong = record.wrong.get(name)
         note = "" if wrong is None else f"{wrong.count} refused, {wrong.first}"
+        # Of several columns of one name each is taken by its number.
         number = str(record.columns.names.index(name)) if name in record.columns.names else name
+        shown = name if name in record.columns.names else record.columns.names[int(name)]
         unit = record.columns.quantity(name).unit or record.columns.units.get(name, "")
-        rows.append([name, number, unit, *ends, note])
+        rows.append([shown, number, unit, *ends, note])
     text = text_table(["column", "number", "unit", "minimum", "maximum", ""], rows)
     others = [f"{name} ({what})" for name, what in record.other.items()]
     return f"{text}\n  not read: {', '.join(others)}" if others else text
@@ -274,12 +283,16 @@ def _assumed(record: Record) -> str:
     pairs = [
         (one.stage, f"{'doubtful: ' if one.level == 'doubtful' else ''}{one.text}")
         for one in record.columns.assumed
-        if one.stage not in ("units", "roles") or one.level == "doubtful"
+        if one.stage not in ("units", "roles") or one.level != "said"
     ]
+    clock = record.guesses.get("time")
+    if clock is not None and not record.columns.quantity(clock.column).time_unit:
+        said = f"time column {clock.column} has no unit: seconds are assumed; --time-unit"
+        pairs.append(("units", said))
     for role, default, flag in _UNITS:
         if role in record.guesses:
             quantity = record.columns.quantity(record.guesses[role].column)
-            doubt = unit_doubt(quantity, default, flag)
+            doubt = unit_doubt(quantity, default, flag, "doubtful")
             if doubt is not None:
                 level = "doubtful: " if doubt.level == "doubtful" else ""
                 pairs = [pair for pair in pairs if repr(quantity.column) not in pair[1]]

@@ -15,6 +15,8 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_
 
 import click
 
+from mpi_hyst._io.marks import THOUSANDS
+from mpi_hyst._io.source import TextOptions
 from mpi_hyst._quantity import SECONDS
 
 Request = TypeVar("Request")
@@ -209,6 +211,34 @@ def time_unit() -> Any:
     )
 
 
+def _thousands(context: click.Context, option: click.Parameter, value: str | None) -> str | None:
+    """Read what parts thousands; none stands for nothing."""
+    del context, option
+    return "" if value == "none" else value
+
+
+@dataclass(frozen=True)
+class OfText:
+    """What is said of texts that they do not say themselves."""
+
+    skip_lines: int = option(
+        type=click.IntRange(min=0),
+        default=0,
+        metavar="LINES",
+        help="Lines at the top of a text to leave out.",
+    )
+    thousands: str | None = option(
+        type=click.Choice((*THOUSANDS, "none")),
+        callback=_thousands,
+        help="What parts thousands in a text.  [default: nothing; refused where 1.277 may be 1277]",
+    )
+
+    @property
+    def options(self) -> TextOptions:
+        """The same for the reader."""
+        return TextOptions(self.skip_lines, self.thousands)
+
+
 @dataclass(frozen=True)
 class Sampled:
     """Where in its file a trajectory is, and how it is sampled."""
@@ -224,6 +254,7 @@ class Sampled:
     rate: float | None = option(
         metavar="HZ", help="Sampling rate, for a file without a time column."
     )
+    text: OfText = group(OfText)
 
 
 def lead_in(what: str, **how: Any) -> Any:

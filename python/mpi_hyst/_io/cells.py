@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable
 from datetime import date
 
 from mpi_hyst._quantity import SECONDS, known_unit
@@ -13,7 +13,8 @@ from mpi_hyst._quantity import SECONDS, known_unit
 _COMMENTS = ("#", "%", "//")
 # Errors of spreadsheets in several languages begin with the mark of a comment, and are none.
 _ERROR = re.compile(r"\s*\"?#(N/A|NA|N/V|NV|N/D|ND|[¡¿]?[A-ZÄÖÜÉ]+(/0)?[!?])\"?(?=[\s,;|]|$)")
-THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
+# A number that one of both marks may part at its thousands.
+PARTED = {mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(\{mark}\d{{3}})+") for mark in ".,"}
 MISSING = ("", "-", "--", "na", "n/a", "null", "none", "missing", "?")
 # Signs that texts are set with in place of -.
 _MINUS = dict.fromkeys(map(ord, "\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d"), "-")
@@ -109,14 +110,7 @@ def is_like_a_number(cell: str) -> bool:
     return _LIKE.fullmatch(cell.lower()) is not None
 
 
-def are_thousands(cells: Sequence[str]) -> bool:
-    """Whether commas part thousands in a column: below one, its numbers have none."""
-    others = [cell for cell in cells if not THOUSANDS.fullmatch(cell)]
-    if any("," in cell for cell in others):
-        return False
-    values = [number(cell, ".") for cell in others]
-    below = [abs(value) for value in values if value is not None and math.isfinite(value)]
-    return bool(below) and max(below) < 1000.0
+WAY = "; --thousands says what the mark is"
 
 
 def why_no_number(cell: str, decimal: str) -> str:
@@ -131,12 +125,13 @@ def why_no_number(cell: str, decimal: str) -> str:
         return f"not a number: {shown!r} (expected the sign - below zero)"
     point = "point" if decimal == "." else "comma"
     bare = re.sub(r"[\s'’,.](?=\d{3}(\D|$))", "", text)
-    if decimal == "." and THOUSANDS.fullmatch(text):
-        return f"not a number: {shown!r} (expected a decimal point, no separators of thousands)"
+    if PARTED["," if decimal == "." else "."].fullmatch(text):
+        expected = f"expected a decimal {point}, no separators of thousands{WAY}"
+        return f"not a number: {shown!r} ({expected})"
     if is_number(text.replace(",", "."), ".") or is_number(text.replace(".", ","), ","):
         return f"not a number: {shown!r} (expected a decimal {point})"
     if is_number(bare, ".") or is_number(bare, ","):
-        return f"not a number: {shown!r} (expected no separators of thousands)"
+        return f"not a number: {shown!r} (expected no separators of thousands{WAY})"
     return f"not a number: {shown!r}"
 
 
@@ -154,22 +149,38 @@ def _duration(cell: str) -> float | None:
 class Clock:
     """Turns stamps into seconds since the first one, and durations into seconds.
 
-    Stamps without a date go on past midnight, those without an hour past the full hour.
+    Stamps without a date go on past midnight, those without an hour past the full hour. Whether the
+    month or the day comes first is that of the first date which tells it.
     """
 
-    def __init__(self) -> None:
-        """Begin with the first stamp."""
+    def __init__(self, first: Iterable[str] = ()) -> None:
+        """Begin with the first stamp; the `first` cells tell the order of dates."""
         self._first: tuple[int, float] | None = None
         self._last = 0.0
         self._turns = 0.0
+        self._month_first = next(
+            (told for cell in first if (told := _month_first(cell)) is not None), None
+        )
+        self.doubtful: dict[str, None] = {}
+        """The first dates that may be read in either way."""
 
     def seconds(self, cell: str) -> float | None:
         """Return the time of a cell, or None if it is no stamp."""
         if (duration := _duration(cell)) is not None:
             return duration
-        parts = _parts(cell)
-        if parts is None:
+        told = _month_first(cell)
+        if told is not None and self._month_first is None:
+            # Dates before that did not tell it were read so.
+            taken = next((("/" in day) for day in self.doubtful), told)
+            if taken == told:
+                self._month_first = told
+                self.doubtful.clear()
+        parts = _parts(cell, self._month_first)
+        # One date of another order than those before makes all of them uncertain.
+        if parts is None or (told is not None and told != self._month_first):
             return None
+        if self._month_first is None and len(self.doubtful) < _FEW_DATES:
+            self.doubtful |= dict.fromkeys(filter(None, [_date_of(cell)]))
         days, seconds, period = parts
         if seconds < self._last - 0.5 * period:
             self._turns += period
@@ -179,7 +190,33 @@ class Clock:
         return _DAY * (days - self._first[0]) + self._turns + (seconds - self._first[1])
 
 
-def _parts(cell: str) -> tuple[int, float, float] | None:
+_FEW_DATES = 2
+
+
+def _date_of(cell: str) -> str:
+    """Return the date of a stamp whose day and month may change places; else nothing."""
+    found = _STAMP.fullmatch(cell.strip())
+    if found is None or found["a"] is None or len(found["a"]) > 2 or found["b"].isalpha():
+        return ""
+    if found["mark"] == ".":
+        # Nobody writes the month first between points.
+        return ""
+    first, second = int(found["a"]), int(found["b"])
+    return cell.strip()[: found.end("c")] if max(first, second) <= 12 else ""
+
+
+def _month_first(cell: str) -> bool | None:
+    """Return whether the month is the first number of a date; None if that is not told."""
+    found = _STAMP.fullmatch(cell.strip())
+    if found is None or found["a"] is None or len(found["a"]) > 2 or found["b"].isalpha():
+        return None
+    first, second = int(found["a"]), int(found["b"])
+    if max(first, second) <= 12:
+        return None
+    return second > 12
+
+
+def _parts(cell: str, month_first: bool | None = None) -> tuple[int, float, float] | None:
     """Return the day, the seconds, and after how many they begin anew: never with a date."""
     found = _MINUTES.fullmatch(cell.strip())
     if found is not None:
@@ -188,7 +225,7 @@ def _parts(cell: str) -> tuple[int, float, float] | None:
     if found is None:
         return None
     try:
-        day = _day(found["a"], found["mark"], found["b"], found["c"])
+        day = _day(found["a"], found["mark"], found["b"], found["c"], month_first)
     except ValueError:
         return None
     hour = int(found["hour"])
@@ -202,19 +239,27 @@ def _number(text: str) -> float:
     return float(text.replace(",", "."))
 
 
-def _day(a: str | None, mark: str | None, b: str | None, c: str | None) -> int:
+def _day(
+    a: str | None, mark: str | None, b: str | None, c: str | None, month_first: bool | None
+) -> int:
     """Return the number of a day: year first, or last, and then the month first where `/` parts.
 
-    A month that is a word tells itself.
+    A month that is a word tells itself. Where the order is known, `month_first` is that.
     """
     if a is None or b is None or c is None:
         return 0
-    if b.isalpha():
+    b_is_word = b.isalpha()
+    if b_is_word:
         b, mark = str(_MONTHS.index(b.lower()) + 1), "-"
     if len(a) > 2:
         return date(int(a), int(b), int(c)).toordinal()
     first, second = int(a), int(b)
-    month_first = (mark == "/" and first <= 12) or second > 12
+    if b_is_word:
+        month_first = False
+    elif max(first, second) > 12:
+        month_first = second > 12
+    elif month_first is None:
+        month_first = mark == "/"
     month, day = (first, second) if month_first else (second, first)
     return date(int(c), month, day).toordinal()
 

@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from mpi_hyst._io.cells import (
     MISSING,
-    are_thousands,
     is_comment,
     is_like_a_number,
     is_number,
@@ -24,9 +23,19 @@ from mpi_hyst._io.cells import (
     number,
     split,
 )
+from mpi_hyst._io.marks import Marks, marks_of, unparted, why_pairs
+from mpi_hyst._io.names import (
+    are_names,
+    are_units,
+    is_prose,
+    names_in,
+    trimmed,
+    unnamed,
+    without_numbers,
+)
 from mpi_hyst._io.preamble import Preamble, settings_beside
 from mpi_hyst._io.record import Assumption
-from mpi_hyst._quantity import SECONDS, Quantity, is_like_a_unit, known_unit
+from mpi_hyst._quantity import SECONDS, Quantity, known_unit
 
 DELIMITERS = {
     "\t": "tabs",
@@ -35,13 +44,12 @@ DELIMITERS = {
     "|": "vertical bars",
     " ": "white space",
 }
-_UNIT_WORDS = {"", "-", "--", "raw", "bit", "k", "sequence"}
+# As pandas writes the number of a column, that of a whole or of a real index.
+_COUNT = re.compile(r"(0|[1-9]\d*)(\.0)?")
 _FIRST_ROWS = 20  # rows that tell a column of stamps
 _MOST_STAMPS = 0.9  # of them; one may be that of a line above the table
-_PAIRS = re.compile(r"[+-]?\d+"), re.compile(r"\d+([eE][+-]?\d+)?")
 _OF_RIGOL = re.compile(r"(start|increment|t0|tinc|t_?inc\w*)\b.*", re.IGNORECASE)
 _OF_REMARKS = re.compile(r"(comment|remark|note|kommentar|bemerkung)s?\b", re.IGNORECASE)
-_REMARKS = 5  # comments above a table among which its names may be
 # A text of more columns than rows has its channels in rows.
 _WIDE, _CHANNELS = 4, 32
 
@@ -64,6 +72,8 @@ class Dialect:
     """How many cells most rows have, with empty ones behind the table."""
     in_rows: bool = False
     """Whether each row is a channel."""
+    begins: int = 0
+    """Of rows that are channels, how many cells stand before their samples: name and unit."""
     steps: tuple[float, float] | None = None
     """Start and step of a first column that counts samples, in seconds."""
     refused: str = ""
@@ -81,17 +91,21 @@ class Dialect:
         return f"{cells}{comma}{header}"
 
 
-def detect(lines: Sequence[str], first: int = 0) -> Dialect:
-    """Return the dialect of a text by its first lines, from one of them on."""
+def detect(lines: Sequence[str], first: int = 0, thousands: str | None = None) -> Dialect:
+    """Return the dialect of a text by its first lines, from one of them on.
+
+    `thousands` is what a user says that parts thousands; empty if nothing does.
+    """
     layouts = [
         Layout(
             {
-                number: split(line, delimiter)
+                number: [unparted(cell, thousands) for cell in split(line, delimiter)]
                 for number, line in enumerate(lines)
                 if number >= first and line.strip() and not is_comment(line, delimiter)
             },
             delimiter,
             lines,
+            thousands,
         )
         for delimiter in DELIMITERS
     ]
@@ -108,7 +122,7 @@ def _without_numbers(lines: Sequence[str], first: int) -> Dialect:
         if place >= first and line.strip() and not is_comment(line, ","):
             # Spreadsheets separate by semicolons where the comma is the decimal mark.
             delimiter = next((mark for mark in ",;\t" if mark in line), ",")
-            names = _trimmed(split(line, delimiter))
+            names = trimmed(split(line, delimiter))
             return Dialect(delimiter, ".", names, header=place, first=place + 1, full=len(names))
     return Dialect(first=len(lines))
 
@@ -120,7 +134,11 @@ class Layout:
     """
 
     def __init__(
-        self, rows: Mapping[int, Sequence[str]], delimiter: str = ",", lines: Sequence[str] = ()
+        self,
+        rows: Mapping[int, Sequence[str]],
+        delimiter: str = ",",
+        lines: Sequence[str] = (),
+        thousands: str | None = None,
     ) -> None:
         """Take the rows by the numbers of their lines."""
         self.lines = lines
@@ -130,9 +148,13 @@ class Layout:
         most = max(likes.values(), default=0)
         # A preamble has numbers too, but fewer in a row than the table.
         rows_ = {place: self.rows[place] for place, count in likes.items() if 2 * count >= most > 0}
-        self.full, self.width = _width(list(rows_.values()))
+        usual = Counter(likes[place] for place in rows_).most_common(1)
+        begins = next((place for place in rows_ if likes[place] >= usual[0][0]), 0)
+        # Units above the table may have numbers in columns beyond.
+        self.full, self.width = _width([rows_[place] for place in rows_ if place >= begins])
         self.data = [cells for cells in rows_.values() if self.fits(cells)]
-        self.decimal = self._decimal()
+        self.marks = self._marks(thousands)
+        self.decimal = self.marks.decimal
         self.numeric = self._numeric()
         self.stamped = self._stamped()
         self.said: list[Assumption] = []
@@ -141,6 +163,13 @@ class Layout:
         share = count / max(1, sum(map(len, self.data)))
         named = self.header is not None or self._starts_with_numbers()
         self.score = (count * (1.0 if named else 0.8), share)
+        if delimiter == " " and self._is_parted_otherwise():
+            self.score = (0.0, 0.0)
+
+    def _is_parted_otherwise(self) -> bool:
+        """Whether in most rows blanks stand beside a separator: then they part nothing."""
+        alone = sum(any(cell in (";", ",", "|") for cell in row) for row in self.data)
+        return 2 * alone > len(self.data)
 
     def _likes(self, cells: Sequence[str]) -> int:
         """Return how many cells look like numbers; alone in its line, a cell must be one."""
@@ -157,27 +186,24 @@ class Layout:
         """Whether a row has the columns of the table, and beyond them empty cells only."""
         return len(cells) >= self.width > 0 and not any(cells[self.width :])
 
-    def _decimal(self) -> str:
-        """Return the decimal mark; nothing where no number of the first rows has one.
+    def _marks(self, thousands: str | None) -> Marks:
+        """Return the marks of numbers; between commas a decimal comma is one in quotation marks."""
+        width = min([self.width, *map(len, self.data)])
+        marks = marks_of([[row[index] for row in self.data] for index in range(width)], thousands)
+        if self.width < 2 and self.delimiter != "," and marks.decimal == "," and not marks.said:
+            return replace(marks, decimal=".")
+        return marks
 
-        Between commas a decimal comma is one only in quotation marks.
-        """
-        if self.width < 2 and self.delimiter != ",":
-            return "."
-        cells = [cell for row in self.data for cell in row if "," in cell or "." in cell]
-        found = {mark: sum(is_number(cell, mark) for cell in cells) for mark in ".,"}
-        if found[","] > found["."] and not self._has_thousands():
-            return ","
-        return "." if cells else ""
-
-    def _has_thousands(self) -> bool:
-        """Whether commas part thousands: below one, numbers of the same column have none."""
-        columns = [
-            [row[index] for row in self.data if row[index]]
-            for index in range(min(self.width, *map(len, self.data)))
-        ]
-        parted = [cells for cells in columns if any("," in cell for cell in cells)]
-        return all(map(are_thousands, parted))
+    def why_refused(self, found: Dialect | None = None) -> str:
+        """Return why no number is read, with the line; empty if they can be."""
+        if self.marks.refused:
+            place = next(n for n, cells in self.rows.items() if self.marks.cell in cells)
+            return f"line {place + 1}: {self.marks.refused}"
+        if found is None or self.delimiter != "," or not self.data or self.header is not None:
+            return ""
+        rows = [row[: self.width] for row in self.data]
+        why = why_pairs(rows, self._misfit, found.header is not None)
+        return why and f"line {found.first + 1}: {why}"
 
     def _numeric(self) -> list[int]:
         """Return the columns that hold a number in at least half of the rows."""
@@ -247,12 +273,33 @@ class Layout:
                 if self._are_units(upper):
                     # Units may stand above the names, too.
                     return place, names, before
+                if are_units(names, one_is_known=False):
+                    return before, upper, place
+                self._say_two(before, place)
             behind = above[above.index(place) + 1 :][:1]
             if behind and self._are_units(self.rows[behind[0]]):
                 return place, names, behind[0]
             # Columns that are called like their units have these units.
             return place, names, place if self._are_units(names) else None
         return self._numbered(first)
+
+    def _say_two(self, upper: int, lower: int) -> None:
+        """Say that two rows may be the header, if what is above is no setting."""
+        cells = [cell for cell in self.rows[upper] if cell]
+        if len(cells) < len(self.numeric) or len(set(cells)) < len(cells):
+            return
+        has_units = [
+            any(Quantity(cell).suffix and not known_unit(cell) for cell in self.rows[n])
+            for n in (upper, lower)
+        ]
+        if has_units == [False, True]:
+            return
+        if any(map(is_like_a_number, cells)):
+            return
+        said = f"lines {upper + 1} and {lower + 1} may both hold the names: line {lower + 1} does"
+        self.said.append(
+            Assumption("dialect", f"{said}; --skip-lines, or mend the other", "doubtful")
+        )
 
     def _are_remarks(self, place: int, above: Sequence[int]) -> bool:
         """Whether the two rows above are names and units: then this one is a row of remarks."""
@@ -267,7 +314,7 @@ class Layout:
         With units below it, numbers may be names too, as of the channels of an oscilloscope.
         """
         cells = self.rows[place]
-        names = _trimmed(cells)
+        names = trimmed(cells)
         if cells[0] and self._keys_are_beside():
             # What it says is about the other columns: `TraceName,CH1,CH2` above `,0.1,0.2`.
             return None
@@ -290,6 +337,8 @@ class Layout:
             return None
         if any(is_stamp(names[index]) for index in self.stamped):
             return None
+        if not are_names(names):
+            return None
         filled = [name for name in names if name.lower() not in MISSING]
         return names if filled and 2 * len(filled) >= self.width else None
 
@@ -308,9 +357,9 @@ class Layout:
         cells = row[: self.width]
         begins = 1 if cells and not cells[0] and not self._keys_are_beside() else 0
         digits = cells[begins:]
-        if not digits or not all(cell.isdigit() and cell == str(int(cell)) for cell in digits):
+        if not digits or not all(_COUNT.fullmatch(cell) for cell in digits):
             return None
-        counts = [int(cell) for cell in digits]
+        counts = [int(float(cell)) for cell in digits]
         if counts not in (list(range(len(counts))), list(range(1, len(counts) + 1))):
             return None
         below = [cells for place, cells in self.rows.items() if place > first and self.fits(cells)]
@@ -331,7 +380,10 @@ class Layout:
         """
         decimal = self.decimal or "."
         columns = [[number(row[index], decimal) for row in below] for index in range(len(first))]
-        written = [all(decimal in row[index] for row in below) for index in range(len(first))]
+        written = [
+            decimal not in first[index] and all(decimal in row[index] for row in below)
+            for index in range(len(first))
+        ]
         if all(written):
             return False
         for cell, column in zip(first, columns, strict=True):
@@ -357,7 +409,7 @@ class Layout:
         found = Dialect(
             delimiter=self.delimiter,
             decimal=self.decimal,
-            names=[name or _unnamed(index, names) for index, name in enumerate(names)],
+            names=[name or unnamed(index, names) for index, name in enumerate(names)],
             units={
                 index: unit for index, unit in enumerate(units[: len(names)])
                 if unit and not (steps is not None and index == 0)
@@ -373,7 +425,10 @@ class Layout:
             found = replace(found, units={**found.units, 0: "s"})
             what = f"time: {steps[0]:g} s + {steps[1]:g} s x {found.names[0]}, which counts samples"
             self.said.append(Assumption("dialect", what, "assumed", 0))
+        if self.marks.said:
+            self.said.append(Assumption("dialect", self.marks.said, "assumed"))
         self._say_shift(found)
+        self._say_gaps(header, first)
         return self._with_preamble(self._in_rows(found), first, header)
 
     def _top(self) -> tuple[Sequence[str], Sequence[str], int | None, int]:
@@ -389,7 +444,8 @@ class Layout:
         first = self._first_number(whole)
         named = self._commented(first) or self._other_text(first) or self._of_rows(first)
         if named is not None:
-            return named[1], (), named[0], first
+            told = () if self._commented_units is None else self._commented_units[1]
+            return named[1], told, named[0], first
         self._say_misfit()
         return [str(index) for index in range(self.width)], (), None, first
 
@@ -418,13 +474,20 @@ class Layout:
         if not comments or any(n > comments[-1] for n in self.rows if n < first):
             return None
         # Remarks may follow the names.
-        for place in reversed(comments[-_REMARKS:]):
-            names = self._names_in(self._bare(place))
-            if names is not None and not any(n > place for n in self.rows if n < first):
-                return place, names
+        lowest = max((n for n in self.rows if n < first), default=-1)
+        for place in [n for n in reversed(comments) if n > lowest]:
+            names = names_in(self._bare(place), self.delimiter, self.width, self.full)
+            if names is None:
+                continue
+            upper = names_in(self._bare(place - 1), self.delimiter, self.width, self.full)
+            if place - 1 in comments and upper is not None and are_units(names):
+                self._commented_units = place, names
+                return place - 1, upper
+            return place, names
         text = self._bare(comments[-1])
-        count = len(split(text, self.delimiter))
-        if count > 1 and not _is_prose(text):
+        words = split(text, self.delimiter)
+        count = len(words)
+        if count > 1 and not is_prose(text) and not any(map(is_like_a_number, words)):
             self._misfit = comments[-1], count
         return None
 
@@ -432,6 +495,8 @@ class Layout:
         """Return what stands behind the mark of a comment."""
         return self.lines[place].strip().lstrip("#%/;").strip()
 
+    _commented_units: tuple[int, Sequence[str]] | None = None
+    """The line of units below names, both of them comments."""
     _misfit: tuple[int, int] | None = None
     """A line that looks like a header and is none, and its names."""
 
@@ -446,14 +511,14 @@ class Layout:
             return None
         place = above[-1]
         text = self.lines[place].strip() if place < len(self.lines) else ""
-        names = self._names_in(text) if text else None
+        names = names_in(text, self.delimiter, self.width, self.full) if text else None
         if names is None:
-            cells = _trimmed(self.rows[place])
+            cells = trimmed(self.rows[place])
             of_numbers = sum(is_like_a_number(cell) for cell in cells)
             words = len(cells) > 1 or not re.search(r"[\s:=]", cells[0] if cells else ":")
             units = any(Quantity(cell).suffix or Quantity(cell).unused for cell in cells)
             units = units and not re.search(r"\d", text)
-            is_header = units or (words and not _is_prose(text))
+            is_header = units or (words and not is_prose(text))
             if cells and is_header and not of_numbers:
                 self._misfit = place, len(cells)
         return None if names is None else (place, names)
@@ -464,34 +529,9 @@ class Layout:
         if not above or first >= len(self.lines) or self.lines[first].lstrip()[:1] != '"':
             return None
         names = self.rows[above[-1]]
-        if len(names) != self.width - 1 or self._none_numbers(names) is None:
+        if len(names) != self.width - 1 or without_numbers(names) is None:
             return None
         return above[-1], ["", *names]
-
-    def _names_in(self, text: str) -> list[str] | None:
-        """Return the names in a text, parted by whatever makes as many as there are columns."""
-        ways: list[Callable[[str], list[str]]] = [
-            lambda line: split(line, self.delimiter),
-            *(lambda line, mark=mark: split(line, mark) for mark in "\t;,|"),
-            _wide_gaps,
-            _behind_units,
-            _with_units,
-        ]
-        # What parts the rows parts their names too, if it is there.
-        parted = self.delimiter != " " and self.delimiter in text
-        for way in ways[:1] if parted else ways:
-            names = [name.strip(' "') for name in _trimmed(way(text))]
-            if len(names) == self.full and len(names) > self.width:
-                return self._none_numbers(names)
-            if len(names) == self.width and self._none_numbers(names) is not None:
-                commas = [name.rstrip(",;") for name in names]
-                return commas if all(commas) else names
-        return None
-
-    def _none_numbers(self, names: list[str]) -> list[str] | None:
-        numbers = any(is_number(name, ".") or is_stamp(name) for name in names)
-        filled = [name for name in names if name.lower() not in MISSING]
-        return None if numbers or 2 * len(filled) < len(names) else names
 
     def _say_misfit(self) -> None:
         """Say what looks like a header and is none: nothing of it is used."""
@@ -521,6 +561,13 @@ class Layout:
                 f"column {nameless[0]} has numbers and no name, {empty} has a name and no numbers"
             )
             self.said.append(Assumption("dialect", f"{said}: names may be shifted", "doubtful"))
+        for index in self.numeric:
+            if (
+                '"' in names[index]
+                and not Quantity(names[index], found.units.get(index, "")).suffix
+            ):
+                said = f"a quotation mark in the name {names[index]!r}: it may part a unit"
+                self.said.append(Assumption("dialect", said, "doubtful"))
         named = [names[index] for index in self.numeric]
         remarks = [one for one in named if _OF_REMARKS.match(one) or _OF_RIGOL.fullmatch(one)]
         if remarks:
@@ -542,13 +589,27 @@ class Layout:
                     Assumption("dialect", f"{said}: a name may be missing", "doubtful")
                 )
 
+    def _say_gaps(self, header: int | None, first: int) -> None:
+        """Say if names are parted at single blanks, and wider gaps part another number of them."""
+        if self.delimiter != " " or header is None or header >= len(self.lines):
+            return
+        names, wide = self._bare(header), r"\S(\s{2,}|\t)\S"
+        rows = [line.strip() for line in self.lines[first : first + _FIRST_ROWS]]
+        if not re.search(wide, names) or any(re.search(wide, row) for row in rows):
+            return
+        count = len(re.split(r"\s{2,}|\t", names))
+        if count != self.width and not re.search(r"[\[(,;]", names):
+            said = f"line {header + 1} has {count} names with wide gaps between them, and "
+            said += f"{self.width} words: names may be shifted"
+            self.said.append(Assumption("dialect", said, "doubtful"))
+
     # What else the lines above tell.
 
     def _steps(self, units: Sequence[str]) -> tuple[float, float] | None:
         """Return start and step of a column that counts samples, as one kind of scope writes."""
         if self.header is None or self.header[2] is None or 0 not in self.numeric:
             return None
-        names, below = _trimmed(self.rows[self.header[0]]), self.rows[self.header[2]]
+        names, below = trimmed(self.rows[self.header[0]]), self.rows[self.header[2]]
         told = {name.lower(): cell for name, cell in zip(names, below, strict=False)}
         start, step = (number(told.get(name, ""), ".") for name in ("start", "increment"))
         if units[:1] and units[0].lower() == "sequence" and start is not None and step is not None:
@@ -559,52 +620,31 @@ class Layout:
         """Take names and units that instruments write in rows of their own above the table."""
         top = first if header is None else header
         above = {place: cells for place, cells in self.rows.items() if place < top}
-        comments = {n: self.lines[n] for n in range(min(top, len(self.lines)))}
-        comments = {n: line for n, line in comments.items() if self._is_comment(n)}
         told = Preamble(
             *(list(found.names), dict(found.units), self.numeric, self.full),
             has_header=header is not None,
             stamped=bool(self.stamped),
         )
         below = {place: cells for place, cells in self.rows.items() if place >= first}
-        beside = header is None and self.width > 2 and not {0, 1} & set(self.numeric)
-        told.read({**above, **(dict(settings_beside(below)) if beside else {})}, comments)
+        lines = {n: line for n, line in enumerate(self.lines[:first]) if line.strip()}
+        comments = {n: line for n, line in lines.items() if n < top and self._is_comment(n)}
+        told.read(above, comments)
+        told.read_beside(dict(settings_beside(below)))
         told.say_alone(above, len(below))
+        told.read_words({n: line for n, line in lines.items() if n not in self._named(header)})
+        words = [n for n in range(self.width) if n not in {*self.numeric, *self.stamped}]
+        cells = {n: [row[n] for row in self.data] for n in words if n < len(found.names)}
+        told.say_columns(cells)
         said = (*self.said, *told.said)
-        refused = self._pairs(found)
+        refused = self.why_refused(found)
         return replace(found, names=told.names, units=told.units, refused=refused, assumed=said)
 
-    def _pairs(self, found: Dialect) -> str:
-        """Return why numbers are refused that look parted at a decimal comma; empty if they do not.
-
-        With twice as many cells as names they are, and without a header where whole numbers of
-        constant width follow whole numbers.
-        """
-        if self.delimiter != "," or not self.data or self.header is not None:
-            return ""
-        reason = "decimal commas between commas? separate the cells by semicolons"
-        names = self._misfit[1] if self._misfit is not None else 0
-        place = f"line {found.first + 1}: "
-        if self._misfit is not None:
-            header = f"as in the header, line {self._misfit[0] + 1}, got {self.width}"
-            place += f"expected {names} cells {header}: "
-        cells = [[cell for cell in row[: self.width] if cell] for row in self.data]
-        whole = all(_PAIRS[0].fullmatch(c) or _PAIRS[1].fullmatch(c) for row in cells for c in row)
-        if names and self.width == 2 * names:
-            return f"{place}twice as many cells as names: {reason}"
-        if names and self.width > names and whole:
-            return f"{place}more cells than names, and whole numbers only: {reason}"
-        if self.width % 2 or not whole or len(self.data) < 3 or found.header is not None:
-            return ""
-        for index in range(1, self.width, 2):
-            second = [row[index] for row in self.data]
-            lengths = {len(re.split("[eE]", cell)[0]) for cell in second}
-            plain = all(_PAIRS[1].fullmatch(cell) for cell in second)
-            leads = any(len(cell) > 1 and cell[0] == "0" for cell in second)
-            varied = len(set(second)) > 2
-            if not plain or len(lengths) > 1 or not (leads or (lengths == {1} and varied)):
-                return ""
-        return f"{place}every second cell is a whole number of constant width: {reason}"
+    def _named(self, header: int | None) -> set[int]:
+        """Return the lines of the names, and of the units that stand beside them."""
+        units = None if self.header is None else self.header[2]
+        misfit = None if self._misfit is None else self._misfit[0]
+        below = None if self._commented_units is None else self._commented_units[0]
+        return {place for place in (header, units, misfit, below) if place is not None}
 
     def _in_rows(self, found: Dialect) -> Dialect:
         """Take rows for channels where there are a few of many cells, and no header above."""
@@ -614,63 +654,20 @@ class Layout:
             return found
         if not rows or len(rows) > _CHANNELS or self.width < max(10, _WIDE * len(rows)):
             return found
-        if found.header is not None or len({len(_trimmed(cells)) for cells in rows}) > 1:
+        if found.header is not None or len({len(trimmed(cells)) for cells in rows}) > 1:
             return found
-        names = [
-            cells[0] if named else str(index) for index, cells in enumerate(rows)
-        ]  # fmt: skip
+        names = [cells[0] if named else str(index) for index, cells in enumerate(rows)]
+        second = [cells[1] for cells in rows]
+        numbers = any(is_number(cell, self.decimal or ".") for cell in second)
+        has_units = bool(named) and not numbers and any(map(known_unit, second))
+        units = {n: cell for n, cell in enumerate(second) if cell} if has_units else {}
         what = f"{len(rows)} rows of {self.width} cells: each row is taken for a channel"
         self.said.append(Assumption("dialect", what, "assumed" if named else "doubtful"))
+        every = list(range(len(rows)))
         return replace(
-            found, names=names, units={}, numeric=list(range(len(rows))), stamped=[], in_rows=True
-        )
-
-
-def are_units(cells: Sequence[str]) -> bool:
-    """Whether a row below the header holds units: s, V, [µm]."""
-    known = [known_unit(cell) != "" for cell in cells]
-    other = [
-        cell.lower() in _UNIT_WORDS
-        or is_like_a_unit(cell)
-        or (cell[0] in "[(" and cell[-1] in "])")
-        for cell, is_known in zip(cells, known, strict=True)
-        if not is_known
-    ]
-    return any(known) and all(other)
-
-
-def _unnamed(index: int, names: Sequence[str]) -> str:
-    """Return what a column without a name is called: by its number, if no other one is."""
-    return f"column {index}" if str(index) in names else str(index)
-
-
-def _is_prose(text: str) -> bool:
-    """Whether a line is a remark: a sentence, a setting, a date."""
-    return bool(re.search(r"[:=]|\w[.!?]$", text)) or is_stamp(text)
-
-
-def _wide_gaps(text: str) -> list[str]:
-    return re.split(r"\s{2,}|\t", text.strip())
-
-
-def _behind_units(text: str) -> list[str]:
-    """Part names with single spaces behind each unit in brackets: `Time (ms) Drive (V)`."""
-    parts = [part.strip(" ,;") for part in re.split(r"(?<=[\])])[\s,;]+", text.strip())]
-    return parts if all(part.endswith((")", "]")) for part in parts) else []
-
-
-def _with_units(text: str) -> list[str]:
-    """Join words and units that follow each other: `time ms drive V`."""
-    words = text.replace(",", " ").split()
-    units = words[1::2]
-    if len(words) % 2 or not all(known_unit(unit) for unit in units):
-        return []
-    return [f"{name} ({unit})" for name, unit in zip(words[::2], units, strict=True)]
-
-
-def _trimmed(cells: Sequence[str]) -> list[str]:
-    count = max((index + 1 for index, cell in enumerate(cells) if cell), default=0)
-    return list(cells[:count])
+            found, names=names, units=units, numeric=every, stamped=[], in_rows=True,
+            begins=bool(named) + has_units,
+        )  # fmt: skip
 
 
 def _width(data: Sequence[Sequence[str]]) -> tuple[int, int]:
@@ -678,4 +675,4 @@ def _width(data: Sequence[Sequence[str]]) -> tuple[int, int]:
     if not data:
         return 0, 0
     common, _ = Counter(map(len, data)).most_common(1)[0]
-    return common, max(len(_trimmed(cells)) for cells in data if len(cells) == common)
+    return common, max(len(trimmed(cells)) for cells in data if len(cells) == common)

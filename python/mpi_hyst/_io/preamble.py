@@ -1,7 +1,8 @@
-"""What instruments write above a table, in rows and comments of their own: names, units, steps.
+"""What stands above a table, in rows and comments: names, units, steps, factors.
 
-Each such row has a key in its first cell, as `Vertical Units,V,,V` or `"TraceName","CH1","CH2"`.
-What is not used, as the step of a record, is told with the option that says it.
+Instruments write rows with a key in the first cell, as `Vertical Units,V,,V` or
+`"TraceName","CH1","CH2"`; people write `# Position in nm`. What is used is said; what holds a unit
+or a factor and is not used is doubtful.
 """
 
 from __future__ import annotations
@@ -10,9 +11,17 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from mpi_hyst._io.cells import is_number
-from mpi_hyst._io.record import Assumption, Level
-from mpi_hyst._quantity import SECONDS, is_like_a_unit, known_unit
+from mpi_hyst._io.cells import is_number, number
+from mpi_hyst._io.record import Assumption, Level, Stage
+from mpi_hyst._quantity import (
+    SECONDS,
+    TIME_NAMES,
+    Quantity,
+    conversion,
+    is_like_a_unit,
+    known_unit,
+    units_told,
+)
 
 _OF_NAMES = re.compile(r"(waveform|trace ?name|source|channels?|signals?|names?)\b", re.IGNORECASE)
 _OF_UNITS = re.compile(
@@ -23,13 +32,28 @@ _OF_STEPS = re.compile(
     r"(sampl\w* ?(interval|period|time)|h ?resolution|(x ?)?increment|delta[ _]?[tx]|dt|t ?inc)\b",
     re.IGNORECASE,
 )
+# Of `Vertical Scale` of a scope, in volts per division, numbers know already.
+_OF_FACTORS = re.compile(
+    r"(?P<key>\b\w*(factor|faktor|facteur|fattore|multiplier)\b[^:=;,\t]*|\bscaling\b)"
+    r"[\s:=;,]+(?P<value>[-+]?\d[\d.,eE+-]*)",
+    re.IGNORECASE,
+)
 _IN_COMMENT = re.compile(
     r"\W+(?P<key>NAME(?P<number>\d+)|SAMPLE[_ ]TIME|SAMPLING\w*|DT)\s*[=:]\s*(?P<value>.+)",
     re.IGNORECASE,
 )
 _UNITS_IN_COMMENT = re.compile(r"\W+(units?|einheiten)\s*[=:]\s*(?P<units>.+)", re.IGNORECASE)
+# `Displacement unit: nm`, `Unit of gauge = nm`, `Position in nm`, `gauge: nm`.
+_OF_ONE = re.compile(
+    r"(?P<name>.*?\S)\s*([:=;,\t]\s*|\s(in|en|em)\s+|[\[(]\s*)(?P<unit>[^\s:=;,()\[\]]+)[\s\])]*",
+    re.IGNORECASE,
+)
+_UNIT_OF = re.compile(
+    r"\b(units?|einheit(en)?|unité|unidad|axis)\b(\s+(of|for|von|der|des))?", re.IGNORECASE
+)
 # A name that says nothing, in place of which a name above may come.
 _PLAIN = re.compile(r"(Y|\[\d+\]|Y\[\d+\]|\d+)")
+_OPTIONS = "--input-unit, --output-unit, --unit"
 _MOST_ROWS = 400  # of a table whose number of rows is compared with a number above it
 _SETTINGS = 30  # rows beside which settings may stand
 
@@ -46,6 +70,8 @@ class Preamble:
     has_header: bool
     stamped: bool
     said: list[Assumption] = field(default_factory=list)
+    used: set[int] = field(default_factory=set)
+    """The lines of which something is used."""
 
     def read(self, rows: Mapping[int, Sequence[str]], comments: Mapping[int, str]) -> None:
         """Take names and units from rows and comments by their lines."""
@@ -57,6 +83,38 @@ class Preamble:
                 self._take(place, cells[0].strip('": '), told, len(cells) == self.full)
         for place, text in comments.items():
             self._take_comment(place, text)
+
+    def read_beside(self, rows: Mapping[int, Sequence[str]]) -> None:
+        """Take settings from the first rows, in columns beside the numbers.
+
+        Each block of settings is about the columns of numbers behind it, up to the next block.
+        """
+        keys = sorted({
+            index for cells in rows.values() for index, cell in enumerate(cells[:-1])
+            if index not in self.numeric and cells[index + 1]
+            and (_OF_UNITS.match(cell) or _OF_TIMES.match(cell) or _OF_NAMES.match(cell))
+        })  # fmt: skip
+        for place, key in enumerate(keys):
+            end = keys[place + 1] if place + 1 < len(keys) else len(self.names)
+            columns = [index for index in self.numeric if key < index < end]
+            if not columns:
+                continue
+            for line, cells in rows.items():
+                self._take_beside(line, cells[key].strip('": '), cells[key + 1], columns)
+
+    def _take_beside(self, line: int, key: str, told: str, columns: Sequence[int]) -> None:
+        signals = columns[1:] or columns
+        if _OF_UNITS.match(key) and is_like_a_unit(told):
+            self._take_units(line, dict.fromkeys(signals, told))
+        elif _OF_TIMES.match(key) and known_unit(told) in SECONDS and len(columns) > 1:
+            self._take_units(line, {columns[0]: told})
+        elif _OF_NAMES.match(key) and told and len(columns) <= 2 and not is_number(told, "."):
+            index = signals[0]
+            if _PLAIN.fullmatch(self.names[index]) and told not in self.names:
+                self.names[index] = told
+                self._say(line, f"column {index} is {told}")
+        elif _OF_STEPS.match(key) and not self.stamped and len(columns) == 1:
+            self._say(line, f"{key} {told}: not used; --rate says how fast a record is")
 
     def say_alone(self, rows: Mapping[int, Sequence[str]], count: int) -> None:
         """Say that numbers alone in their lines are no rows of a table of several columns.
@@ -73,12 +131,92 @@ class Preamble:
         what = f"line {lines}: a number alone is no row of the table"
         self.said.append(Assumption("dialect", what, level))
 
+    def read_words(self, lines: Mapping[int, str]) -> None:
+        """Take units from words, as `Position in nm`; say what holds a unit that is not used."""
+        for place, text in lines.items():
+            factor = _OF_FACTORS.search(text)
+            value = None if factor is None else number(factor["value"].replace(",", "."), ".")
+            if factor is not None and value != 1.0:
+                what = f"{factor[0].strip()!r} is not applied; mend the numbers, or say their unit"
+                self._say(place, what, level="doubtful", stage="units")
+            told = conversion(text)
+            if told and self._is_missing(""):
+                what = f"{told!r} is not applied: a column without a unit may be in either"
+                self._say(place, f"{what}; {_OPTIONS}", level="doubtful", stage="units")
+            if place not in self.used:
+                self._take_words(place, text.strip().lstrip("#%/;").strip(' "'))
+
+    def say_columns(self, columns: Mapping[int, Sequence[str]]) -> None:
+        """Say which columns hold units in all rows, beside the numbers."""
+        for index, cells in columns.items():
+            units = list(dict.fromkeys(filter(None, map(known_unit, cells))))
+            if units and all(known_unit(cell) or not cell for cell in cells):
+                told = ", ".join(map(repr, units))
+                what = f"column {self.names[index]} holds {told}, and no unit is taken from it"
+                level: Level = "doubtful" if any(map(self._is_missing, units)) else "said"
+                self.said.append(Assumption("units", f"{what}; {_OPTIONS}", level))
+
+    def _take_words(self, place: int, text: str) -> None:
+        left = text
+        for clause in dict.fromkeys([text, *re.split(r"[;,\t]\s*", text)]):
+            found = self._of_one(clause)
+            if found is None:
+                continue
+            index, unit = found
+            before = self.units.get(index) or Quantity(self.names[index]).suffix
+            if before and (known_unit(before) or before) != (known_unit(unit) or unit):
+                what = f"{self.names[index]} is in {unit}, and beside its name is {before}"
+                self._say(place, what, index, "doubtful", "units")
+            elif not before:
+                self._take_units(place, {index: unit})
+            left = left.replace(clause, "")
+        told = [unit for unit in units_told(left) if self._is_missing(unit)]
+        if told:
+            what = f"{text[:60]!r} holds {', '.join(map(repr, told))}, and no unit is taken from it"
+            clock = self._clock() if told[0] in SECONDS else None
+            options = _OPTIONS if clock is None else "--time-unit"
+            self._say(place, f"{what}; {options}", clock, "doubtful", "units")
+
+    def _of_one(self, text: str) -> tuple[int, str] | None:
+        """Return the column of which a text says the unit, and that unit."""
+        found = _OF_ONE.fullmatch(text.strip())
+        if found is None or not is_like_a_unit(found["unit"]):
+            return None
+        called = " ".join(_UNIT_OF.sub("", found["name"]).strip(" :=-_").lower().split())
+        own = [(Quantity(name).name.strip().lower(), name.lower()) for name in self.names]
+        same = [index for index in self.numeric if index < len(own) and called in own[index]]
+        return (same[0], found["unit"]) if called and len(same) == 1 else None
+
+    def _is_missing(self, unit: str) -> bool:
+        """Whether a column may have this unit: one without a unit, a time or another one."""
+        quantities = [
+            Quantity(self.names[index], self.units.get(index, ""))
+            for index in self.numeric
+            if index < len(self.names)
+        ]
+        without = [one for one in quantities if not one.suffix]
+        if unit in SECONDS:
+            return self._clock() is not None
+        times = [one.column.lower() in TIME_NAMES for one in without]
+        # A number of a column may be anything, and the first one a time.
+        return not all(times) or (len(times) > 1 and not any(one.suffix for one in quantities))
+
+    def _clock(self) -> int | None:
+        """Return the column that is called as a time, and has no unit."""
+        for index in self.numeric:
+            if index < len(self.names) and self.names[index].lower() in TIME_NAMES:
+                unit = self.units.get(index, "")
+                return None if Quantity(self.names[index], unit).suffix else index
+        return None
+
     def _take(self, place: int, key: str, told: list[str], is_whole: bool) -> None:
         columns = [index for index in range(1, len(self.names)) if index in self.numeric]
         if _OF_UNITS.match(key) and all(is_like_a_unit(one) or not one for one in told):
             same = is_whole or len(told) == len(self.names) - 1
             given = dict(enumerate(told, start=1)) if same else {}
-            if not same and len(set(told)) == 1:
+            if not same and len(told) == len(self.names) == len(self.numeric):
+                given = dict(enumerate(told))
+            elif not same and len(set(told)) == 1:
                 # One unit for all but the time, which comes first.
                 given = dict.fromkeys(columns if self.has_header else columns[1:], told[0])
             self._take_units(place, given)
@@ -116,11 +254,18 @@ class Preamble:
                 self.units.setdefault(index, unit)
                 self._say(place, f"{self.names[index]} is in {unit}", index)
 
-    def _say(self, place: int, what: str, index: int | None = None) -> None:
-        self.said.append(Assumption("dialect", f"line {place + 1}: {what}", "said", index))
+    def _say(
+        self,
+        place: int,
+        what: str,
+        index: int | None = None,
+        level: Level = "said",
+        stage: Stage = "dialect",
+    ) -> None:
+        self.used.add(place)
+        self.said.append(Assumption(stage, f"line {place + 1}: {what}", level, index))
 
 
 def settings_beside(rows: Mapping[int, Sequence[str]]) -> Iterator[tuple[int, Sequence[str]]]:
-    """Yield settings in the first two columns of the first rows, beside the numbers."""
-    for place, cells in list(rows.items())[:_SETTINGS]:
-        yield place, cells[:2]
+    """Yield the first rows, beside whose numbers settings may stand."""
+    yield from list(rows.items())[:_SETTINGS]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -15,6 +16,7 @@ from mpi_hyst._io.formats import opened_file
 from mpi_hyst._io.formats.arrays import read_object
 from mpi_hyst._io.record import Assumption, Columns, Level, ReadError, find, key, there_are
 from mpi_hyst._io.roles import looks_like_a_time, time_index
+from mpi_hyst._io.source import PLAIN, TextOptions
 from mpi_hyst._io.table import Table, Wrong, of_arrays, refusal
 from mpi_hyst._quantity import SECONDS, Quantity
 from mpi_hyst._types import Samples
@@ -28,6 +30,8 @@ def read(
     *,
     time: str | int | Literal[False] | None = None,
     rows: int | None = None,
+    skip_lines: int = 0,
+    thousands: str | None = None,
 ) -> Columns:
     r"""Read columns of numbers from a file, or from an object with columns by name.
 
@@ -53,6 +57,11 @@ def read(
         `t_ms` or `Time (us)`, else `t`, in seconds, if there is one. False: none is.
     rows : int, optional
         Read only so many rows.
+    skip_lines : int, default 0
+        Of a text, leave out so many lines at the top.
+    thousands : {".", ",", "'", " ", ""}, optional
+        Of a text, what parts thousands; "" if nothing does. By default numbers are refused where
+        1.277 may be 1277.
 
     Returns
     -------
@@ -82,13 +91,17 @@ def read(
 
     """
     wanted = [columns] if isinstance(columns, (str, int)) else columns
-    with opened(source) as table:
+    with opened(source, TextOptions(skip_lines, thousands)) as table:
         clock = None if time is False else time
         return take(table, lambda _: wanted, clock, rows, ordered=time is not False)
 
 
 def read_trajectory(
-    path: Path, column: str | None, *, time: str | Literal[False] | None = None
+    path: Path,
+    column: str | None,
+    *,
+    time: str | Literal[False] | None = None,
+    options: TextOptions = PLAIN,
 ) -> tuple[Columns, str]:
     """Read one column and the time. Without a name: the only numeric column but the time."""
     clock = None if time is False else time
@@ -96,24 +109,24 @@ def read_trajectory(
     def choose(table: Table) -> _Names:
         return [column] if column is not None else [_only_numeric(table, clock)]
 
-    with opened(path) as table:
+    with opened(path, options) as table:
         found = take(table, choose, clock, None, ordered=time is not False)
         return found, next(iter(found.values))
 
 
 @contextmanager
-def opened(source: str | PathLike[str] | Any) -> Iterator[Table]:
+def opened(source: str | PathLike[str] | Any, options: TextOptions = PLAIN) -> Iterator[Table]:
     """Open a file, several that are joined, or an object."""
     if not isinstance(source, (str, PathLike)):
         yield read_object(source)
     elif (parts := joined_files(Path(source))) is not None:
         try:
-            yield _joined(parts)
+            yield _joined(parts, options, is_directory=Path(source).is_dir())
         except ReadError as error:
             where = "of a directory, " if Path(source).is_dir() else ""
             raise ReadError(f"{source}: files {where}that are joined: {error}") from error
     else:
-        with opened_file(Path(source)) as table:
+        with opened_file(Path(source), options) as table:
             yield table
 
 
@@ -131,15 +144,18 @@ def joined_files(path: Path) -> list[Path] | None:
     return parts if all(one.is_file() for one in parts) else None
 
 
-def _joined(paths: Sequence[Path]) -> Table:
+def _joined(paths: Sequence[Path], options: TextOptions, *, is_directory: bool) -> Table:
     """Join files of single channels: columns that all of them share are there once.
 
     A column alone in its file is called as in its header, or else like its file.
     """
     columns: list[tuple[Path, str, str, Samples]] = []
     said: list[Assumption] = []
+    if is_directory:
+        paths, notes = _without_notes(paths, options)
+        said += notes
     for path in paths:
-        with opened_file(path) as table:
+        with opened_file(path, options) as table:
             indices = list(numeric(table))
             loaded = table.load(indices, None, None, lambda *_: None)
             for index, values in zip(indices, loaded, strict=True):
@@ -182,6 +198,29 @@ def _joined(paths: Sequence[Path]) -> Table:
     )  # fmt: skip
 
 
+def _without_notes(
+    paths: Sequence[Path], options: TextOptions
+) -> tuple[list[Path], list[Assumption]]:
+    """Leave out the files of a directory that hold no columns of numbers, and say so."""
+    kept = []
+    for path in paths:
+        try:
+            with opened_file(path, options) as table:
+                kept += [path] if table.numeric else []
+        except ReadError as error:
+            # Where numbers are refused there are some.
+            if error.rows is not None or path.suffix.lower() not in _NOTES:
+                raise
+    left = [path.name for path in paths if path not in kept]
+    if not left or not kept:
+        return list(paths), []
+    what = f"no columns of numbers in {', '.join(left)}: left out of the files that are joined"
+    return kept, [Assumption("bytes", what, "assumed")]
+
+
+_NOTES = (".txt", ".md", ".log", ".json", ".ini", ".pdf", ".png", ".jpg", ".svg", ".docx", "")
+
+
 def take(
     table: Table,
     choose: Callable[[Table], _Names | None],
@@ -217,6 +256,8 @@ def take(
     loaded = table.load([*indices, *witness], rows, clock, unless_witness)
     for values in loaded[len(indices) :]:
         table.assumed += _told_by(table, witness[0], values)
+    if ordered and clock is None:
+        table.assumed += _unused_clocks(table)
     if names is None and table.other:
         left = ", ".join(f"{name} ({what})" for name, what in table.other.items())
         table.assumed.append(Assumption("table", f"not read: {left}", "assumed"))
@@ -246,12 +287,30 @@ def _witness(table: Table, indices: Sequence[int]) -> list[int]:
     ]
 
 
+def _unused_clocks(table: Table) -> Iterator[Assumption]:
+    """Say which columns are called or measured as a time, where none of them is used."""
+    clocks = []
+    for index in table.numeric:
+        name, unit = table.names[index], table.units.get(index, "")
+        leaf = Quantity(re.split(r"[./]", name)[-1], unit)
+        if leaf.is_time or leaf.column == "t" or (unit and leaf.time_unit):
+            clocks.append(name)
+    if clocks:
+        which = "looks like a time" if len(clocks) == 1 else "look like times"
+        said = f"{', '.join(clocks)} {which}, and none is used: --time says which"
+        yield Assumption("roles", said, "doubtful")
+
+
 def _told_by(table: Table, index: int, values: Samples) -> Iterator[Assumption]:
     """Say if a column that is not used runs like a time."""
     if looks := looks_like_a_time(values):
         said = f"column {table.names[index]} looks like a time: {looks}"
         yield Assumption("roles", said, "doubtful")
-    elif table.names[index].isdigit() and values.size > 2 and bool((np.diff(values) > 0.0).all()):
+    elif (
+        re.fullmatch(r"\d+|index|", table.names[index].lower())
+        and values.size > 2
+        and bool((np.diff(values) > 0.0).all())
+    ):
         said = f"column {table.names[index]} grows as a time does and is not used: --time says it"
         yield Assumption("roles", said, "assumed")
 
@@ -291,12 +350,19 @@ def _assumed(
     yield Assumption("roles", said)
 
 
-def unit_doubt(quantity: Quantity, assumed: str = "", option: str = "") -> Assumption | None:
+def unit_doubt(
+    quantity: Quantity, assumed: str = "", option: str = "", nameless: Level = "assumed"
+) -> Assumption | None:
     """Return what is doubtful about the unit of a column, or assumed; None if it is told.
 
     `assumed` is the unit that a column without one is taken to have, which `option` decides.
+    `nameless` is how doubtful that is of a column that has a number in place of a name: a header
+    may be lost.
     """
     unused, unit = quantity.unused, quantity.suffix
+    if quantity.factor:
+        said = f"{quantity.column!r} holds the factor {quantity.factor!r}, which is not applied"
+        return Assumption("units", f"{said}; {option}" if option else said, "doubtful")
     if unit:
         if not unused:
             return None
@@ -310,14 +376,23 @@ def unit_doubt(quantity: Quantity, assumed: str = "", option: str = "") -> Assum
         holds = f"no unit taken from {quantity.column!r}, though it holds {unused!r}"
         return Assumption("units", holds + takes, level)
     said = f"no unit in {quantity.column!r}{takes}"
-    return Assumption("units", said, "assumed") if assumed else None
+    level = nameless if _NUMBER.fullmatch(quantity.column) else "assumed"
+    return Assumption("units", said, level) if assumed else None
+
+
+_NUMBER = re.compile(r"(column )?\d+(\.0)?")
 
 
 def numeric(table: Table) -> Sequence[int]:
     """Return the columns of numbers; a table without is refused."""
     if not table.numeric:
-        wide = "".join(f"; {name} is {what}" for name, what in table.other.items() if " x " in what)
-        raise ReadError(f"{table.source}: no numeric column; {there_are(table.names)}{wide}")
+        told = [
+            f"{name} is {what}" if " x " in what else f"{name}: {what}"
+            for name, what in table.other.items()
+            if " x " in what or "(expected" in what
+        ]
+        said = "; ".join([f"no numeric column; {there_are(table.names)}", *told])
+        raise ReadError(f"{table.source}: {said}")
     return table.numeric
 
 

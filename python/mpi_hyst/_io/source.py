@@ -10,11 +10,13 @@ import lzma
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from errno import EINVAL
 from importlib import import_module
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
+from mpi_hyst._io.marks import THOUSANDS
 from mpi_hyst._io.record import ReadError
 
 # Bounds for endless files such as devices.
@@ -31,6 +33,28 @@ PACKED: dict[bytes, tuple[str, Callable[[BinaryIO], object]]] = {
 # What unpackers raise for a content that is not theirs to the end.
 _CORRUPT = (EOFError, zlib.error, lzma.LZMAError, gzip.BadGzipFile)
 _MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
+
+
+@dataclass(frozen=True)
+class TextOptions:
+    """What a user says of a text that it does not say itself."""
+
+    skip_lines: int = 0
+    """Lines at the top that are left out, whatever they hold."""
+    thousands: str | None = None
+    """What parts thousands; empty if nothing does, None if nobody says."""
+
+    def check(self) -> None:
+        """Refuse what cannot be."""
+        if self.skip_lines < 0:
+            raise ReadError(f"skip_lines: expected at least 0, got {self.skip_lines}")
+        if self.thousands not in (None, "", *THOUSANDS):
+            expected = ", ".join(map(repr, ("", *THOUSANDS)))
+            raise ReadError(f"thousands: expected one of {expected}, got {self.thousands!r}")
+
+
+PLAIN = TextOptions()
+"""Nothing is said."""
 
 
 class NulError(ReadError):

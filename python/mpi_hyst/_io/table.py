@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpi_hyst._io.record import Assumption, Level, ReadError, TimeOrderError
+from mpi_hyst._quantity import is_like_a_unit, known_unit
 from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
 
@@ -110,13 +112,26 @@ class ArrayTable:
         ]
         self.other: Mapping[str, str] = {
             **{
-                self._name(one): f"{self._sizes[one]} rows" if one in self._sizes else "no numbers"
+                self._name(one): self._why_other(one, common)
                 for one in self._keys
                 if kinds.get(one) != common
             },
             **(other or {}),
         }
         self.assumed: list[Assumption] = list(assumed)
+
+    def _why_other(self, one: str, common: tuple[int, float]) -> str:
+        """Say why a column is not one of those that belong together."""
+        if one not in self._sizes:
+            return "no numbers"
+        rows, step = self._kind(one)
+        clock = ""
+        if step != common[1]:
+            every = [
+                f"every {digits(each)} s" if each else "no clock" for each in (step, common[1])
+            ]
+            clock = f", {every[0]}; the others: {every[1]}"
+        return f"{rows} rows{clock}"
 
     def load(
         self, indices: Sequence[int], rows: int | None, time: int | None, wrong: Wrong
@@ -186,6 +201,10 @@ class ArrayTable:
         left = max(abs(shift - dropped[one]) for one, shift in shifts.items())
         if dropped[earliest]:
             said += f": the first {dropped[earliest]} rows of {before} are left out"
+            common = min(self._sizes[one] - count for one, count in dropped.items())
+            behind = {one: self._sizes[one] - dropped[one] - common for one in own}
+            ends = [f"{count} of {self._name(one)}" for one, count in behind.items() if count]
+            said += f", and the last {', '.join(ends)}" if ends else ""
         if left > _WHOLE:
             said += (
                 f"; {digits(1e3 * left * step)} ms are left, no whole number of samples, "
@@ -310,6 +329,62 @@ def _taken(array: npt.NDArray[Any], which: str | int) -> Load:
     )
 
 
+_UNITS = re.compile(r"(.*?)[ _./]*units?", re.IGNORECASE)
+
+
+def texts_of(array: npt.NDArray[Any]) -> list[str] | None:
+    """Return the first texts in an array, each once; None if it holds something else."""
+    if array.dtype.kind not in "USO" or not array.size:
+        return None
+    cells = [
+        one.decode("utf-8", "replace") if isinstance(one, bytes) else one
+        for one in array.reshape(-1)[:_FEW_TEXTS].tolist()
+    ]
+    cells = list(dict.fromkeys(cells)) if len(cells) == _FEW_TEXTS else cells
+    return cells if all(isinstance(one, str) for one in cells) else None
+
+
+def units_of(
+    texts: Mapping[str, Sequence[str]],
+    columns: Mapping[str, object],
+    shapes: Mapping[str, tuple[int, ...]],
+) -> tuple[dict[str, str], list[Assumption]]:
+    """Return the units of columns in texts beside them: `gauge_unit`, or `units` of a matrix.
+
+    What else may be units is told, as nothing is taken from it.
+    """
+    units: dict[str, str] = {}
+    said: list[Assumption] = []
+    for name, cells in texts.items():
+        known = [known_unit(cell) or cell for cell in cells if is_like_a_unit(cell)]
+        called = _UNITS.fullmatch(name)
+        if called is None or not known:
+            continue
+        whole = len(known) == len(cells)
+        matrix = [
+            one for one, shape in shapes.items()
+            if len(shape) == 2 and 1 not in shape and len(cells) == min(shape)
+        ]  # fmt: skip
+        if whole and len(cells) == 1 and called[1] in columns:
+            units[called[1]] = known[0]
+        elif whole and len(matrix) == 1 and called[1] in ("", matrix[0]):
+            prefix = f"{matrix[0]}:" if matrix[0] else ""
+            units |= {f"{prefix}{number}": unit for number, unit in enumerate(known)}
+        else:
+            said.append(units_not_taken(name, known))
+    return units, said
+
+
+def units_not_taken(where: str, units: Sequence[str]) -> Assumption:
+    """Say that texts are units, and that nobody knows of which columns."""
+    told = ", ".join(map(repr, units))
+    what = f"{where} holds {told}, and no unit is taken from it"
+    return Assumption("units", f"{what}; --input-unit, --output-unit, --unit", "doubtful")
+
+
+_FEW_TEXTS = 100
+
+
 def of_arrays(
     source: str,
     path: Path | None,
@@ -326,7 +401,8 @@ def of_arrays(
     columns: dict[str, Load] = {}
     others = dict(other or {})
     said = list(assumed)
-    of_columns = {}
+    of_columns: dict[str, str] = {}
+    texts = {name: found for name, one in arrays.items() if (found := texts_of(one)) is not None}
     for name, array in arrays.items():
         if array.dtype.names is None and axes(array) > 2:
             others[name or "the array"] = too_many_axes(array.shape, array.dtype)
@@ -339,6 +415,10 @@ def of_arrays(
         columns |= parts
         if (units or {}).get(name):
             of_columns.update(dict.fromkeys(parts, (units or {})[name]))
+    shapes = {name: one.shape for name, one in arrays.items() if name not in texts}
+    told, more = units_of(texts, columns, shapes)
+    of_columns |= {name: unit for name, unit in told.items() if name not in of_columns}
+    said += more
     sizes = {}
     for name, load in columns.items():
         column = load()

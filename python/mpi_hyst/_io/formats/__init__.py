@@ -19,10 +19,10 @@ from mpi_hyst._io.formats.tdms import read_tdms
 from mpi_hyst._io.formats.text import TextTable
 from mpi_hyst._io.formats.workbook import is_workbook, read_workbook
 from mpi_hyst._io.record import ReadError
-from mpi_hyst._io.source import HEAD, PACKED, Lines, head, unpacked
+from mpi_hyst._io.source import HEAD, PACKED, PLAIN, Lines, TextOptions, head, unpacked
 from mpi_hyst._io.table import Table
 
-OfText: TypeAlias = Callable[[Path, Lines, str], Table]
+OfText: TypeAlias = Callable[[Path, Lines, str, TextOptions], Table]
 OfFile: TypeAlias = Callable[[Path], Table]
 
 
@@ -86,8 +86,9 @@ def _of_archive(path: Path, found: Format) -> Format:
 
 
 @contextmanager
-def opened_file(path: Path) -> Iterator[Table]:
+def opened_file(path: Path, options: TextOptions = PLAIN) -> Iterator[Table]:
     """Recognise a file by its content, and open it; its name matters in messages only."""
+    options.check()
     with path.open("rb") as raw:
         start = raw.peek(HEAD)
         if start.startswith(_PICKLE):
@@ -96,15 +97,25 @@ def opened_file(path: Path) -> Iterator[Table]:
         found = recognise(head(str(path), file))
         if found.of_text is not None:
             with closing(Lines(str(path), file, _not_text(path, packed))) as lines:
-                yield found.of_text(path, lines, packed)
+                if found.of_text is not TextTable:
+                    _refuse_options(path, found, options)
+                yield found.of_text(path, lines, packed, options)
             return
     found = _of_archive(path, found)
     if packed:
         raise ReadError(f"{path}: expected text in it, got {found.name}: unpack it first")
     if not path.is_file():
         raise ReadError(f"{path}: {found.name} cannot be read from a pipe; expected a file")
+    _refuse_options(path, found, options)
     assert found.of_file is not None
     yield found.of_file(path)
+
+
+def _refuse_options(path: Path, found: Format, options: TextOptions) -> None:
+    """Refuse what is said of texts where none is read."""
+    if options != PLAIN:
+        what = "skipped lines and marks of thousands are said of texts"
+        raise ReadError(f"{path}: {what}, got {found.name}; save it as text")
 
 
 def _not_text(path: Path, packed: str) -> str:

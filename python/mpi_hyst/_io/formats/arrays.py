@@ -103,6 +103,11 @@ def _array(column: Any) -> npt.NDArray[Any]:
     """Return a column as an array; what is masked stays so, and stamps lose their zone."""
     if isinstance(column, np.ma.MaskedArray):
         return column
+    if isinstance(column, list | tuple) and any(one is np.ma.masked for one in column):
+        return np.ma.array(
+            [0.0 if one is np.ma.masked else one for one in column],
+            mask=[one is np.ma.masked for one in column],
+        )
     if getattr(getattr(column, "dtype", None), "tz", None) is not None:
         return np.asarray(column.to_numpy(dtype="datetime64[ns]"))
     magnitude = getattr(column, "magnitude", None)

@@ -12,11 +12,19 @@ import numpy.typing as npt
 
 from mpi_hyst._io.record import Assumption, ReadError
 from mpi_hyst._io.source import reader, whole
-from mpi_hyst._io.table import ArrayTable, Table, too_many_axes
+from mpi_hyst._io.table import (
+    ArrayTable,
+    Table,
+    texts_of,
+    too_many_axes,
+    units_not_taken,
+    units_of,
+)
 from mpi_hyst._quantity import known_unit
 
 _UNIT_ATTRIBUTES = ("units", "unit", "Units", "Unit", "UNITS", "UNIT")
 _MATLAB_OWN = "#refs#"
+_FEW_TEXTS = 100
 _DEEPEST = 8  # cells in cells; a file may point at itself
 
 
@@ -33,12 +41,24 @@ def read_as(path: Path, format_name: str, separator: str) -> Table:
     units: dict[str, str] = {}
     other: dict[str, str] = {}
     said: list[Assumption] = []
+    texts: dict[str, list[str]] = {}
+    shapes: dict[str, tuple[int, ...]] = {}
 
     def visit(place: str, item: Any) -> None:
         """Add the columns of a dataset. External links are not followed."""
-        if not isinstance(item, h5py.Dataset) or place.startswith(_MATLAB_OWN) or not item.shape:
+        if place.startswith(_MATLAB_OWN):
             return
-        add(place.replace("/", separator), item)
+        name = place.replace("/", separator)
+        if not isinstance(item, h5py.Dataset):
+            if told := _units(item):
+                said.append(units_not_taken(f"attribute of group {name or '/'}", told))
+            return
+        if h5py.check_string_dtype(item.dtype) is not None:
+            if item.size is not None and 0 < item.size <= _FEW_TEXTS:
+                texts[name] = texts_of(np.asarray(item[()]).reshape(-1)) or []
+            return
+        if item.shape:
+            add(name, item)
 
     def add(name: str, item: Any, depth: int = 0) -> None:
         if h5py.check_ref_dtype(item.dtype) is h5py.Reference:
@@ -53,14 +73,24 @@ def read_as(path: Path, format_name: str, separator: str) -> Table:
         changed = [one for one in _PACKING if one in item.attrs]
         if changed:
             said.append(Assumption("table", f"{name}: {', '.join(changed)} of the file applied"))
-        for column, part, size in _parts(name, item):
+        shapes[name] = item.shape
+        parts = _parts(name, item)
+        for column, part, size in parts:
             columns[column] = partial(_load, path, item.name, part)
             sizes[column] = size
-            if unit := _unit(item):
-                units[column] = unit
+        told = _units(item)
+        if len(told) == 1 or len(told) == len(parts):
+            every = told if len(told) > 1 else told * len(parts)
+            units.update({part[0]: one for part, one in zip(parts, every, strict=True) if one})
+        elif told:
+            said.append(units_not_taken(f"attribute of {name}", told))
 
     with whole(path, "HDF5 file"), h5py.File(path, "r") as file:
+        visit("", file)
         file.visititems(visit)
+    beside, more = units_of(texts, columns, shapes)
+    units = {**beside, **units}
+    said += more
     return ArrayTable(
         *(str(path), path, format_name, columns, sizes, units), other=other, assumed=said
     )
@@ -122,12 +152,13 @@ def _unpacked(column: npt.NDArray[Any], attributes: Any) -> npt.NDArray[Any]:
 _DEFAULTS = (("scale_factor", 1.0), ("add_offset", 0.0))
 
 
-def _unit(item: Any) -> str:
+def _units(item: Any) -> list[str]:
+    """Return what the attributes of a dataset or a group say of units: one, or one for a column."""
     for name in _UNIT_ATTRIBUTES:
         value = item.attrs.get(name)
-        # Some writers make an array of one text.
-        value = value.flat[0] if isinstance(value, np.ndarray) and value.size == 1 else value
-        text = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
-        if isinstance(text, str) and text:
-            return known_unit(text) or text
-    return ""
+        if value is None:
+            continue
+        texts = texts_of(np.asarray(value, dtype=object if isinstance(value, str) else None))
+        if texts and any(texts):
+            return [known_unit(text) or text for text in texts]
+    return []

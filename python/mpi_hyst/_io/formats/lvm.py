@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mpi_hyst._io.record import Assumption, ReadError
-from mpi_hyst._io.source import Lines, reader, whole
+from mpi_hyst._io.source import PLAIN, Lines, TextOptions, reader, whole
 from mpi_hyst._io.table import Began, Table, of_arrays
 from mpi_hyst._quantity import known_unit
 from mpi_hyst._types import Samples
@@ -21,8 +21,9 @@ from mpi_hyst._types import Samples
 _Segment = Mapping[str, Any]
 
 
-def read_lvm(path: Path, lines: Lines, packed: str) -> Table:
+def read_lvm(path: Path, lines: Lines, packed: str, options: TextOptions = PLAIN) -> Table:
     """Open a LabVIEW measurement file. Segments follow each other; the time is `time_s`."""
+    del options
     lvm_read = reader(str(path), "lvm_read", "lvm")
     with whole(path, "LabVIEW measurement file"):
         text = [f"{line}\n" for line in lines]
@@ -36,7 +37,7 @@ def read_lvm(path: Path, lines: Lines, packed: str) -> Table:
                 f"{path}, segment {number}: expected the channels of segment 0, "
                 f"{', '.join(first.names)}, got {', '.join(part.names)}"
             )
-    said: list[Assumption] = []
+    said: list[Assumption] = [*_compared(path, parts)]
     arrays: dict[str, Samples] = {}
     for place in range(len(first.names)):
         # Names of channels may be the same: their places are not.
@@ -60,6 +61,24 @@ def read_lvm(path: Path, lines: Lines, packed: str) -> Table:
         assumed=said,
         called=called,
     )
+
+
+def _compared(path: Path, parts: Sequence[_Channels]) -> Iterator[Assumption]:
+    """Compare the units of all segments with those of the first one."""
+    first = parts[0]
+    for number, part in enumerate(parts[1:], start=1):
+        for place, name in enumerate(first.names):
+            one, other = (each.units.get(str(place), "") for each in (first, part))
+            if one and other and one != other:
+                raise ReadError(
+                    f"{path}, segment {number}, channel {name}: expected {one} as in segment 0, "
+                    f"got {other}: save the segments as files of their own"
+                )
+            if one != other:
+                where = f"segment {0 if other else number}"
+                what = f"{name} has no unit in {where}: {one or other} is assumed as in the other"
+                first.units.setdefault(str(place), other)
+                yield Assumption("units", what, "doubtful")
 
 
 def _same(clock: tuple[float, float]) -> tuple[float, float]:

@@ -24,10 +24,17 @@ def read_tdms(path: Path) -> Table:
     units = {name: unit for name, one in named.items() if (unit := _unit(one))}
     clocks = _clocks({name: one for name, one in named.items() if len(one)})
     without = [name for name, one in named.items() if len(one) and name not in clocks]
-    said = []
+    said: list[Assumption] = []
     if clocks and without:
         what = f"{', '.join(without)}: no clock in the file"
         said.append(Assumption("table", what))
+    started = {name for name in clocks if named[name].properties.get("wf_start_time") is not None}
+    unknown = [name for name in clocks if name not in started]
+    if started and unknown:
+        what = f"{', '.join(unknown)}: no start time in the file, unlike {', '.join(started)}"
+        said.append(
+            Assumption("table", f"{what}: taken to begin with the first of them", "doubtful")
+        )
     return of_arrays(str(path), path, "TDMS", arrays, units, clocks=clocks, assumed=said)
 
 

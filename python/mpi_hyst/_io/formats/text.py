@@ -19,21 +19,23 @@ from mpi_hyst._io import dialect as dialects
 from mpi_hyst._io.cells import (
     Clock,
     is_comment,
+    is_like_a_number,
     is_number,
     number,
     quotes_are_closed,
     split,
     why_no_number,
 )
+from mpi_hyst._io.marks import unparted
 from mpi_hyst._io.record import Assumption, ReadError
-from mpi_hyst._io.source import NulError
+from mpi_hyst._io.source import PLAIN, NulError, TextOptions
 from mpi_hyst._io.table import MAX_MAGNITUDE, MAX_ROWS, Wrong, later
 from mpi_hyst._quantity import Quantity, known_unit
 from mpi_hyst._types import Samples
 
 _SAMPLE_LINES = 500
 _SAMPLE_CHARACTERS = 4_000_000
-_ATTEMPTS = 20  # to find a table below a long preamble
+_ABOVE = 100  # lines above a table in which its header is
 _NEAR_ROWS = 5
 _LAST_ROWS = 20  # that tell how long a last number should be
 _SMALLEST, _LARGEST = 1 << 16, 1 << 24  # bytes of a block of rows
@@ -65,7 +67,9 @@ class Text(Protocol):
 class TextTable:
     """The table in a text. Its rows are read from start to end, once."""
 
-    def __init__(self, path: Path, lines: Text, packed: str = "") -> None:
+    def __init__(
+        self, path: Path, lines: Text, packed: str = "", options: TextOptions = PLAIN
+    ) -> None:
         """Look at the first lines; `packed` is the suffix of the packer."""
         self.path: Path | None = path
         self.source: str = str(path)
@@ -77,26 +81,34 @@ class TextTable:
         # with whether they hold a row, and quotation marks that are not closed.
         self._comments: list[tuple[int, str]] = []
         self._left_out: list[tuple[int, bool]] = []
+        self._clocks: dict[int, Clock] = {}
         self._open_quotes: list[int] = []
         self._late_header = 0
         self._not_plain = 0
         """The line from which on it is worth to try whole blocks of rows."""
         self._block = _SMALLEST
-        sample = self._sample(_SAMPLE_LINES)
+        self._options = options
+        skipped = self._sample(options.skip_lines)
+        sample = [*([""] * len(skipped)), *self._sample(_SAMPLE_LINES)]
         if not any(line.strip() for line in sample):
             raise ReadError(f"{path}: empty file, expected a header with column names")
-        found = dialects.detect(sample)
-        if len(found.numeric) + len(found.stamped) < 2 and not found.in_rows:
+        found = dialects.detect(sample, options.skip_lines, options.thousands)
+        if _width(found) < 2 and not found.in_rows:
             found = self._below(sample, found)
         if not found.numeric and self._nul is not None:
             raise lines.not_text()
         if found.refused:
             raise ReadError(f"{path}, {found.refused}")
         self._dialect = found
-        self._before.extend(sample[found.first :])
+        self._first_lines = sample[found.first :]
+        self._before.extend(self._first_lines)
         self._number = found.first
         self._whole_rows = 0
         self.names: Sequence[str] = found.names
+        for place, line in enumerate(sample[: found.first]):
+            is_above = found.header is not None and place <= found.header
+            if not is_above and is_comment(line, found.delimiter):
+                self._left_out += [(place + 1, True)] if self._is_row(line) else []
         self.numeric: Sequence[int] = sorted({*found.numeric, *found.stamped})
         # Whatever their name or a row of units says: stamps become seconds.
         self.units: Mapping[int, str] = {
@@ -129,28 +141,23 @@ class TextTable:
         return sample
 
     def _below(self, sample: list[str], found: dialects.Dialect) -> dialects.Dialect:
-        """Look for a table below a preamble that is longer than the first lines.
-
-        It begins where lines have another number of separators than those before.
-        """
+        """Look for a table below a preamble that is longer than the first lines."""
         read = sum(map(len, sample))
-        for _ in range(_ATTEMPTS):
-            if self._nul is not None or read > _SAMPLE_CHARACTERS:
-                return found
-            before = _separators(sample[-1])
-            while True:
-                more = self._sample(1)
-                if not more or read > _SAMPLE_CHARACTERS:
-                    return found
-                sample += more
-                read += len(more[0])
-                if _separators(more[0]) != before:
-                    break
-            top = len(sample) - 1
-            sample += self._sample(_SAMPLE_LINES)
-            other = dialects.detect(sample, top)
-            if len(other.numeric) + len(other.stamped) > len(found.numeric) + len(found.stamped):
+        top = len(sample)
+        while self._nul is None and read <= _SAMPLE_CHARACTERS:
+            more = self._sample(_SAMPLE_LINES)
+            if not more:
+                break
+            sample += more
+            read += sum(map(len, more))
+            if not _may_be_a_row(more[-1]):
+                top = len(sample)
+                continue
+            # Lines before these are no rows, but may hold the header.
+            other = dialects.detect(sample, max(0, top - _ABOVE), self._options.thousands)
+            if _width(other) > max(1, _width(found)):
                 return other
+            top = len(sample)
         return found
 
     def _told(self) -> Iterator[Assumption]:
@@ -200,6 +207,7 @@ class TextTable:
                 value = convert[place](cells[index])
                 if value is None:
                     value, why = math.nan, why_no_number(cells[index], self._decimal or ".")
+                    why += self._way_to_the_next_table(cells)
                     wrong(index, count - 1, f"line {self._number}", why)
                 elif index == time:
                     if value <= previous:
@@ -210,6 +218,7 @@ class TextTable:
         if not count:
             raise ReadError(f"{self.source}: no rows after the header")
         self._tell_comments()
+        self._tell_dates()
         # Without a copy: columns may be as large as the memory.
         return [np.frombuffer(column, dtype=np.float64) for column in columns]
 
@@ -227,6 +236,9 @@ class TextTable:
         It ends at the first row that is not plain, which goes its way by itself.
         """
         found = self._dialect
+        if self._options.thousands:
+            # Every cell is looked at.
+            return previous
         special = {*found.stamped, *([0] if found.steps is not None else [])}
         while not self._before and self._number >= self._not_plain and not special & set(indices):
             text = self._lines.block(self._block)
@@ -264,6 +276,13 @@ class TextTable:
             self._block = min(2 * self._block, _LARGEST)
         return previous
 
+    def _way_to_the_next_table(self, cells: Sequence[str]) -> str:
+        """Say how to begin at a row that may be the header of another table; else nothing."""
+        words = [cells[index] for index in self.numeric]
+        if len(words) < 2 or any(not word or is_like_a_number(word) for word in words):
+            return ""
+        return f"; another table may begin here: --skip-lines {self._number - 1}"
+
     # Cells and rows.
 
     @property
@@ -275,7 +294,10 @@ class TextTable:
         made: list[Callable[[str], float | None]] = []
         for index in indices:
             if index in self._dialect.stamped:
-                made.append(Clock().seconds)
+                if index not in self._clocks:
+                    rows = [self._cells(line) for line in self._first_lines if line.strip()]
+                    self._clocks[index] = Clock(row[index] for row in rows if index < len(row))
+                made.append(self._clocks[index].seconds)
             elif index == 0 and self._dialect.steps is not None:
                 made.append(partial(_scaled, number_of=number_of, steps=self._dialect.steps))
             else:
@@ -289,16 +311,30 @@ class TextTable:
             return False
         delimiter = self._dialect.delimiter
         self._before.extend(self._sample_behind())
-        behind = [split(line, delimiter) for line in self._before if line.strip()]
-        rows = [cells, *(row for row in behind if len(row) == len(cells))]
-        decimal = dialects.Layout(dict(enumerate(rows)), delimiter).decimal
+        lines = {number: line for number, line in enumerate(self._first_lines) if line.strip()}
+        lines |= {self._number + number: line for number, line in enumerate(self._before)}
+        rows = {number: self._cells(line) for number, line in lines.items()}
+        rows = {number: row for number, row in rows.items() if len(row) == len(cells)}
+        rows[self._number - 1] = list(cells)
+        layout = dialects.Layout(rows, delimiter, thousands=self._options.thousands)
+        if refused := layout.why_refused():
+            raise ReadError(f"{self.source}, {refused}")
+        decimal = layout.decimal
         self._dialect = replace(self._dialect, decimal=decimal or ".")
+        if layout.marks.said:
+            self.assumed.append(Assumption("dialect", layout.marks.said, "assumed"))
         mark = "comma" if decimal == "," else "point"
         said = f"decimal mark: a {mark}, as in line {self._number}, the first with one"
         self.assumed.append(Assumption("dialect", said))
         if decimal == ",":
             self.format = self.format.replace(", no header", "") + ", decimal comma"
         return True
+
+    def _cells(self, line: str) -> list[str]:
+        cells = split(line, self._dialect.delimiter)
+        if not self._options.thousands:
+            return cells
+        return [unparted(cell, self._options.thousands) for cell in cells]
 
     def _sample_behind(self) -> list[str]:
         return [] if len(self._before) >= _SAMPLE_LINES else self._sample(_SAMPLE_LINES)
@@ -322,7 +358,7 @@ class TextTable:
             if is_comment(line, delimiter):
                 self._comments.append((self._number, line))
                 continue
-            cells = split(line, delimiter)
+            cells = self._cells(line)
             self._check_width(line, cells, width)
             if self._comments:
                 self._note_comments()
@@ -337,9 +373,13 @@ class TextTable:
         self._check_end(last)
 
     def _check_width(self, line: str, cells: Sequence[str], width: int) -> None:
-        got, full = len(cells), self._dialect.full
+        got, full, numeric = len(cells), self._dialect.full, self.numeric
         short = got < width or (got != full and not cells[width - 1])
-        if not short and not any(cells[width:]):
+        # A row of another length may have a number where others have a text or nothing.
+        moved = got != full and any(
+            is_number(cell, ".") for index, cell in enumerate(cells[:width]) if index not in numeric
+        )
+        if not short and not moved and not any(cells[width:]):
             return
         header = self._dialect.header
         where = (
@@ -358,12 +398,16 @@ class TextTable:
 
     # What is told of single rows.
 
+    def _is_row(self, comment: str) -> bool:
+        """Whether a row stands behind the mark of a comment."""
+        cells = self._cells(comment.strip().lstrip("#%/;").strip())
+        numbers = sum(is_number(cell, self._decimal or ".") for cell in cells)
+        return len(cells) >= len(self.names) and 0 < numbers == len(self._dialect.numeric)
+
     def _note_comments(self) -> None:
         """Keep what stands behind the mark of a comment between two rows."""
         for place, line in self._comments:
-            cells = split(line.strip().lstrip("#%/;").strip(), self._dialect.delimiter)
-            numbers = sum(is_number(cell, self._decimal or ".") for cell in cells)
-            is_row = len(cells) >= len(self.names) and numbers == len(self._dialect.numeric)
+            is_row = self._is_row(line)
             words = "" if self._dialect.header is not None else line.strip().lstrip("#%/;").strip()
             if any(Quantity(one).suffix or Quantity(one).unused for one in words.split()):
                 self._late_header = self._late_header or place
@@ -371,6 +415,17 @@ class TextTable:
             if is_row or self._whole_rows:
                 self._left_out.append((place, is_row))
         self._comments.clear()
+
+    def _tell_dates(self) -> None:
+        """Say which dates may be read in two ways: it matters where there are several."""
+        for index, clock in self._clocks.items():
+            if clock.doubtful:
+                day, several = next(iter(clock.doubtful)), len(clock.doubtful) > 1
+                order = "the month" if "/" in day else "the day"
+                said = f"dates as {day}: {order} is taken to come first; --time none --rate HZ"
+                self.assumed.append(
+                    Assumption("table", said, "doubtful" if several else "said", index)
+                )
 
     def _tell_comments(self) -> None:
         left_out = self._left_out
@@ -408,7 +463,11 @@ class TextTable:
         numbers = [_value(one[index], self._decimal or ".") for one in last]
         steps = [abs(b - a) for a, b in pairwise(numbers) if a is not None and b is not None]
         leaps = len(steps) > 2 and steps[-1] > 1.5 * max(steps[:-1])
-        if shorter or leaps or len(row) != len(before[-1]):
+        # Equal steps, and then another one: digits may be gone that others have not either.
+        usual = steps[-_NEAR_ROWS:-1]
+        uneven = len(usual) > 2 and max(usual) - min(usual) <= 1e-6 * max(usual)
+        uneven = uneven and abs(steps[-1] - usual[-1]) > 1e-6 * usual[-1]
+        if shorter or leaps or uneven or len(row) != len(before[-1]):
             said = (
                 f"line {self._number} has no end and its last number is hardly whole: it may be "
                 f"cut; --rows {self._whole_rows - 1} leaves it out"
@@ -424,8 +483,7 @@ class TextTable:
         delimiter, found = self._dialect.delimiter, []
         while (line := self._next_line()) is not None:
             if line.strip() and not is_comment(line, delimiter):
-                cells = split(line, delimiter)
-                found.append(cells if is_number(cells[0], self._decimal or ".") else cells[1:])
+                found.append(self._cells(line)[self._dialect.begins :])
         lengths = {len([cell for cell in cells if cell]) for cells in found}
         if len(lengths) > 1 or len(found) != len(self.names):
             raise ReadError(f"{self.source}: expected channels of one length in the rows")
@@ -451,8 +509,15 @@ def _decimals(cell: str, decimal: str) -> int:
     return len(mantissa.partition(decimal or ".")[2]) + 100 * ("e" in cell.lower())
 
 
-def _separators(line: str) -> tuple[int, ...]:
-    return tuple(map(line.count, "\t;,|"))
+def _may_be_a_row(line: str) -> bool:
+    """Whether a line has several numbers, whatever parts them."""
+    parted = (split(line, delimiter) for delimiter in dialects.DELIMITERS)
+    return any(sum(map(is_like_a_number, cells)) > 1 for cells in parted)
+
+
+def _width(dialect: dialects.Dialect) -> int:
+    """Return how many columns of numbers and stamps there are."""
+    return len(dialect.numeric) + len(dialect.stamped)
 
 
 def _why(dialect: dialects.Dialect, rows: Sequence[Sequence[str]], index: int) -> str:

@@ -6,6 +6,7 @@ line of a message is the row of the sheet.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from datetime import date, datetime, time, timedelta
 from pathlib import Path
@@ -42,17 +43,38 @@ def read_workbook(path: Path) -> Table:
             tables[name] = TextTable(path, _Sheet(rows))
     with_numbers = [name for name, table in tables.items() if len(table.numeric) > 1]
     with_numbers = with_numbers or [name for name, table in tables.items() if table.numeric]
+    formulas, why = _formulas_without_values(path), ""
+    if formulas:
+        what = f"{formulas} cells hold formulas and not their values"
+        why = f"{what}: open the workbook in a spreadsheet and save it, or save the sheet as CSV"
     if not with_numbers:
-        raise ReadError(f"{path}: no sheet with columns of numbers: {', '.join(sheets)}")
+        reason = f"; {why}" if why else ""
+        raise ReadError(f"{path}: no sheet with columns of numbers: {', '.join(sheets)}{reason}")
     first, *others = with_numbers
     table = tables[first]
     table.format = f"workbook, sheet {first}"
+    if why:
+        table.assumed.insert(0, Assumption("table", why, "doubtful"))
     if others:
         said = (
             f"sheet {first} is read, {', '.join(others)} not: move a sheet to the front to read it"
         )
         table.assumed.insert(0, Assumption("bytes", said, "assumed"))
     return table
+
+
+# A cell with a formula behind which no value stands, as programs write it that do not calculate.
+_FORMULA = re.compile(
+    rb'<c\b(?![^>]*t="str")[^>]*>\s*'
+    rb"<f\b[^>]*?(?:/>|>[^<]*</f>)\s*(?:<v\s*/>|<v>\s*</v>)?\s*</c>"
+)
+
+
+def _formulas_without_values(path: Path) -> int:
+    """Return how many cells of all sheets hold a formula that was never calculated."""
+    with whole(path, "workbook"), ZipFile(path) as archive:
+        names = [one for one in archive.namelist() if one.startswith("xl/worksheets/sheet")]
+        return sum(len(_FORMULA.findall(archive.read(one))) for one in names)
 
 
 class _Sheet:

@@ -1,0 +1,261 @@
+"""What a file says of units, factors, marks and headers is used, or what is assumed is told.
+
+Each file is invented, after the way a maker writes them, and holds the record of the others.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import mpi_hyst as mh
+import numpy as np
+import pandas as pd
+import pytest
+from mpi_hyst._cli.identify_records import Files, _assumed
+
+from odd.mutations import judged, mutated
+from odd.test_instruments import DOUBTFUL, RIGHT, N, T, U, Y, rows
+
+NM = 1e3 * Y
+BODY = rows(T, U, NM)
+COUNTS = np.arange(N)
+
+
+def each(*columns: list[str], separator: str = ";") -> str:
+    return "".join(separator.join(row) + "\n" for row in zip(*columns, strict=True))
+
+
+def thousands(column: Any, mark: str) -> list[str]:
+    return [f"{round(value):,}".replace(",", mark) for value in column.tolist()]
+
+
+def counted(mark: str, names: str = "t_ms;u_mV;y_nm") -> str:
+    columns = (thousands(one, mark) for one in (COUNTS, 1e3 * U, NM))
+    return f"{names}\n{each(*columns)}"
+
+
+def two_blocks() -> str:
+    """Two channels beside each other, each with its settings, as one maker writes them."""
+    keys = {0: ("Source", "CH1", "CH2"), 1: ("Vertical Units", "V", "nm")}
+    keys[2] = ("Horizontal Units", "s", "s")
+    lines = []
+    for k in range(N):
+        key, one, two = keys.get(k, ("", "", ""))
+        time = f"{T[k]:.4f}"
+        lines.append(f"{key},{one},,{time},{U[k]:.5f},,{key},{two},,{time},{NM[k]:.5f},\n")
+    return "".join(lines)
+
+
+def stamped(first: str, second: str) -> str:
+    stamps = [
+        f"{first} 23:59:{50 + k / 10:06.3f}" if k < 100 else f"{second} 00:00:{k / 10 - 10:06.3f}"
+        for k in range(N)
+    ]
+    lines = [line.split(",", 1)[1] for line in BODY.splitlines()]
+    return "time,drive_v,gauge_nm\n" + each(stamps, lines, separator=",")
+
+
+NAMES = "time_s,drive_v,gauge\n"
+REMARKS = "".join(f"# remark {k} of the day\n" for k in range(7))
+RIGOL = "X,CH1,CH2,Start,Increment,,,\nSequence,Volt,Volt,-0.5,1.0e-02,,,\n"
+# The text, what comes of it, the unit of the position, and words of what is doubtful.
+TEXTS: dict[str, tuple[str, str, str, str]] = {
+    # Units in words above the table.
+    "a comment": (f"# Gauge in nm\n{NAMES}{BODY}", RIGHT, "nm", ""),
+    "a key": (f"Gauge unit: nm\n{NAMES}{BODY}", RIGHT, "nm", ""),
+    "an axis": (f"Y axis unit;nm\n{NAMES}{BODY}", DOUBTFUL, "", "holds 'nm'"),
+    "prose": (f"It reads nanometers.\n{NAMES}{BODY}", DOUBTFUL, "", "holds 'nm'"),
+    "a list": (f"# - {{name: y, unit: nm}}\n{NAMES}{BODY}", DOUBTFUL, "", "holds 'nm'"),
+    "units of all": ("Unit;V;nm\ndrive;gauge\n" + rows(U, NM, separator=";"), RIGHT, "nm", ""),
+    "a column of units": (
+        "time_s,drive_v,gauge,unit\n" + "".join(f"{one},nm\n" for one in BODY.splitlines()),
+        DOUBTFUL, "", "column unit holds 'nm'",
+    ),
+    "another unit": (
+        f"# gauge in um\ntime_s,drive_v,gauge_nm\n{BODY}", DOUBTFUL, "nm", "beside its name is nm"
+    ),
+    "a range": (f"# Travel 100 um\ntime_s,drive_v,gauge_nm\n{BODY}", RIGHT, "nm", ""),
+    "a conversion": (f"# 30 um = 10 V\n{NAMES}{BODY}", DOUBTFUL, "", "'30 um = 10 V'"),
+    # Names in comments.
+    "names above remarks": (
+        f"# time_s  drive_v  gauge_nm\n{REMARKS}" + rows(T, U, NM, separator=" "), RIGHT, "nm", ""
+    ),
+    "names behind a word": (
+        "# columns: time_s drive_v gauge_nm\n" + rows(T, U, NM, separator=" "), RIGHT, "nm", ""
+    ),
+    "names and units": (
+        "# time drive gauge\n# s V nm\n" + rows(T, U, NM, separator=" "), RIGHT, "nm", ""
+    ),
+    # Factors.
+    "in parentheses": (f"time_s,drive_v,Gauge (x10 nm)\n{BODY}", RIGHT, "x10 nm", ""),
+    "behind brackets": (f"time_s,drive_v,Gauge [nm] x20\n{BODY}", RIGHT, "nm x20", ""),
+    "a part": (f"time_s,drive_v,Gauge [nm]/10\n{BODY}", RIGHT, "nm/10", ""),
+    "behind a unit": (f"time_s,drive_v,Gauge (um*10)\n{BODY}", RIGHT, "um*10", ""),
+    "without brackets": (f"time_s,drive_v,Gauge um x10\n{BODY}", DOUBTFUL, "", "factor 'x10'"),
+    "an axis that is none": (f"time_s,drive_v,x1 (nm)\n{BODY}", RIGHT, "nm", ""),
+    "a line of its own": (
+        f"Scale factor: 10\ntime_s,drive_v,gauge_nm\n{BODY}", DOUBTFUL, "nm", "is not applied"
+    ),
+    "a factor of one": (f"Scale factor: 1\ntime_s,drive_v,gauge_nm\n{BODY}", RIGHT, "nm", ""),
+    # Headers.
+    "a number, whole": (
+        ",0.0,1.0,2.0\n" + each(list(map(str, COUNTS)), BODY.splitlines(), separator=","),
+        DOUBTFUL, "", "no unit in '",
+    ),
+    "a sheet": (RIGOL + rows(COUNTS, U, NM, end=",,,,,\n"), RIGHT, "V", ""),
+    "settings of each channel": (two_blocks(), DOUBTFUL, "nm", "look like times"),
+    "settings like rows": (
+        "".join(f"Setting {k};value;{k}\n" for k in range(700))
+        + "time_s;drive_v;gauge_nm\n" + rows(T, U, NM, separator=";"), RIGHT, "nm", ""
+    ),
+    "a row that is left out": (
+        f"time_s,drive_v,gauge_nm\n#{BODY}", DOUBTFUL, "nm", "line 2 is a row behind the mark"
+    ),
+    "two headers": (f"time,drive,gauge\nsec.,Volt,Mikrom.\n{BODY}", DOUBTFUL, "", "lines 1 and 2"),
+    "names of other names": (
+        f"Channel 0,Channel 1,Channel 2\ntime_s,drive_v,gauge_nm\n{BODY}", RIGHT, "nm", ""
+    ),
+    "a mark in a name": (f'time_s\tdrive_v\tgauge-n"m\n{BODY}'.replace(",", "\t"),
+                         DOUBTFUL, "", "a quotation mark in the name"),
+    "no header": (BODY, DOUBTFUL, "", "no unit in '"),
+    # Dates.
+    "a month that may be a day": (
+        stamped("03/04/2026", "04/04/2026"), DOUBTFUL, "nm", "dates as 03/04/2026"
+    ),
+    "a day that tells": (stamped("12/04/2026", "13/04/2026"), RIGHT, "nm", ""),
+    "days with points": (stamped("03.04.2026", "04.04.2026"), RIGHT, "nm", ""),
+    # Names that come again, and newton metres.
+    "a unit again": (f"s,V,nm.1\n{BODY}", RIGHT, "nm", ""),
+    "a moment": (f"time_s,drive_v,Gauge Nm\n{BODY}", RIGHT, "Nm", ""),
+    # Channels in rows.
+    "units behind names": (
+        "".join(
+            f"{name},{','.join(f'{one:.6g}' for one in column)}\n"
+            for name, column in (("time,s", T), ("drive,V", U), ("gauge,nm", NM))
+        ),
+        RIGHT, "nm", "",
+    ),
+}  # fmt: skip
+
+
+def told(record: mh.io.Columns, path: Path) -> list[str]:
+    """Return what is doubtful of a record when it is identified by its last two columns."""
+    own = [one for one in record.values if one != record.time_column][-2:]
+    found = _assumed(record, Files((path,), own[0], own[1]), {})
+    return [one.text for one in found if one.level == "doubtful"]
+
+
+@pytest.mark.parametrize("kind", TEXTS)
+def test_what_is_written_is_used_or_told(kind: str, tmp_path: Path) -> None:
+    content, outcome, unit, words = TEXTS[kind]
+    path = tmp_path / "record.csv"
+    path.write_text(content, encoding="utf-8")
+    record = mh.io.read(path)
+    said = told(record, path)
+    assert bool(said) == (outcome == DOUBTFUL), said
+    assert not words or any(words in one for one in said), said
+    name = [one for one in record.values if one != record.time_column][-1]
+    assert record.quantity(name).suffix == unit
+    kept = record[name][-100:]
+    np.testing.assert_allclose(kept, NM[-100:], rtol=1e-4, atol=1e-2)
+
+
+@pytest.mark.parametrize("mark", [".", ",", "'"])
+def test_thousands_are_refused_until_somebody_says(mark: str, tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    path.write_text(counted(mark), encoding="utf-8")
+    with pytest.raises(mh.io.ReadError, match=r"no separators of thousands; --thousands says"):
+        mh.io.read(path, ["u_mV", "y_nm"])
+    record = mh.io.read(path, thousands=mark)
+    np.testing.assert_allclose(record["y_nm"], NM, atol=0.51)
+    if mark == ".":
+        assert mh.io.read(path, thousands="")["y_nm"].max() < 1000.0
+
+
+def test_a_late_number_above_a_thousand_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    early = "".join(f"{k};{k % 100};{k % 900}\n" for k in range(600))
+    late = "".join(f"{600 + k};{k % 100};1.{k:03}\n" for k in range(100))
+    path.write_text(f"t_ms;u_mV;y_nm\n{early}{late}", encoding="utf-8")
+    with pytest.raises(mh.io.ReadError, match=r"line 602, column y_nm: .*--thousands"):
+        mh.io.read(path)
+
+
+def test_decimals_that_look_like_thousands_are_numbers(tmp_path: Path) -> None:
+    path = tmp_path / "target.csv"
+    path.write_text("target_um\n" + "".join(f"{9 + 0.06 * k:.3f}\n" for k in range(100)), "utf-8")
+    assert mh.io.read(path)["target_um"].max() == pytest.approx(14.94)
+    path.write_text("time_s;target_um\n0;1.250\n0.5;2\n1;3.125\n", encoding="utf-8")
+    assert mh.io.read(path)["target_um"].tolist() == [1.25, 2.0, 3.125]
+
+
+def test_both_marks_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    path.write_text("u;y\n1,277;2.500\n1,300;2.600\n", encoding="utf-8")
+    with pytest.raises(mh.io.ReadError, match=r"line 2: .* one of both marks parts thousands"):
+        mh.io.read(path)
+
+
+def test_lines_are_skipped(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    table = "a;b;c\n" + "".join(f"{k};{k * k};{k % 7}\n" for k in range(30))
+    path.write_text(f"{table}time_s;drive_v;gauge_nm\n" + rows(T, U, NM, separator=";"), "utf-8")
+    with pytest.raises(mh.io.ReadError, match=r"another table may begin here: --skip-lines 31"):
+        mh.io.read(path)
+    record = mh.io.read(path, skip_lines=31)
+    assert record.samples == N and record.units["gauge_nm"] == "nm"
+    with pytest.raises(mh.io.ReadError, match=r"skip_lines: expected at least 0"):
+        mh.io.read(path, skip_lines=-1)
+    np.save(tmp_path / "a.npy", U)
+    with pytest.raises(mh.io.ReadError, match=r"are said of texts, got NumPy array"):
+        mh.io.read(tmp_path / "a.npy", skip_lines=1)
+
+
+SEEDS = (
+    *(7000671, 7000755, 7001611, 7002007, 7002823, 7004888, 7004927, 7005260),
+    *(9101424, 9102495),
+)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_files_that_were_read_wrongly(seed: int, tmp_path: Path) -> None:
+    content, happened = mutated(seed)
+    (tmp_path / "record.csv").write_bytes(content)
+    said = judged(tmp_path / "record.csv")
+    assert not said.startswith("wrong"), f"{happened}: {said}"
+
+
+# Arrays.
+
+
+def test_units_of_arrays_are_used_or_told(tmp_path: Path) -> None:
+    matrix, units = np.column_stack([T, U, NM]), np.array(["s", "V", "nm"])
+    np.savez(tmp_path / "a.npz", rec=matrix, units=units)
+    assert mh.io.read(tmp_path / "a.npz").units == {"rec:0": "s", "rec:1": "V", "rec:2": "nm"}
+    np.savez(tmp_path / "a.npz", t=T, u=U, y=NM, y_unit="nm")
+    assert mh.io.read(tmp_path / "a.npz").units["y"] == "nm"
+    np.savez(tmp_path / "a.npz", t=T, u=U, y=NM, units=units)
+    record = mh.io.read(tmp_path / "a.npz")
+    assert "units holds 's', 'V', 'nm', and no unit is taken" in told(record, tmp_path)[0]
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        file.create_dataset("rec", data=matrix).attrs["units"] = ["s", "V", "nm"]
+    assert mh.io.read(path).units == {"rec:0": "s", "rec:1": "V", "rec:2": "nm"}
+    with h5py.File(path, "w") as file:
+        file["t"], file["u"], file["y"], file["y_unit"] = T, U, NM, "nm"
+        file.attrs["units"] = ["s", "V", "nm"]
+    record = mh.io.read(path)
+    assert record.units["y"] == "nm"
+    assert "attribute of group / holds 's', 'V', 'nm'" in told(record, path)[0]
+
+
+def test_masked_elements_of_a_list_are_refused() -> None:
+    with pytest.raises(mh.io.ReadError, match=r"sample 1, column u: .*masked"):
+        mh.io.read({"u": [0.0, np.ma.masked, 2.0]})
+
+
+def test_a_real_index_that_grows_is_told() -> None:
+    record = mh.io.read(pd.DataFrame({"u": U, "y": Y}, index=T), ["u", "y"])
+    assert any("column index grows as a time does" in one.text for one in record.assumed)
