@@ -159,6 +159,14 @@ def test_numbers_of_equal_names_have_their_name_in_look() -> None:
     assert shown.count("  Voltage") == 2
 
 
+def test_what_is_said_of_a_text_is_said_again(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    body = "".join(f"{10 * k};{500 + 37 * k:,};{k % 40}\n" for k in range(60)).replace(",", ".")
+    path.write_text(f"a rig\nt_ms;u_mV;y_nm\n{body}", encoding="utf-8")
+    shown = run("look", str(path), "--thousands", ".", "--skip-lines", "1").stdout
+    assert "--input u_mV --output y_nm --skip-lines 1 --thousands . -o" in shown
+
+
 def test_what_is_assumed_of_arrays_is_listed(tmp_path: Path) -> None:
     np.savez(tmp_path / "record.npz", t=T, u=U, y=Y)
     shown = run("look", str(tmp_path / "record.npz")).stdout

@@ -312,6 +312,7 @@ def _next(request: Request, record: Record) -> str:
     words = ["mpi-hyst", "identify", _shown(request.data), "--input", drive, "--output", position]
     words += _time_option(record)
     words += [] if request.rows is None else ["--rows", str(request.rows)]
+    words += _text_options(request)
     command = shlex.join([*words, "-o", "stage.json"])
     hints = [f"note: {hint}" for hint in _hints(record)]
     return "\n".join([*hints, "run next:", f"  {command}"])
@@ -323,7 +324,7 @@ def _trajectory(request: Request, record: Record) -> str:
         return ""
     column = record.guesses["trajectory"].column
     words = ["mpi-hyst", "precompensate", "stage.json", _shown(request.data), "--column", column]
-    words += _time_option(record)
+    words += [*_time_option(record), *_text_options(request)]
     # Only a person knows the rate.
     sampling = record.sampling
     rate = " --rate HZ" if sampling is None or _useless_time(record) else ""
@@ -332,6 +333,13 @@ def _trajectory(request: Request, record: Record) -> str:
         notes = [f"note: {_doubt(record, sampling)}"]
     hint = f"{column} alone may be a trajectory; with the stage that identify wrote, run next:"
     return "\n".join([*notes, hint, f"  {shlex.join([*words, '-o', 'drive.csv'])}{rate}"])
+
+
+def _text_options(request: Request) -> list[str]:
+    """Return what was said of the text, for the next command."""
+    skipped, thousands = request.text.skip_lines, request.text.thousands
+    words = ["--skip-lines", str(skipped)] if skipped else []
+    return words if thousands is None else [*words, "--thousands", thousands or "none"]
 
 
 def _doubt(record: Record, sampling: Sampling) -> str:
