@@ -221,11 +221,22 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def in_rust(*command: str) -> dict[str, str]:
-    """What a program prints, in the build of the Rust tests: optimisation changes no bit either."""
-    command = ("cargo", "run", "--quiet", "--all-features", *command)
-    said = subprocess.run(command, cwd=CHECKOUT, check=True, capture_output=True, text=True).stdout
-    return dict(line.split() for line in said.splitlines())
+class InRust:
+    """What programs print, in the build of the Rust tests: optimisation changes no bit either."""
+
+    def __init__(self, random: bool) -> None:
+        self.profile = ["--release"] if random else []
+
+    def __call__(self, *command: str) -> dict[str, str]:
+        command = ("cargo", "run", "--quiet", "--all-features", *self.profile, *command)
+        said = subprocess.run(command, cwd=CHECKOUT, check=True, capture_output=True, text=True)
+        return dict(line.split() for line in said.stdout.splitlines())
+
+
+@pytest.fixture(scope="module")
+def in_rust(pytestconfig: pytest.Config) -> InRust:
+    """`make test` builds the Rust tests for development, `make test-random` as the package is."""
+    return InRust(random=pytestconfig.getoption("--hypothesis-profile") == "random")
 
 
 def as_program(prefix: Path) -> dict[str, Array]:
@@ -272,7 +283,7 @@ def expected() -> dict[str, str]:
 
 
 def test_a_million_mixed_samples_are_the_same_in_every_language(
-    prefix: Path, expected: dict[str, str]
+    prefix: Path, expected: dict[str, str], in_rust: InRust
 ) -> None:
     made: list[FromC] = []
 
@@ -298,7 +309,7 @@ def test_they_are_the_same_in_functional_mock_up_units(
 
 
 def test_they_are_the_same_in_the_record_of_a_loop_in_real_time(
-    tmp_path: Path, expected: dict[str, str]
+    tmp_path: Path, expected: dict[str, str], in_rust: InRust
 ) -> None:
     path = tmp_path / "record.npy"
     said = in_rust("--example", "same_bits", "--", str(STAGE), str(path))
