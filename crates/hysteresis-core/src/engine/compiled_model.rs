@@ -23,7 +23,8 @@ use crate::real::count_as_f64;
 /// ```
 /// use hysteresis_core::{CompiledModel, Forward, Method, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
 /// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
-/// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
+/// let thresholds = [0.0, 150.0, 300.0]; // V
+/// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &thresholds, Ratios::PAPER, Offsets::default())?;
 /// let compiled = CompiledModel::new(&model);
 /// assert_eq!(Forward::new(&compiled).method(), Method::TurningPoints);
 /// assert_eq!(Forward::with_initial(&compiled, &[0.1; 3])?.method(), Method::Bank);
@@ -50,7 +51,8 @@ pub enum Method {
 /// ```
 /// use hysteresis_core::{CompiledModel, Forward, Inverse, Method, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
 /// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
-/// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
+/// let thresholds = [0.0, 150.0, 300.0]; // V
+/// let model = ModifiedPrandtlIshlinskii::from_ratios(&weights, &thresholds, Ratios::PAPER, Offsets::default())?;
 /// let compiled = CompiledModel::new(&model);
 /// assert_eq!(compiled.method(), Method::TurningPoints);
 /// let (mut actuator, mut inverse) = (Forward::new(&compiled), Inverse::new(&compiled, None)?);
@@ -175,10 +177,10 @@ impl HeapMemory {
         }
     }
 
-    /// The reversals that still determine the output, oldest first: nothing for a bank.
-    pub(crate) fn turning_points(&self) -> Vec<f64> {
+    /// The reversals that still determine the output, oldest first, for inputs that count from `origin`: nothing for a bank.
+    pub(crate) fn turning_points(&self, origin: f64) -> Vec<f64> {
         match self {
-            Self::TurningPoints(engine) => engine.memory(),
+            Self::TurningPoints(engine) => engine.memory().into_iter().map(|x| x + origin).collect(),
             Self::Bank(_) => Vec::new(),
         }
     }

@@ -230,10 +230,16 @@ impl<H> Stage<H> {
         self.output
     }
 
-    /// The hysteresis has become that of another model.
-    fn renew(&mut self, hysteresis: &CompiledModel) {
+    /// Goes on with another hysteresis of the same operators.
+    fn set_model(
+        &mut self,
+        hysteresis: &CompiledModel,
+        set_model: impl FnOnce(&mut H, &CompiledModel) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        set_model(&mut self.hysteresis, hysteresis)?;
         self.model.hysteresis = hysteresis.clone();
         self.fingerprint = self.model.fingerprint();
+        Ok(())
     }
 
     /// What the stream remembers, `hysteresis` being what the hysteresis does.
@@ -344,9 +350,7 @@ impl QuasiStaticForward {
     /// # Errors
     /// As there; the stream is as before then.
     pub fn set_model(&mut self, hysteresis: &CompiledModel) -> Result<(), Error> {
-        self.stage.hysteresis.set_model(hysteresis)?;
-        self.stage.renew(hysteresis);
-        Ok(())
+        self.stage.set_model(hysteresis, Forward::set_model)
     }
 
     /// Everything that the stream remembers. Allocates.
@@ -562,9 +566,7 @@ impl QuasiStaticInverse {
     /// # Errors
     /// As there; the stream is as before then.
     pub fn set_model(&mut self, hysteresis: &CompiledModel) -> Result<(), Error> {
-        self.stage.hysteresis.set_model(hysteresis)?;
-        self.stage.renew(hysteresis);
-        Ok(())
+        self.stage.set_model(hysteresis, Inverse::set_model)
     }
 
     /// Everything that the stream remembers. Allocates.

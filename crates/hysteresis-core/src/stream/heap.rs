@@ -86,7 +86,7 @@ impl Forward {
     /// for a bank. Allocates: for plots, not for the loop.
     #[must_use]
     pub fn turning_points(&self) -> alloc::vec::Vec<f64> {
-        self.core.memory.turning_points().into_iter().map(|x| x + self.core.origin.input).collect()
+        self.core.memory.turning_points(self.core.origin.input)
     }
 
     /// Takes over what was driven before, oldest input first.
@@ -313,7 +313,7 @@ impl Inverse {
     /// a bank. Allocates: for plots, not for the loop.
     #[must_use]
     pub fn turning_points(&self) -> alloc::vec::Vec<f64> {
-        self.core.memory.turning_points().into_iter().map(|x| x + self.core.origin.input).collect()
+        self.core.memory.turning_points(self.core.origin.input)
     }
 
     /// Where [`step`](Process::step) would come to.
@@ -494,7 +494,8 @@ impl PrandtlIshlinskii {
 /// ```
 /// use hysteresis_core::{CompiledModel, Forward, Method, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
 /// let weights = [4.3e-3, 1.7e-3, 1.7e-3]; // um/V
-/// let actuator = ModifiedPrandtlIshlinskii::from_ratios(&weights, &[0.0, 150.0, 300.0], Ratios::PAPER, Offsets::default())?;
+/// let thresholds = [0.0, 150.0, 300.0]; // V
+/// let actuator = ModifiedPrandtlIshlinskii::from_ratios(&weights, &thresholds, Ratios::PAPER, Offsets::default())?;
 /// let mut stream = actuator.forward();
 /// stream.step(300.0);
 /// let saved = stream.state();
