@@ -471,8 +471,7 @@ impl Rules {
     #[inline]
     fn bumpless(&self, after: &mut LoopState, jump: f64) -> f64 {
         let (bumpless, samples) = (after.terms.bumpless, after.bumpless_samples);
-        let share = bumpless_share(samples);
-        let rest = if share > 0.0 { bumpless * share } else { 0.0 };
+        let rest = bumpless_share(samples).map_or(0.0, |share| bumpless * share);
         after.bumpless_samples = if jump == 0.0 { samples.saturating_sub(1) } else { self.bumpless_samples };
         rest - jump
     }
@@ -496,11 +495,12 @@ impl Rules {
     }
 }
 
-/// What share of a bumpless term that goes on for so many samples is left after the next one: it goes down by the same amount at each.
+/// What share of a bumpless term that goes on for so many samples is left after the next one, if any is: it goes down by
+/// the same amount at each.
 #[inline]
-pub(super) fn bumpless_share(samples: u32) -> f64 {
+pub(super) fn bumpless_share(samples: u32) -> Option<f64> {
     let left = samples.saturating_sub(1);
-    if left > 0 { f64::from(left) / f64::from(samples) } else { 0.0 }
+    (left > 0).then(|| f64::from(left) / f64::from(samples))
 }
 
 /// What the wanted drive jumps by for other reasons than motion: the proportional term comes or goes with the feedback,

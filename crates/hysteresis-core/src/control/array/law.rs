@@ -307,7 +307,7 @@ impl Lanes {
     fn wish(&mut self, sample: &ArraySample<'_>) {
         let Self { work: Work { changes, wanted, .. }, now, gains, .. } = self;
         let rests = now.integral_rest_samples > 0;
-        let bumpless_share = bumpless_share(now.bumpless_samples);
+        let bumpless_share = bumpless_share(now.bumpless_samples).unwrap_or(0.0);
         let state = now.integral.iter().zip(&now.bumpless);
         for (((change, wanted), reference), (integral, bumpless)) in
             changes.iter_mut().zip(wanted).zip(sample.reference).zip(state)
@@ -442,7 +442,7 @@ impl Lanes {
     #[inline]
     fn keep_terms(&mut self) {
         let Self { work, now, .. } = self;
-        let bumpless_share = bumpless_share(now.bumpless_samples);
+        let bumpless_share = bumpless_share(now.bumpless_samples).unwrap_or(0.0);
         let terms = now.integral.iter_mut().zip(&mut now.bumpless).zip(&work.changes);
         for (((integral, bumpless), change), (wanted, position)) in terms.zip(work.wanted.iter().zip(&work.positions)) {
             *integral += followed(*change, wanted - position);
