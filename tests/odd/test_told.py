@@ -78,6 +78,21 @@ TEXTS: dict[str, tuple[str, str, str, str]] = {
     ),
     "a range": (f"# Travel 100 um\ntime_s,drive_v,gauge_nm\n{BODY}", RIGHT, "nm", ""),
     "a conversion": (f"# 30 um = 10 V\n{NAMES}{BODY}", DOUBTFUL, "", "'30 um = 10 V'"),
+    # Units of each channel in one row.
+    "channels in a cell": (f"Vertical Units,CH1:V CH2:nm\nTime,CH1,CH2\n{BODY}", RIGHT, "nm", ""),
+    "channels in cells": (
+        f"Vertical Units,CH2:nm,CH1:V,CH3:A\nTime,CH1,CH2\n{BODY}", RIGHT, "nm", ""
+    ),
+    "channels of other names": (
+        f"Vertical Units,CH1:V CH2:nm\nTime,a,b\n{BODY}", RIGHT, "nm", ""
+    ),
+    "channels that no column has": (
+        f"Vertical Units,CH1:V CH2:mV CH3:mV CH4:nm\nTime,a,b\n{BODY}", DOUBTFUL, "", "called so"
+    ),
+    "channels and a row of units": (
+        f"Vertical Units,CH1:V CH2:mV\nSource,CH1,CH2\nSecond,Volt,Volt\n{BODY}",
+        DOUBTFUL, "V", "CH2 is in mV, and beside its name is Volt",
+    ),
     # Names in comments.
     "names above remarks": (
         f"# time_s  drive_v  gauge_nm\n{REMARKS}" + rows(T, U, NM, separator=" "), RIGHT, "nm", ""

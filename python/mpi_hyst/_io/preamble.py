@@ -51,6 +51,8 @@ _OF_ONE = re.compile(
 _UNIT_OF = re.compile(
     r"\b(units?|einheit(en)?|unité|unidad|axis)\b(\s+(of|for|von|der|des))?", re.IGNORECASE
 )
+# `CH1:V CH2:mV`: a channel and its unit.
+_CHANNEL = re.compile(r"(?P<channel>[^\s:=]+)\s*[:=]\s*(?P<unit>[^\s:=]+)")
 # A name that says nothing, in place of which a name above may come.
 _PLAIN = re.compile(r"(Y|\[\d+\]|Y\[\d+\]|\d+)")
 _OPTIONS = "--input-unit, --output-unit, --unit"
@@ -79,8 +81,12 @@ class Preamble:
             told = [cell.split(":")[-1].strip() for cell in cells[1:]]
             while told and not told[-1]:
                 told.pop()
-            if told:
-                self._take(place, cells[0].strip('": '), told, len(cells) == self.full)
+            key = cells[0].strip('": ')
+            of_channels = _channels(cells[1:]) if _OF_UNITS.match(key) else {}
+            if of_channels:
+                self._take_channels(place, of_channels)
+            elif told:
+                self._take(place, key, told, len(cells) == self.full)
         for place, text in comments.items():
             self._take_comment(place, text)
 
@@ -232,6 +238,27 @@ class Preamble:
         elif _OF_STEPS.match(key) and not self.stamped:
             self._say(place, f"{key} {told[0]}: not used; --rate says how fast a record is")
 
+    def _take_channels(self, place: int, told: Mapping[str, str]) -> None:
+        """Take the unit of each channel by its name; without such names by their order."""
+        numbers = [index for index in self.numeric if index < len(self.names)]
+        places = {self.names[index].strip().lower(): index for index in numbers}
+        given = {places[one.lower()]: unit for one, unit in told.items() if one.lower() in places}
+        if not given and len(set(told.values())) == 1:
+            given = dict.fromkeys(numbers[1:] or numbers, next(iter(told.values())))
+        elif not given and len(numbers) - len(told) in (0, 1):
+            given = dict(zip(numbers[-len(told) :], told.values(), strict=True))
+        for index, unit in given.items():
+            before = self.units.get(index, "")
+            if before and (known_unit(before) or before) != (known_unit(unit) or unit):
+                what = f"{self.names[index]} is in {unit}, and beside its name is {before}"
+                self._say(place, what, index, "doubtful", "units")
+            else:
+                self._take_units(place, {index: unit})
+        if not given:
+            units = ", ".join(f"{one} {unit}" for one, unit in told.items())
+            what = f"{units}: no column is called so, and no unit is taken from it; {_OPTIONS}"
+            self._say(place, what, level="doubtful", stage="units")
+
     def _take_comment(self, place: int, text: str) -> None:
         units = _UNITS_IN_COMMENT.match(text)
         if units is not None:
@@ -264,6 +291,14 @@ class Preamble:
     ) -> None:
         self.used.add(place)
         self.said.append(Assumption(stage, f"line {place + 1}: {what}", level, index))
+
+
+def _channels(cells: Sequence[str]) -> dict[str, str]:
+    """Return the units of channels that cells name, as `CH1:V CH2:mV`; nothing of other cells."""
+    parts = [part for cell in cells for part in re.split(r"[\s,;]+", cell.strip()) if part]
+    found = [_CHANNEL.fullmatch(part) for part in parts]
+    told = {one["channel"]: one["unit"].strip("[]()") for one in found if one is not None}
+    return told if len(told) == len(parts) and all(map(is_like_a_unit, told.values())) else {}
 
 
 def settings_beside(rows: Mapping[int, Sequence[str]]) -> Iterator[tuple[int, Sequence[str]]]:
