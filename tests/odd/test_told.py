@@ -14,6 +14,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from mpi_hyst._cli.identify_records import Files, _assumed
+from mpi_hyst._cli.inputs import assumed_of
+from mpi_hyst._cli.terminal import CommandError
 
 from odd.mutations import judged, mutated
 from odd.test_instruments import DOUBTFUL, RIGHT, N, T, U, Y, rows
@@ -119,6 +121,9 @@ TEXTS: dict[str, tuple[str, str, str, str]] = {
         ",0.0,1.0,2.0\n" + each(list(map(str, COUNTS)), BODY.splitlines(), separator=","),
         DOUBTFUL, "", "no unit in '",
     ),
+    "numbers that do not follow each other": (
+        f"2,3,5\n{BODY}", DOUBTFUL, "", "line 1, 2, 3, 5: taken for a row"
+    ),
     "a sheet": (RIGOL + rows(COUNTS, U, NM, end=",,,,,\n"), RIGHT, "V", ""),
     "settings of each channel": (two_blocks(), DOUBTFUL, "nm", "look like times"),
     "settings like rows": (
@@ -175,6 +180,27 @@ def test_what_is_written_is_used_or_told(kind: str, tmp_path: Path) -> None:
     assert record.quantity(name).suffix == unit
     kept = record[name][-100:]
     np.testing.assert_allclose(kept, NM[-100:], rtol=1e-4, atol=1e-2)
+
+
+def test_a_header_of_numbers_is_told_when_units_are_given(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    for header, columns in ((",3,5", (COUNTS, U, Y)), ("0,2", (0.01 * U, Y)), ("2,1", (Y, U))):
+        path.write_text(f"{header}\n{rows(*columns)}", encoding="utf-8")
+        record = mh.io.read(path, ["0", "1"] if len(columns) == 2 else ["1", "2"])
+        files = Files((path,), *record.values, input_unit="V", output_unit="um")
+        said = [one.text for one in _assumed(record, files, {}) if one.level == "doubtful"]
+        assert len(said) == 1 and "line 1, " in said[0] and "--skip-lines 1" in said[0]
+    path.write_text("2\n" + rows(Y + 9.0), encoding="utf-8")
+    with pytest.raises(CommandError, match=r"line 1, 2: taken for a row.*--skip-lines 1"):
+        assumed_of(mh.io.read(path), "0", "um", None)
+
+
+def test_a_first_row_that_goes_on_is_a_row(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    path.write_text("".join(f"{0.25 * k:g},{3 + 0.5 * k:g}\n" for k in range(99)), "utf-8")
+    record = mh.io.read(path)
+    assert record.samples == 99
+    assert not any("may be names" in one.text for one in record.assumed)
 
 
 @pytest.mark.parametrize("mark", [".", ",", "'"])

@@ -23,6 +23,7 @@ from mpi_hyst._io.cells import (
     number,
     split,
 )
+from mpi_hyst._io.first_row import COUNT, may_be_names
 from mpi_hyst._io.marks import Marks, marks_of, unparted, why_pairs
 from mpi_hyst._io.names import (
     are_names,
@@ -44,8 +45,6 @@ DELIMITERS = {
     "|": "vertical bars",
     " ": "white space",
 }
-# As pandas writes the number of a column, that of a whole or of a real index.
-_COUNT = re.compile(r"(0|[1-9]\d*)(\.0)?")
 _FIRST_ROWS = 20  # rows that tell a column of stamps
 _MOST_STAMPS = 0.9  # of them; one may be that of a line above the table
 _OF_RIGOL = re.compile(r"(start|increment|t0|tinc|t_?inc\w*)\b.*", re.IGNORECASE)
@@ -357,7 +356,7 @@ class Layout:
         cells = row[: self.width]
         begins = 1 if cells and not cells[0] and not self._keys_are_beside() else 0
         digits = cells[begins:]
-        if not digits or not all(_COUNT.fullmatch(cell) for cell in digits):
+        if not digits or not all(COUNT.fullmatch(cell) for cell in digits):
             return None
         counts = [int(float(cell)) for cell in digits]
         if counts not in (list(range(len(counts))), list(range(1, len(counts) + 1))):
@@ -428,6 +427,7 @@ class Layout:
         if self.marks.said:
             self.said.append(Assumption("dialect", self.marks.said, "assumed"))
         self._say_shift(found)
+        self._say_first(header, first)
         self._say_gaps(header, first)
         return self._with_preamble(self._in_rows(found), first, header)
 
@@ -588,6 +588,14 @@ class Layout:
                 self.said.append(
                     Assumption("dialect", f"{said}: a name may be missing", "doubtful")
                 )
+
+    def _say_first(self, header: int | None, first: int) -> None:
+        """Say if the first row may be a header of numbers."""
+        row = self.rows.get(first, [])[: self.width]
+        below = [cells for place, cells in self.rows.items() if place > first and self.fits(cells)]
+        if header is None and may_be_names(row, below, self.decimal or "."):
+            said = f"line {first + 1}, {', '.join(row)}: taken for a row, though it may be names"
+            self.said.append(Assumption("dialect", f"{said}; --skip-lines {first + 1}", "doubtful"))
 
     def _say_gaps(self, header: int | None, first: int) -> None:
         """Say if names are parted at single blanks, and wider gaps part another number of them."""

@@ -1,0 +1,58 @@
+"""What speaks against the first row of a table: it may be names, or a setting of an instrument."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from itertools import pairwise
+
+from mpi_hyst._io.cells import number
+
+# As pandas writes the number of a column, that of a whole or of a real index.
+COUNT = re.compile(r"(0|[1-9]\d*)(\.0)?")
+_LARGEST = 1000  # number of a column
+_FEWEST = 3  # rows that tell how a column goes on
+_NEAR = 20  # of them
+_SAME = 1e-6  # of a step
+_MOST = 0.7  # of the rows that are written otherwise: %g writes whole numbers short
+_JUMP = 3.0  # largest steps
+
+
+def may_be_names(first: Sequence[str], below: Sequence[Sequence[str]], decimal: str) -> bool:
+    """Whether a first row of small whole numbers is hardly one of the rows below.
+
+    They differ from each other as names do, and do not go on as the rows do: a clock in them
+    leaps, or all of them are written otherwise, or one is far from the next.
+    """
+    if len(below) < _FEWEST or not first:
+        return False
+    if not any(row[0] for row in [first, *below]):
+        first, below = first[1:], [row[1:] for row in below]
+    begins = 1 if first and not first[0] else 0
+    digits = first[begins:]
+    if not digits or not all(map(COUNT.fullmatch, digits)):
+        return False
+    counts = [float(cell) for cell in digits]
+    if len(set(counts)) < len(counts) or max(counts) >= _LARGEST:
+        return False
+    if begins:
+        return True
+    columns = [[number(row[index], decimal) for row in below] for index in range(len(first))]
+    leaps = False
+    for value, column in zip(counts, columns, strict=True):
+        known = [one for one in column[:_NEAR] if one is not None]
+        if len(known) < _FEWEST:
+            continue
+        steps = [b - a for a, b in pairwise(known)]
+        usual, before = steps[0], known[0] - value
+        most = max(map(abs, steps))
+        if usual > 0.0 and max(steps) - min(steps) <= _SAME * usual:
+            # A clock tells it alone.
+            return abs(before - usual) > _SAME * usual
+        leaps = leaps or abs(before) > _JUMP * most > 0.0
+    # One number alone may be a whole one among others.
+    written = len(first) > 1 and all(
+        decimal not in cell and sum(decimal in row[index] for row in below) > _MOST * len(below)
+        for index, cell in enumerate(first)
+    )
+    return leaps or written
