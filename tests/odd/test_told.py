@@ -59,6 +59,7 @@ def stamped(first: str, second: str) -> str:
     return "time,drive_v,gauge_nm\n" + each(stamps, lines, separator=",")
 
 
+BESIDE = "".join(f",{line}\n" for line in rows(U, NM).splitlines())
 NAMES = "time_s,drive_v,gauge\n"
 REMARKS = "".join(f"# remark {k} of the day\n" for k in range(7))
 RIGOL = "X,CH1,CH2,Start,Increment,,,\nSequence,Volt,Volt,-0.5,1.0e-02,,,\n"
@@ -116,6 +117,20 @@ TEXTS: dict[str, tuple[str, str, str, str]] = {
         f"Scale factor: 10\ntime_s,drive_v,gauge_nm\n{BODY}", DOUBTFUL, "nm", "is not applied"
     ),
     "a factor of one": (f"Scale factor: 1\ntime_s,drive_v,gauge_nm\n{BODY}", RIGHT, "nm", ""),
+    # Settings above the rows, which have no key.
+    "an offset": (
+        "Channel,Drive,Gauge\nUnit,V,nm\nOffset,5,0.5\n" + BESIDE, DOUBTFUL, "nm", "not applied"
+    ),
+    "an offset of zero": (
+        "Channel,Drive,Gauge\nUnit,V,nm\nOffset,0,0\n" + BESIDE, RIGHT, "nm", ""
+    ),
+    "a gain": (
+        "Channel,Drive,Gauge\nUnit,V,nm\nGain,1,10\n" + BESIDE, DOUBTFUL, "nm", "Gain 1, 10"
+    ),
+    "where a time begins": (
+        '"TraceName","Drive","Gauge"\n"VUnit","V","nm"\n"HOffset",0,0\n' + BESIDE,
+        RIGHT, "nm", "",
+    ),
     # Headers.
     "a number, whole": (
         ",0.0,1.0,2.0\n" + each(list(map(str, COUNTS)), BODY.splitlines(), separator=","),
@@ -193,6 +208,15 @@ def test_a_header_of_numbers_is_told_when_units_are_given(tmp_path: Path) -> Non
     path.write_text("2\n" + rows(Y + 9.0), encoding="utf-8")
     with pytest.raises(CommandError, match=r"line 1, 2: taken for a row.*--skip-lines 1"):
         assumed_of(mh.io.read(path), "0", "um", None)
+
+
+def test_settings_are_no_rows(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    path.write_text(f"Channel,Drive,Gauge\nUnit,V,nm\nOffset,5,0.5\n{BESIDE}", "utf-8")
+    assert mh.io.read(path).samples == N
+    path.write_text(f"Time,drive_v,gauge_nm\nOffset,5,0.5\n{BODY}", "utf-8")
+    said = told(mh.io.read(path, ["drive_v", "gauge_nm"], time=False), path)
+    assert any("line 2: 'Offset' stands where the rows below have numbers" in one for one in said)
 
 
 def test_a_first_row_that_goes_on_is_a_row(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ from mpi_hyst._io.cells import (
     number,
     split,
 )
-from mpi_hyst._io.first_row import COUNT, may_be_names
+from mpi_hyst._io.first_row import COUNT, is_word, may_be_names
 from mpi_hyst._io.marks import Marks, marks_of, unparted, why_pairs
 from mpi_hyst._io.names import (
     are_names,
@@ -249,6 +249,13 @@ class Layout:
         """Whether the first column is empty in the rows, and above them says what others are."""
         return 10 * sum(row[0] == "" for row in self.data) > 9 * len(self.data)
 
+    def _is_setting(self, place: int) -> bool:
+        """Whether a row has a key where those of the table have nothing: `Offset,5,0.5`."""
+        first = self.rows[place][0]
+        # Settings may also stand beside rows, with their values in columns of their own.
+        is_key = bool(first) and not is_like_a_number(first)
+        return is_key and 1 in self.numeric and self._keys_are_beside()
+
     # The header.
 
     def _header(self) -> tuple[int, list[str], int | None] | None:
@@ -439,6 +446,7 @@ class Layout:
             # Rows with cells that are missing belong to the table, and are refused in reading.
             last = place if units is None else max(place, units)
             below = [n for n in self.rows if n > last and self._names(n) is None]
+            below = [n for n in below if not self._is_setting(n)]
             first = min([n for n in [whole, *below] if n > last], default=last + 1)
             return names, () if units is None else self.rows[units], place, first
         first = self._first_number(whole)
@@ -463,7 +471,7 @@ class Layout:
             numbers = sum(is_number(cell, self.decimal or ".") for cell in cells)
             # With as many numbers as columns it is a row, whatever else it has.
             is_row = numbers == len(cells) or numbers >= len(self.numeric) > 1
-            if alone or not (fits or is_row):
+            if alone or self._is_setting(place) or not (fits or is_row):
                 break
             first = place
         return first
@@ -590,9 +598,14 @@ class Layout:
                 )
 
     def _say_first(self, header: int | None, first: int) -> None:
-        """Say if the first row may be a header of numbers."""
+        """Say if the first row may be a setting, or a header of numbers."""
         row = self.rows.get(first, [])[: self.width]
         below = [cells for place, cells in self.rows.items() if place > first and self.fits(cells)]
+        words = [row[index] for index in self.numeric if index < len(row) and is_word(row[index])]
+        if words:
+            said = f"line {first + 1}: {words[0]!r} stands where the rows below have numbers: it "
+            said += "is hardly a row of the table; leave out that line"
+            self.said.append(Assumption("dialect", said, "doubtful"))
         if header is None and may_be_names(row, below, self.decimal or "."):
             said = f"line {first + 1}, {', '.join(row)}: taken for a row, though it may be names"
             self.said.append(Assumption("dialect", f"{said}; --skip-lines {first + 1}", "doubtful"))

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from itertools import pairwise
 
-from mpi_hyst._io.cells import number
+from mpi_hyst._io.cells import MISSING, is_like_a_number, number
 
 # As pandas writes the number of a column, that of a whole or of a real index.
 COUNT = re.compile(r"(0|[1-9]\d*)(\.0)?")
@@ -16,6 +16,12 @@ _NEAR = 20  # of them
 _SAME = 1e-6  # of a step
 _MOST = 0.7  # of the rows that are written otherwise: %g writes whole numbers short
 _JUMP = 3.0  # largest steps
+
+
+def is_word(cell: str) -> bool:
+    """Whether a cell holds a word, and neither a number nor what stands for a missing one."""
+    told = re.search(r"[^\W\d_]{2}", cell) is not None and not cell.startswith("#")
+    return told and not is_like_a_number(cell) and cell.lower() not in MISSING
 
 
 def may_be_names(first: Sequence[str], below: Sequence[Sequence[str]], decimal: str) -> bool:

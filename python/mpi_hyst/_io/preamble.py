@@ -38,6 +38,12 @@ _OF_FACTORS = re.compile(
     r"[\s:=;,]+(?P<value>[-+]?\d[\d.,eE+-]*)",
     re.IGNORECASE,
 )
+# What a row of numbers may say of the columns below it.
+_APPLIED = re.compile(
+    r"(?P<sum>offset|zero)|scale|scaling|gain|slope|(scale |conversion |calibration )?factor"
+    r"|multiplier|multiply|faktor|calibration",
+    re.IGNORECASE,
+)
 _IN_COMMENT = re.compile(
     r"\W+(?P<key>NAME(?P<number>\d+)|SAMPLE[_ ]TIME|SAMPLING\w*|DT)\s*[=:]\s*(?P<value>.+)",
     re.IGNORECASE,
@@ -85,6 +91,11 @@ class Preamble:
             of_channels = _channels(cells[1:]) if _OF_UNITS.match(key) else {}
             if of_channels:
                 self._take_channels(place, of_channels)
+            elif told and (applied := _APPLIED.fullmatch(key)) is not None:
+                neutral = 0.0 if applied["sum"] else 1.0
+                if any(number(one, ".") not in (None, neutral) for one in told):
+                    what = f"{key} {', '.join(told)}: not applied; mend the numbers"
+                    self._say(place, what, level="doubtful")
             elif told:
                 self._take(place, key, told, len(cells) == self.full)
         for place, text in comments.items():
