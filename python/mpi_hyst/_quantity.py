@@ -20,7 +20,7 @@ _UNITS = {
     for unit in (
         *("V", "mV", "kV", "A", "mA", "C", "nC", "uC"),
         *("m", "mm", "um", "nm", "pm", "rad", "mrad", "urad", "deg", "N", "mN", "mT", "uT"),
-        *("angstrom", "arcsec", "%", "ppm", "counts", "degC", "bar", "mbar"),
+        *("inch", "mil", "angstrom", "arcsec", "%", "ppm", "counts", "degC", "bar", "mbar"),
         *("V/m", "kV/m", "kV/mm", "A/m", "kA/m"),
         *SECONDS,
     )
@@ -64,6 +64,12 @@ _WORDS = {
     **{"minutes": "min", "minuten": "min", "minutos": "min", "hour": "h", "hours": "h"},
     **{"stunden": "h", "heures": "h", "hr": "h", "hrs": "h", "day": "d", "days": "d"},
     **{"毫秒": "ms", "微秒": "us", "秒": "s", "伏": "V", "伏特": "V", "毫伏": "mV"},
+    **dict.fromkeys(
+        ("inches", "zoll", "pouce", "pouces", "pollici", "pulgada", "pulgadas"), "inch"
+    ),
+    **dict.fromkeys(("mils", "thou", "thous"), "mil"),
+    **{"мкм": "um", "нм": "nm", "мм": "mm", "м": "m", "мВ".lower(): "mV", "кв": "kV", "в": "V"},
+    **{"с": "s", "мс": "ms", "мкс": "us", "нс": "ns", "мин": "min", "ч": "h"},
     **{"微米": "um", "纳米": "nm", "毫米": "mm"},
 }
 # The word of a quantity is no unit of its column, though it tells what unit may be meant.
@@ -125,8 +131,8 @@ def stated_unit(text: str) -> str:
     Numbers, as of a channel, and dashes are none.
     """
     bare = _IN.sub("", " ".join(text.strip().strip("[]()").replace("μ", "µ").split()), count=1)
-    if bare == "in":  # inch
-        return bare
+    if bare == "in":
+        return "inch"
     return known_unit(text) or (bare if re.search(r"[^\W\d_]|[%‰°]", bare) else "")
 
 
@@ -144,8 +150,40 @@ def is_like_a_unit(text: str) -> bool:
     bare = text.strip()
     times = _TIMES.fullmatch(bare) or _TIMES_BEHIND.fullmatch(bare)
     bare = times["unit"] if times is not None and known_unit(times["unit"]) else bare
-    like = _LIKE_A_UNIT.fullmatch(bare) is not None or bare.lower() in ("inch", "inches", "mil")
-    return known_unit(bare) != "" or like
+    return known_unit(bare) != "" or bare == "in" or _LIKE_A_UNIT.fullmatch(bare) is not None
+
+
+# What stands in parentheses and is no unit: a remark, as `pos (raw)` or `pos (ch 1)`. Anything else
+# of one short word may be a unit that nobody here knows.
+_REMARK = re.compile(
+    r".*\d.*|[a-z]|\w{9,}|raw|real|ideal|true|avg|mean|average|median|rms|min|max|std|filt(ered)?|abs"
+    r"|rel(ative)?|lowpass|smooth(ed)?|corr|cal|calib|uncal|scaled|norm|normed|cmd|command|meas"
+    r"|measured|actual|ist|soll|set|setpoint|target|ref|out|output|input|left|right|top|bottom|upper"
+    r"|lower|open|closed|loop|ol|cl|fwd|bwd|up|down|new|old|sim|model|fit|test|main|monitor|mon|piezo"
+    r"|stage|sensor|gauge|probe|drive|voltage|spannung|tension|current|strom|time|none|n/?a|roh|weg"
+    r"|axis|cap|strain|sg|lvdt|adc|dac|in phase|[xyz]+[ -]?axis|channel|chan|index",
+    re.IGNORECASE,
+)
+# `nanom`, `nmeter`, `Vpp`, `V rms`, `n m`: a known unit with something more or something less.
+_NEARLY = re.compile(
+    r"(pico|nano|micro|mikro|milli)[ -]?(m|v|s|met\w*)|[pnuµm][ -]?met(er|re)s?"
+    r"|[num]?V[ _-]?(pp|p-p|pk|pkpk|rms|eff|dc|ac)|[pnuµm]\s+[mVs]",
+    re.IGNORECASE,
+)
+
+
+def _unknown(column: str) -> str:
+    """Return what in a name may be a unit that is not known; empty if nothing is."""
+    for found in re.finditer(r"[\[({<](?P<within>[^\])}>]*)[\])}>]", column):
+        within = " ".join(found["within"].split())
+        word = within.strip(".")
+        if _NEARLY.fullmatch(word):
+            return within
+        is_one = re.fullmatch(r"[^\W\d_]+", word) is not None
+        if is_one and not _REMARK.fullmatch(word) and not known_unit(word):
+            return within
+    words = re.split(r"[\s_,;:()\[\]-]+", column)
+    return next((word for word in words[1:] if _NEARLY.fullmatch(word)), "")
 
 
 def _behind(column: str) -> tuple[str, str] | None:
@@ -400,7 +438,12 @@ class Quantity:
                 if unit != used and word.lower() not in _OF_QUANTITY
             ]
             return others[0] if others and known_unit(used) else ""
-        return found[0] if found else ""
+        unknown = "" if used else _unknown(self.column)
+        return found[0] if found and not (unknown and self._is_of_quantity(found[0])) else unknown
+
+    @staticmethod
+    def _is_of_quantity(word: str) -> bool:
+        return word.lower() in _OF_QUANTITY
 
     @property
     def factor(self) -> str:

@@ -15,6 +15,7 @@ import pandas as pd
 import pytest
 from mpi_hyst._cli.identify_records import Files, _assumed
 from mpi_hyst._cli.inputs import assumed_of
+from mpi_hyst._cli.options import Sampled
 from mpi_hyst._cli.terminal import CommandError
 
 from odd.mutations import judged, mutated
@@ -290,6 +291,43 @@ def test_files_that_were_read_wrongly(seed: int, tmp_path: Path) -> None:
     (tmp_path / "record.csv").write_bytes(content)
     said = judged(tmp_path / "record.csv")
     assert not said.startswith("wrong"), f"{happened}: {said}"
+
+
+# Units that are known, and those that are not.
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("Gauge (in)", "inch"), ("Gauge [inch]", "inch"), ("Weg in Zoll", "inch"),
+        ("gauge_inch", "inch"), ("Gauge (mils)", "mil"), ("Gauge, thou", "mil"), ("pos mil", "mil"),
+        ("Gauge (мкм)", "um"), ("Gauge (нм)", "nm"),
+    ],
+)  # fmt: skip
+def test_inches_and_others_are_units_of_their_own(name: str, unit: str, tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    path.write_text(f"time_s;drive_v;{name}\n" + rows(T, U, NM, separator=";"), encoding="utf-8")
+    record = mh.io.read(path)
+    assert record.quantity(name).suffix == unit and not told(record, path)
+
+
+@pytest.mark.parametrize(
+    "unit", ["Vpp", "n m", "nanom", "nmeter", "furlong", "дюйм", "mkm", "micromet."]
+)
+def test_a_unit_that_is_not_known_is_told(unit: str, tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    path.write_text(f"time_s,drive_v,Gauge ({unit})\n{BODY}", encoding="utf-8")
+    record = mh.io.read(path)
+    assert any(f"holds {unit!r}: um is assumed; --output-unit" in one for one in told(record, path))
+    with pytest.raises(CommandError, match=r"no unit taken from .*: um is assumed; --unit"):
+        assumed_of(record, f"Gauge ({unit})", "um", Sampled())
+
+
+@pytest.mark.parametrize("remark", ["raw", "filtered", "CH1", "x", "monitor 2", "lowpass"])
+def test_a_remark_in_parentheses_is_no_unit(remark: str, tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    path.write_text(f"time_s,drive_v,Gauge ({remark})\n{BODY}", encoding="utf-8")
+    assert not told(mh.io.read(path), path)
 
 
 # Arrays.
