@@ -330,6 +330,28 @@ def test_a_remark_in_parentheses_is_no_unit(remark: str, tmp_path: Path) -> None
     assert not told(mh.io.read(path), path)
 
 
+# Files that are joined, and clocks.
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "apart"),
+    [
+        ("Start: 2026-11-22 10:00:00.030\n", "Start: 2026-11-22 10:00:00.000\n", "30.00 ms"),
+        (
+            "Segment,TrigTime,Since\n#1,22-Nov-2026 10:00:00,0\n",
+            "Segment,TrigTime,Since\n#1,22-Nov-2026 10:00:07,0\n", "7000 ms",
+        ),
+        ("Start: 2026-11-22 10:00:00.030\n", "Start: 2026-11-22 10:00:00.030\n", ""),
+    ],
+)  # fmt: skip
+def test_joined_files_that_start_apart(first: str, second: str, apart: str, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(f"{first}time_s,drive_v\n{rows(T, U)}", encoding="utf-8")
+    (tmp_path / "b.csv").write_text(f"{second}time_s,gauge_um\n{rows(T, Y)}", encoding="utf-8")
+    said = told(mh.io.read(tmp_path), tmp_path)
+    assert len(said) == bool(apart)
+    assert not apart or ("b.csv tells" in said[0] and f"{apart} apart" in said[0])
+
+
 # Arrays.
 
 

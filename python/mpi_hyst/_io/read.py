@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import pairwise
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from mpi_hyst._io.cells import Clock
 from mpi_hyst._io.formats import opened_file
 from mpi_hyst._io.formats.arrays import read_object
 from mpi_hyst._io.record import Assumption, Columns, Level, ReadError, find, key, there_are
@@ -19,6 +21,7 @@ from mpi_hyst._io.roles import looks_like_a_time, time_index
 from mpi_hyst._io.source import PLAIN, TextOptions
 from mpi_hyst._io.table import Table, Wrong, of_arrays, refusal
 from mpi_hyst._quantity import SECONDS, Quantity
+from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
 
 _Names = Sequence[str | int]
@@ -154,8 +157,10 @@ def _joined(paths: Sequence[Path], options: TextOptions, *, is_directory: bool) 
     if is_directory:
         paths, notes = _without_notes(paths, options)
         said += notes
+    begins: dict[Path, str] = {}
     for path in paths:
         with opened_file(path, options) as table:
+            begins[path] = getattr(table, "begins", "")
             indices = list(numeric(table))
             loaded = table.load(indices, None, None, lambda *_: None)
             for index, values in zip(indices, loaded, strict=True):
@@ -191,11 +196,31 @@ def _joined(paths: Sequence[Path], options: TextOptions, *, is_directory: bool) 
     if sum(Quantity(leaf, unit).is_time for leaf, unit in leaves) > 1:
         raise ReadError(f"the times of {' and '.join(map(str, paths))} differ: read them apart")
     what = " + ".join(map(str, paths))
+    said += _starts(begins)
     said.append(Assumption("bytes", f"{len(paths)} files are joined, row by row", "assumed"))
     return of_arrays(
         what, None, what, {one: values for one, (_, values) in kept.items()},
         {one: unit for one, (unit, _) in kept.items()}, assumed=said,
     )  # fmt: skip
+
+
+def _starts(begins: Mapping[Path, str]) -> Iterator[Assumption]:
+    """Say if files that are joined tell different times above their tables."""
+    told = {path: stamp for path, stamp in begins.items() if stamp}
+    if len(set(told.values())) < 2:
+        return
+    (one, first), (other, second) = next((a, b) for a, b in pairwise(told.items()) if a[1] != b[1])
+    clock = Clock((first, second))
+    # Between a date and a time of the day a file may have commas.
+    times = [clock.seconds(re.sub(r"[,;]\s*(?=\d+:)", " ", stamp)) for stamp in (first, second)]
+    apart = ""
+    if times[0] is not None and times[1] is not None:
+        apart = f", {digits(1e3 * abs(times[1] - times[0]))} ms apart"
+    said = (
+        f"{one.name} tells {first}, {other.name} tells {second}{apart}: rows are joined by their "
+        "numbers, and a difference of starts becomes a dead time or a lead; cut the earlier file"
+    )
+    yield Assumption("table", said, "doubtful")
 
 
 def _without_notes(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from array import array
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -100,6 +101,8 @@ class TextTable:
         if found.refused:
             raise ReadError(f"{path}, {found.refused}")
         self._dialect = found
+        self.begins: str = _stamp_in(sample[: found.first])
+        """The first time of the day above the table, as text; empty if there is none."""
         self._first_lines = sample[found.first :]
         self._before.extend(self._first_lines)
         self._number = found.first
@@ -507,6 +510,19 @@ class TextTable:
 def _decimals(cell: str, decimal: str) -> int:
     mantissa = cell.lower().partition("e")[0]
     return len(mantissa.partition(decimal or ".")[2]) + 100 * ("e" in cell.lower())
+
+
+def _stamp_in(lines: Sequence[str]) -> str:
+    """Return the first time of the day in lines, with its date if it has one."""
+    found = (_STAMP.search(line) for line in lines)
+    return next((one[0].strip() for one in found if one is not None), "")
+
+
+# A time of the day, with or without a date: what `cells.Clock` can read is told by it alone.
+_STAMP = re.compile(
+    r"(\b\d{1,4}[-/.](\d{1,2}|[A-Za-z]{3})[-/.]\d{1,4}[T\s,;]+)?\b\d{1,2}:\d{2}:\d{2}([.,]\d+)?"
+    r"(\s*[AaPp][Mm])?"
+)
 
 
 def _may_be_a_row(line: str) -> bool:
