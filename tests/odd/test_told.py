@@ -352,6 +352,23 @@ def test_joined_files_that_start_apart(first: str, second: str, apart: str, tmp_
     assert not apart or ("b.csv tells" in said[0] and f"{apart} apart" in said[0])
 
 
+def test_clocks_that_are_apart_are_told_though_one_is_taken(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    for shift, count in ((0.03, 1), (0.0, 0)):
+        text = rows(T + shift, U, T, Y, form="{:.9g}")
+        path.write_text(f"t_drive (s),drive_v,t_gauge (s),gauge_um\n{text}", encoding="utf-8")
+        record = mh.io.read(path, ["drive_v", "gauge_um"], time="t_drive (s)")
+        assert len(said := told(record, path)) == count
+        assert not count or "are 30.00 ms apart" in said[0]
+    path = tmp_path / "record.h5"
+    with h5py.File(path, "w") as file:
+        file["a/time_s"], file["a/drive_v"] = T + 0.03, U
+        file["b/time_s"], file["b/gauge_um"] = T, Y
+        file["c/time_s"] = 7.0 * T
+    record = mh.io.read(path, ["a/drive_v", "b/gauge_um"], time="a/time_s")
+    assert [one for one in told(record, path) if "b/time_s and a/time_s" in one]
+
+
 # Arrays.
 
 

@@ -19,7 +19,7 @@ from mpi_hyst._io.formats.arrays import read_object
 from mpi_hyst._io.record import Assumption, Columns, Level, ReadError, find, key, there_are
 from mpi_hyst._io.roles import looks_like_a_time, time_index
 from mpi_hyst._io.source import PLAIN, TextOptions
-from mpi_hyst._io.table import Table, Wrong, of_arrays, refusal
+from mpi_hyst._io.table import ArrayTable, Table, Wrong, of_arrays, refusal
 from mpi_hyst._quantity import SECONDS, Quantity
 from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
@@ -278,9 +278,16 @@ def take(
         if index not in witness:
             refuse(index, rows, place, what)
 
+    clocks = [] if clock is None or not ordered else _other_clocks(table, clock, chosen)
+    if clock is not None:
+        witness = [index for index in clocks if index not in indices]
     loaded = table.load([*indices, *witness], rows, clock, unless_witness)
-    for values in loaded[len(indices) :]:
-        table.assumed += _told_by(table, witness[0], values)
+    if clock is None:
+        for values in loaded[len(indices) :]:
+            table.assumed += _told_by(table, witness[0], values)
+    else:
+        columns = dict(zip([*indices, *witness], loaded, strict=True))
+        table.assumed += _clocks_apart(table, clock, {one: columns[one] for one in clocks}, columns)
     if ordered and clock is None:
         table.assumed += _unused_clocks(table)
     if names is None and table.other:
@@ -310,6 +317,57 @@ def _witness(table: Table, indices: Sequence[int]) -> list[int]:
     return [index for index, one in zip(others, quantities, strict=True) if one.suffix in may_be][
         :1
     ]
+
+
+def _other_clocks(table: Table, clock: int, chosen: Sequence[int]) -> list[int]:
+    """Return the other columns that may be a time of the chosen ones: beside them in their group.
+
+    Where starts of channels are known, rows of the same time come together already.
+    """
+    if isinstance(table, ArrayTable) and table.aligned:
+        return []
+    groups = {re.split(r"[./][^./]*$", table.names[index])[0] for index in chosen}
+    found = []
+    for index in table.numeric:
+        group, _, leaf = table.names[index].replace(".", "/").rpartition("/")
+        quantity = Quantity(leaf, table.units.get(index, ""))
+        is_time = quantity.is_time or quantity.column == "t" or quantity.time_unit
+        is_near = not group or group in {one.replace(".", "/") for one in groups}
+        if index != clock and is_time and is_near:
+            found.append(index)
+    return found
+
+
+def _clocks_apart(
+    table: Table, clock: int, others: Mapping[int, Samples], columns: Mapping[int, Samples]
+) -> Iterator[Assumption]:
+    """Say which other clocks differ from the one that is the time."""
+
+    def seconds(index: int) -> Samples:
+        leaf = re.split(r"[./]", table.names[index])[-1]
+        unit = Quantity(leaf, table.units.get(index, "")).time_unit or "s"
+        return columns[index] * SECONDS[unit]
+
+    time = seconds(clock)
+    for index, values in others.items():
+        if values.size < _FEWEST or not bool((np.diff(values) > 0.0).all()):
+            continue
+        apart = seconds(index) - time
+        if abs(apart[0]) > _OTHER_ERA:
+            # Of a date and a time since the start only the steps can be compared.
+            apart = apart - apart[0]
+        step = float(np.median(np.diff(time)))
+        off = float(np.median(np.abs(apart)))
+        if off > _APART * step or np.abs(apart).max() > 2.0 * step:
+            most = off if off > _APART * step else float(np.abs(apart).max())
+            said = f"{table.names[index]} and {table.names[clock]}, which is the time, are "
+            said += f"{digits(1e3 * most)} ms apart: columns of another clock are shifted by that"
+            yield Assumption("roles", said, "doubtful")
+
+
+_FEWEST = 3  # samples that make a clock
+_OTHER_ERA = 1e6  # seconds
+_APART = 0.05  # of a step
 
 
 def _unused_clocks(table: Table) -> Iterator[Assumption]:

@@ -102,6 +102,8 @@ class ArrayTable:
             self._clocks[self.TIME] = Began(0.0, own[0].step)
         self._keys = list(self._columns)
         self._called = called or {}
+        self.aligned: bool = self._made_time
+        """Whether rows of the same time come together by the clocks of their channels."""
         self.names: Sequence[str] = [self._name(one) for one in self._keys]
         given = units or {}
         self.units: Mapping[int, str] = {
