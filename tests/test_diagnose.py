@@ -146,11 +146,12 @@ def test_the_record_at_fault_is_numbered() -> None:
 
 
 def test_a_measured_stack() -> None:
-    records, skips = [], []
-    for name, skip, rows in (("major_loops", 1000, 8000), ("decaying_loops", 400, 3850)):
-        record = mh.datasets.piezo_stack(name)
-        records.append((record.u[:rows], record.y[:rows]))
-        skips.append(skip)
+    major, decaying = (
+        mh.datasets.piezo_stack("major_loops"),
+        mh.datasets.piezo_stack("decaying_loops"),
+    )
+    records = [(major.u[:8000], major.y[:8000]), (decaying.u[:3850], decaying.y[:3850])]
+    skips = [1000, 400]
     found = mh.identify(records, skip=skips, operators=16)
     told = mh.diagnose(
         records, None, found.model, skip=skips, dead_time=found.dead_time_samples or 0.0

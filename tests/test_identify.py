@@ -281,9 +281,11 @@ def test_progress_does_not_change_what_is_found() -> None:
 
 
 def measured() -> list[tuple[Array, Array]]:
-    rows = {"major_loops": 8000, "decaying_loops": 3850}
-    records = {name: mh.datasets.piezo_stack(name) for name in rows}
-    return [(record.u[: rows[name]], record.y[: rows[name]]) for name, record in records.items()]
+    major, decaying = (
+        mh.datasets.piezo_stack("major_loops"),
+        mh.datasets.piezo_stack("decaying_loops"),
+    )
+    return [(major.u[:8000], major.y[:8000]), (decaying.u[:3850], decaying.y[:3850])]
 
 
 @pytest.mark.parametrize(

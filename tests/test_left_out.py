@@ -158,7 +158,9 @@ def test_what_is_missing_elsewhere_is_refused(there: Path) -> None:
     rows[61] = [rows[61][0], "x", "x"]
     rows[62] = [1]
     write_csv(there / "holes.csv", HEADER, rows)
-    assert "column drive_v: not a number: 'x'; mend this row, or read" in refusal(there)
+    said = refusal(there)
+    assert "column drive_v: not a number: 'x'; another table may begin here: --skip-" in said
+    assert "; mend this row, or read" in said
     rows[60] = record_rows()[60]
     write_csv(there / "holes.csv", HEADER, rows)
     assert "line 63, column drive_v: not a number: 'x'; put a straight" in refusal(there)

@@ -89,11 +89,11 @@ def main() -> int:
     given = parser.parse_args()
     if given.reader is not None:
         began = time.perf_counter()
-        rows = read(given.reader, given.file)
+        read_rows = read(given.reader, given.file)
         seconds = time.perf_counter() - began
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        peak = float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
         # In bytes on macOS, in kB elsewhere.
-        say(f"{rows} {seconds} {peak / (1e6 if platform.system() == 'Darwin' else 1e3)}")
+        say(f"{read_rows} {seconds} {peak / (1e6 if platform.system() == 'Darwin' else 1e3)}")
         return 0
     given.to.mkdir(parents=True, exist_ok=True)
     say("| file | reader | time | memory | time over polars | memory over polars |")
@@ -101,12 +101,12 @@ def main() -> int:
     worst = 0.0
     for kind in KINDS:
         path = given.to / f"{kind.replace(' ', '_')}.csv"
-        rows = write(path, 1e9 * given.size, odd=kind != KINDS[0])
+        written = write(path, 1e9 * given.size, odd=kind != KINDS[0])
         best: dict[str, tuple[float, float]] = {}
         for _ in range(given.rounds):
             for reader in READERS:
                 count, seconds, peak = measured(reader, path)
-                assert count == rows, f"{reader}: {count} rows of {rows}"
+                assert count == written, f"{reader}: {count} rows of {written}"
                 before = best.get(reader, (np.inf, np.inf))
                 best[reader] = min(before[0], seconds), min(before[1], peak)
         for reader in READERS:

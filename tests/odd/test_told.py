@@ -203,7 +203,8 @@ def test_a_header_of_numbers_is_told_when_units_are_given(tmp_path: Path) -> Non
     for header, columns in ((",3,5", (COUNTS, U, Y)), ("0,2", (0.01 * U, Y)), ("2,1", (Y, U))):
         path.write_text(f"{header}\n{rows(*columns)}", encoding="utf-8")
         record = mh.io.read(path, ["0", "1"] if len(columns) == 2 else ["1", "2"])
-        files = Files((path,), *record.values, input_unit="V", output_unit="um")
+        drive, position = list(record.values)[:2]
+        files = Files((path,), drive, position, input_unit="V", output_unit="um")
         said = [one.text for one in _assumed(record, files, {}) if one.level == "doubtful"]
         assert len(said) == 1 and "line 1, " in said[0] and "--skip-lines 1" in said[0]
     path.write_text("2\n" + rows(Y + 9.0), encoding="utf-8")

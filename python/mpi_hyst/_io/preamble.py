@@ -117,7 +117,8 @@ class Preamble:
             if not columns:
                 continue
             for line, cells in rows.items():
-                self._take_beside(line, cells[key].strip('": '), cells[key + 1], columns)
+                if key + 1 < len(cells):
+                    self._take_beside(line, cells[key].strip('": '), cells[key + 1], columns)
 
     def _take_beside(self, line: int, key: str, told: str, columns: Sequence[int]) -> None:
         signals = columns[1:] or columns
