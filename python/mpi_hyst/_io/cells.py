@@ -193,27 +193,29 @@ class Clock:
 _FEW_DATES = 2
 
 
-def _date_of(cell: str) -> str:
-    """Return the date of a stamp whose day and month may change places; else nothing."""
+def _day_and_month(cell: str) -> tuple[re.Match[str], int, int] | None:
+    """Return both numbers of a stamp that begins with the day or the month; else None."""
     found = _STAMP.fullmatch(cell.strip())
     if found is None or found["a"] is None or len(found["a"]) > 2 or found["b"].isalpha():
+        return None
+    return found, int(found["a"]), int(found["b"])
+
+
+def _date_of(cell: str) -> str:
+    """Return the date of a stamp whose day and month may change places; else nothing."""
+    told = _day_and_month(cell)
+    # Nobody writes the month first between points.
+    if told is None or told[0]["mark"] == "." or max(told[1:]) > 12:
         return ""
-    if found["mark"] == ".":
-        # Nobody writes the month first between points.
-        return ""
-    first, second = int(found["a"]), int(found["b"])
-    return cell.strip()[: found.end("c")] if max(first, second) <= 12 else ""
+    return cell.strip()[: told[0].end("c")]
 
 
 def _month_first(cell: str) -> bool | None:
     """Return whether the month is the first number of a date; None if that is not told."""
-    found = _STAMP.fullmatch(cell.strip())
-    if found is None or found["a"] is None or len(found["a"]) > 2 or found["b"].isalpha():
+    told = _day_and_month(cell)
+    if told is None or max(told[1:]) <= 12:
         return None
-    first, second = int(found["a"]), int(found["b"])
-    if max(first, second) <= 12:
-        return None
-    return second > 12
+    return told[2] > 12
 
 
 def _parts(cell: str, month_first: bool | None = None) -> tuple[int, float, float] | None:

@@ -23,7 +23,7 @@ from mpi_hyst._io.cells import (
     number,
     split,
 )
-from mpi_hyst._io.first_row import COUNT, is_word, may_be_names
+from mpi_hyst._io.first_row import COUNT, goes_on, is_word, may_be_names
 from mpi_hyst._io.marks import Marks, marks_of, unparted, why_pairs
 from mpi_hyst._io.names import (
     are_names,
@@ -369,7 +369,7 @@ class Layout:
         if counts not in (list(range(len(counts))), list(range(1, len(counts) + 1))):
             return None
         below = [cells for place, cells in self.rows.items() if place > first and self.fits(cells)]
-        if not begins and (len(below) < 2 or self._goes_on(digits, below)):
+        if not begins and (len(below) < 2 or goes_on(digits, below, self.decimal or ".")):
             return None
         what = ", ".join(cells)
         self.said.append(
@@ -378,33 +378,6 @@ class Layout:
             )
         )
         return first, cells, None
-
-    def _goes_on(self, first: Sequence[str], below: Sequence[Sequence[str]]) -> bool:
-        """Whether a first row of whole numbers is one of the rows below: it goes on as they do.
-
-        A row that is written otherwise, or that is far from the next ones, is none of them.
-        """
-        decimal = self.decimal or "."
-        columns = [[number(row[index], decimal) for row in below] for index in range(len(first))]
-        written = [
-            decimal not in first[index] and all(decimal in row[index] for row in below)
-            for index in range(len(first))
-        ]
-        if all(written):
-            return False
-        for cell, column in zip(first, columns, strict=True):
-            known = [value for value in column if value is not None]
-            if len(known) < 3:
-                continue
-            steps = [abs(b - a) for a, b in pairwise(known)]
-            even = max(steps[:20]) - min(steps[:20]) <= 1e-6 * max(steps[:20])
-            step = abs(float(cell) - known[0])
-            if even and steps[0] > 0.0:
-                # A clock tells it alone.
-                return abs(step - steps[0]) <= 1e-6 * steps[0] and known[0] > float(cell)
-            if step > 3.0 * max(steps):
-                return False
-        return len(first) == 1
 
     # What is handed on.
 

@@ -43,9 +43,8 @@ def may_be_names(first: Sequence[str], below: Sequence[Sequence[str]], decimal: 
         return False
     if begins:
         return True
-    columns = [[number(row[index], decimal) for row in below] for index in range(len(first))]
     leaps = False
-    for value, column in zip(counts, columns, strict=True):
+    for value, column in zip(counts, _columns(below, len(first), decimal), strict=True):
         known = [one for one in column[:_NEAR] if one is not None]
         if len(known) < _FEWEST:
             continue
@@ -62,3 +61,35 @@ def may_be_names(first: Sequence[str], below: Sequence[Sequence[str]], decimal: 
         for index, cell in enumerate(first)
     )
     return leaps or written
+
+
+def goes_on(first: Sequence[str], below: Sequence[Sequence[str]], decimal: str) -> bool:
+    """Whether a first row of consecutive whole numbers is one of the rows below.
+
+    A row that is written otherwise, or that is far from the next ones, is none of them. As names
+    such a row is sure enough to be taken for them, so it must say less than one of any numbers.
+    """
+    written = [
+        decimal not in first[index] and all(decimal in row[index] for row in below)
+        for index in range(len(first))
+    ]
+    if all(written):
+        return False
+    for cell, column in zip(first, _columns(below, len(first), decimal), strict=True):
+        known = [value for value in column if value is not None]
+        if len(known) < _FEWEST:
+            continue
+        steps = [abs(b - a) for a, b in pairwise(known)]
+        even = max(steps[:_NEAR]) - min(steps[:_NEAR]) <= _SAME * max(steps[:_NEAR])
+        step = abs(float(cell) - known[0])
+        if even and steps[0] > 0.0:
+            # A clock tells it alone.
+            return abs(step - steps[0]) <= _SAME * steps[0] and known[0] > float(cell)
+        if step > _JUMP * max(steps):
+            return False
+    return len(first) == 1
+
+
+def _columns(rows: Sequence[Sequence[str]], count: int, decimal: str) -> list[list[float | None]]:
+    """Return the numbers of the first columns of rows."""
+    return [[number(row[index], decimal) for row in rows] for index in range(count)]
