@@ -37,8 +37,7 @@ _ROUNDING = 1e-4  # % of a step
 class Request:
     """The file, and what is drawn of it."""
 
-    data: Path = argument("FILE")
-    more: tuple[Path, ...] = argument(nargs=-1, type=FILE, metavar="")
+    files: tuple[Path, ...] = argument("FILE", nargs=-1, required=True, type=FILE)
     plot_path: Path | None = option(
         "--plot",
         metavar="FILE|DIRECTORY",
@@ -46,6 +45,16 @@ class Request:
     )
     rows: int | None = option(type=click.IntRange(min=1), help="Rows to read.  [default: all]")
     text: OfText = group(OfText)
+
+    @property
+    def data(self) -> Path:
+        """The file; several are refused with the words that read them as one record."""
+        if len(self.files) > 1:
+            joined = "+".join(map(str, self.files))
+            raise CommandError(
+                f"expected one file, got {len(self.files)}; files of one record: {joined}"
+            )
+        return self.files[0]
 
 
 @command(Request, short_help="Show what is in a file, and how to identify from it.")
@@ -170,10 +179,6 @@ class Record:
 
 def run(request: Request) -> str:
     """Read the file, draw what was asked for, and return the summary."""
-    if request.more:
-        joined = "+".join(map(str, (request.data, *request.more)))
-        count = 1 + len(request.more)
-        raise CommandError(f"expected one file, got {count}; files of one record: {joined}")
     place = _place(request.plot_path)
     check_outputs([place], [request.data])
     if place is not None:
