@@ -23,8 +23,8 @@ pub(crate) struct Parameter {
     pub(crate) is_positional: bool,
     /// Whether it takes all other arguments that are given by name.
     pub(crate) is_rest: bool,
-    /// Whether it is a field of the options that are gathered.
-    pub(crate) is_field: bool,
+    /// The field of the options that are gathered which it sets.
+    pub(crate) field: Option<String>,
     /// Whether None is a wrong argument, and does not stand for the default.
     pub(crate) refuses_none: bool,
     /// Its place among the parameters of Rust.
@@ -68,14 +68,17 @@ impl Kind {
     }
 }
 
-/// `#[py(...)]` of a parameter: `*` where those by name begin, `/` behind those by place, `**` for all others by name, `field` of what is gathered, `not_none` where None does not stand for the default, the Python type, the default.
+/// `#[py(...)]` of a parameter: `*` where those by name begin, `/` behind those by place, `**` for all others by name, `field` of
+/// what is gathered or `field(path.to.it)` where that has another name, `not_none` where None does not stand for the default, the
+/// Python type, the default.
 #[derive(Default)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a mark that a parameter has or has not")]
 struct Said {
     begins_keywords: bool,
     ends_positional: bool,
     is_rest: bool,
-    is_field: bool,
+    /// The path of a field, empty for one of the name of the parameter.
+    field: Option<String>,
     refuses_none: bool,
     hint: Option<String>,
     default: Option<Expr>,
@@ -98,7 +101,12 @@ impl Parse for Said {
             } else if input.peek(syn::Ident) {
                 let word: syn::Ident = input.parse()?;
                 match word.to_string().as_str() {
-                    "field" => said.is_field = true,
+                    "field" if input.peek(syn::token::Paren) => {
+                        let path;
+                        syn::parenthesized!(path in input);
+                        said.field = Some(path.parse::<proc_macro2::TokenStream>()?.to_string());
+                    }
+                    "field" => said.field = Some(String::new()),
                     "not_none" => said.refuses_none = true,
                     _ => return Err(syn::Error::new_spanned(word, "expected `field` or `not_none`")),
                 }
@@ -146,7 +154,8 @@ pub(crate) fn parameters(signature: &Signature) -> syn::Result<Vec<Parameter>> {
                 before.is_positional = true;
             }
         }
-        let Said { hint, default, ends_positional: is_positional, is_rest, is_field, refuses_none, .. } = said;
+        let Said { hint, default, ends_positional: is_positional, is_rest, field, refuses_none, .. } = said;
+        let field = field.map(|path| if path.is_empty() { name.clone() } else { path });
         let ty = (*typed.ty).clone();
         found.push(Parameter {
             name,
@@ -156,7 +165,7 @@ pub(crate) fn parameters(signature: &Signature) -> syn::Result<Vec<Parameter>> {
             is_keyword,
             is_positional,
             is_rest,
-            is_field,
+            field,
             refuses_none,
             place,
         });

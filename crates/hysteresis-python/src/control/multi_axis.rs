@@ -10,7 +10,7 @@ use pyo3::types::{PyString, PyTuple};
 use pythonize::pythonize;
 
 use crate::control::controller::HybridController;
-use crate::control::filters::sections;
+use crate::control::filters::Filters;
 use crate::control::shared_by_controllers::{ControllerTerms, MODES, mode_name, mode_of, plain_state, source};
 use crate::convert::arrays;
 use crate::convert::errors::{self, Place, raise, unexpected};
@@ -378,13 +378,8 @@ impl MultiAxisController {
     }
 
     /// Changes the filters of actuator `axis`, counted from 0, without a jump: as `HybridController.set_filters`.
-    fn set_filters(
-        slf: &Bound<'_, Self>,
-        axis: usize,
-        #[py("AnyFilter | Sequence[AnyFilter]")] filters: &Bound<'_, PyAny>,
-    ) -> PyResult<()> {
-        let dt = shared(slf)?.dt();
-        let sections = sections(filters, dt)?;
+    fn set_filters(slf: &Bound<'_, Self>, axis: usize, filters: Filters) -> PyResult<()> {
+        let sections = filters.sections(shared(slf)?.dt())?;
         exclusive(slf)?.controller.controller_mut(axis).and_then(|one| one.set_filters(&sections)).map_err(raise)
     }
 

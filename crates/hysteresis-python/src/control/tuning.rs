@@ -1,7 +1,7 @@
 //! What a tuning is, and what it makes over frequency.
 
 use hysteresis_control::linear::LinearDynamics;
-use hysteresis_control::stage::{self, Stage};
+use hysteresis_control::stage::{self, PEAK_SENSITIVITY, Stage};
 use hysteresis_control::tuning::{self, LoopFamily, Structure, TuningOptions};
 use hysteresis_python_macros::{function, methods};
 use numpy::{Complex64, PyArray1};
@@ -11,7 +11,7 @@ use pyo3::types::{PyTuple, PyType};
 use pythonize::{depythonize, pythonize};
 use serde::{Deserialize, Serialize};
 
-use crate::argument::Argument;
+use crate::argument::{Argument, Asked};
 use crate::control::filters::as_objects;
 use crate::convert::arguments::{unknown, word};
 use crate::convert::arrays;
@@ -294,6 +294,17 @@ pub(crate) struct Demands {
     pub(crate) structure: Option<Structure>,
 }
 
+impl Default for Demands {
+    fn default() -> Self {
+        Self {
+            peak_sensitivity: PEAK_SENSITIVITY,
+            frequency_uncertainty: None,
+            damping_uncertainty: None,
+            structure: None,
+        }
+    }
+}
+
 impl Demands {
     pub(crate) fn tune(self, py: Python<'_>, stage: Stage, dt: f64) -> PyResult<Tuning> {
         let mut options = stage.tuning_options(dt, self.peak_sensitivity).map_err(raise)?;
@@ -384,19 +395,19 @@ impl Argument<'_> for Structure {
 /// >>> flexure.tune(1e-4, frequency_uncertainty=0.01).ki > tuning.ki  # the mode is better known
 /// True
 #[function]
+#[gather(demands: Demands)]
 pub(crate) fn tune(
     py: Python<'_>,
     #[py("Model | Stage | Plant")] stage: &Bound<'_, PyAny>,
     #[py(*, = None)] dt: Option<f64>,
-    #[py(= 1.7)] peak_sensitivity: f64,
+    #[py(field = 1.7)] peak_sensitivity: f64,
     #[py("Dynamics | None" = None)] dynamics: Option<LinearDynamics>,
     #[py(= None)] amplifier_bandwidth: Option<f64>,
-    #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
-    #[py(= None)] frequency_uncertainty: Option<f64>,
-    #[py(= None)] damping_uncertainty: Option<f64>,
-    #[py("Structure | None" = None)] structure: Option<Structure>,
+    #[py(= 0.0)] dead_time: Asked<f64>,
+    #[py(field = None)] frequency_uncertainty: Option<f64>,
+    #[py(field = None)] damping_uncertainty: Option<f64>,
+    #[py(field, "Structure | None" = None)] structure: Option<Structure>,
 ) -> PyResult<Tuning> {
-    let dead_time = dead_time.map(|given| f64::from_argument("dead_time", given)).transpose()?;
     let parts = StageKeywords { dynamics, amplifier_bandwidth, dead_time, ..StageKeywords::default() };
     let (stage, dt) = match (stage.cast::<Plant>(), dt) {
         (Ok(plant), None) if parts.is_empty() => (shared(plant)?.plant.stage().clone(), shared(plant)?.plant.dt()),
@@ -409,6 +420,5 @@ pub(crate) fn tune(
         (Err(_), Some(dt)) => (parts.stage_or_around("stage", stage)?, dt),
         (Err(_), None) => return Err(wrong_type("dt", "expected the sampling interval in seconds, got None")),
     };
-    let demands = Demands { peak_sensitivity, frequency_uncertainty, damping_uncertainty, structure };
     demands.tune(py, stage, dt)
 }
