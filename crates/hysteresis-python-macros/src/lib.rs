@@ -25,7 +25,9 @@
 //! as text; `argument::Shown` has the comparison of each pair, which a test makes.
 //!
 //! `#[methods]` stands in place of `#[pymethods]` and does the same for all methods of a block. `#[methods(A, B)]` gives the block
-//! to several classes: what they share is written once.
+//! to several classes: what they share is written once. A method with `#[like(step)]` has the parameters of `step`.
+//!
+//! `#[copies(Other)]` at a class copies the fields of a struct of another crate, each of which the class has.
 //!
 //! `#[py(-> "type")]` at a function says its result where Rust does not, and `#[py("type")]` at `impl Argument for T` what every
 //! parameter of the type T takes. Only the stub, which the build script of the binding writes, reads them.
@@ -34,7 +36,7 @@ mod signature;
 
 use proc_macro::TokenStream;
 use quote::{ToTokens, format_ident, quote};
-use signature::{Kind, Parameter, arguments, last_name, list, parameters, python_default};
+use signature::{Kind, Parameter, arguments, fill_alike, last_name, list, parameters, python_default};
 use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
 use syn::{Attribute, Expr, FnArg, Ident, ImplItem, ItemFn, ItemImpl, Lit, Signature, Stmt, Token, Type, parse_quote};
@@ -57,6 +59,9 @@ pub fn function(_: TokenStream, item: TokenStream) -> TokenStream {
 pub fn methods(classes: TokenStream, item: TokenStream) -> TokenStream {
     let classes = syn::parse_macro_input!(classes with Punctuated::<Ident, Token![,]>::parse_terminated);
     let mut block = syn::parse_macro_input!(item as ItemImpl);
+    if let Err(error) = fill_alike(&mut block) {
+        return error.to_compile_error().into();
+    }
     let ty = block.self_ty.clone();
     let class = last_name(&ty).unwrap_or_default();
     let mut shown = Vec::new();
@@ -98,6 +103,25 @@ struct Converted {
     shown: Option<proc_macro2::TokenStream>,
     /// A function for the same class.
     put: Option<proc_macro2::TokenStream>,
+}
+
+/// `#[copies(Other)]` of a class: it has the fields of the other struct, under the same names.
+#[proc_macro_attribute]
+pub fn copies(other: TokenStream, item: TokenStream) -> TokenStream {
+    let other = syn::parse_macro_input!(other as syn::Path);
+    let class = syn::parse_macro_input!(item as syn::ItemStruct);
+    let name = &class.ident;
+    let fields: Vec<_> = class.fields.iter().map(|field| &field.ident).collect();
+    quote! {
+        #class
+
+        impl From<#other> for #name {
+            fn from(other: #other) -> Self {
+                Self { #(#fields: other.#fields),* }
+            }
+        }
+    }
+    .into()
 }
 
 /// Makes the attributes and parameters those of pyo3.

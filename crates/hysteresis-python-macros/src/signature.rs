@@ -3,7 +3,7 @@
 //! Both readers use it: the attributes `function` and `methods`, and the writer of the stub.
 
 use syn::parse::{Parse, ParseStream};
-use syn::{Expr, FnArg, ImplItemFn, Lit, LitStr, Pat, Signature, Token, Type, UnOp};
+use syn::{Expr, FnArg, ImplItem, ImplItemFn, ItemImpl, Lit, LitStr, Pat, Signature, Token, Type, UnOp};
 
 /// One parameter that Python sees.
 #[allow(dead_code, reason = "the attributes need no hint, the stub no place")]
@@ -171,6 +171,25 @@ pub(crate) fn parameters(signature: &Signature) -> syn::Result<Vec<Parameter>> {
         });
     }
     Ok(found)
+}
+
+/// Gives each method with `#[like(other)]` the parameters of the other one of its block, behind the object.
+pub(crate) fn fill_alike(block: &mut ItemImpl) -> syn::Result<()> {
+    for place in 0..block.items.len() {
+        let ImplItem::Fn(method) = &block.items[place] else { continue };
+        let Some(at) = method.attrs.iter().position(|attribute| attribute.path().is_ident("like")) else { continue };
+        let other: syn::Ident = method.attrs[at].parse_args()?;
+        let found = block.items.iter().find_map(|item| match item {
+            ImplItem::Fn(method) if method.sig.ident == other => Some(&method.sig.inputs),
+            _ => None,
+        });
+        let found = found.ok_or_else(|| syn::Error::new_spanned(&other, "no method of this block"))?;
+        let parameters: Vec<FnArg> = found.iter().skip(1).cloned().collect();
+        let ImplItem::Fn(method) = &mut block.items[place] else { continue };
+        method.attrs.remove(at);
+        method.sig.inputs.extend(parameters);
+    }
+    Ok(())
 }
 
 /// Whether a parameter is the class of a class method.

@@ -133,13 +133,8 @@ impl ArrayController {
     }
 
     /// The drives that `step` would give, without taking the sample.
-    fn peek<'py>(
-        slf: &Bound<'py, Self>,
-        #[py("ArrayLike")] reference: &Bound<'py, PyAny>,
-        #[py("ArrayLike | None" = None)] measurement: Option<&Bound<'py, PyAny>>,
-        #[py(*, "ArrayLike | None" = None)] sensor_reference: Option<&Bound<'py, PyAny>>,
-        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    #[like(step)]
+    fn peek<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (reference, beside) = Self::one(slf, reference, measurement, sensor_reference)?;
         sample(reference, out, |reference, drives| {
             exclusive(slf)?.controller.peek(&beside.with(reference)?, drives).map_err(raise)

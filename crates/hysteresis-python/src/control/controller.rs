@@ -463,14 +463,8 @@ impl HybridController {
     }
 
     /// The drive that `step` would return, without taking the sample.
-    fn peek(
-        slf: &Bound<'_, Self>,
-        reference: f64,
-        measurement: f64,
-        #[py(= None)] feedforward: Option<f64>,
-        #[py(*, = None)] target: Option<f64>,
-        #[py(not_none = 0.0)] correction: f64,
-    ) -> PyResult<f64> {
+    #[like(step)]
+    fn peek(slf: &Bound<'_, Self>) -> PyResult<f64> {
         let command = command(reference, feedforward, target, correction);
         Ok(shared(slf)?.stage_controller.peek(command, measurement))
     }
@@ -479,14 +473,8 @@ impl HybridController {
     /// leave it; memory and terms are still those of the drive that is there.
     ///
     /// A plan replaces the one before; any change of the controller drops it.
-    fn plan(
-        slf: &Bound<'_, Self>,
-        reference: f64,
-        measurement: f64,
-        #[py(= None)] feedforward: Option<f64>,
-        #[py(*, = None)] target: Option<f64>,
-        #[py(not_none = 0.0)] correction: f64,
-    ) -> PyResult<f64> {
+    #[like(step)]
+    fn plan(slf: &Bound<'_, Self>) -> PyResult<f64> {
         let command = command(reference, feedforward, target, correction);
         Ok(exclusive(slf)?.stage_controller.plan(command, measurement))
     }

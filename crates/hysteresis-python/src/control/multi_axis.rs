@@ -181,15 +181,8 @@ impl MultiAxisController {
     }
 
     /// The drives that `step` would return, without taking the sample.
-    fn peek<'py>(
-        slf: &Bound<'py, Self>,
-        #[py("ArrayLike")] references: &Bound<'py, PyAny>,
-        #[py("ArrayLike")] measurements: &Bound<'py, PyAny>,
-        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
-        #[py(*, "ArrayLike | None" = None)] targets: Option<&Bound<'py, PyAny>>,
-        #[py("ArrayLike | None" = None)] corrections: Option<&Bound<'py, PyAny>>,
-        #[py("ArrayLike | None" = None)] feedforward: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    #[like(step)]
+    fn peek<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let axes = shared(slf)?.axes();
         let asked = Asked::new(axes, [references, measurements], [targets, corrections, feedforward])?;
         asked.through(out, &mut |command, y, drives| shared(slf)?.controller.peek(command, y, drives).map_err(raise))
@@ -199,15 +192,8 @@ impl MultiAxisController {
     /// it.
     ///
     /// A plan replaces the one before; any change of a controller drops it.
-    fn plan<'py>(
-        slf: &Bound<'py, Self>,
-        #[py("ArrayLike")] references: &Bound<'py, PyAny>,
-        #[py("ArrayLike")] measurements: &Bound<'py, PyAny>,
-        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
-        #[py(*, "ArrayLike | None" = None)] targets: Option<&Bound<'py, PyAny>>,
-        #[py("ArrayLike | None" = None)] corrections: Option<&Bound<'py, PyAny>>,
-        #[py("ArrayLike | None" = None)] feedforward: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    #[like(step)]
+    fn plan<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let axes = shared(slf)?.axes();
         let asked = Asked::new(axes, [references, measurements], [targets, corrections, feedforward])?;
         asked.through(out, &mut |command, y, drives| exclusive(slf)?.controller.plan(command, y, drives).map_err(raise))

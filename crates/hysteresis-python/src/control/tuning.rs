@@ -3,7 +3,7 @@
 use hysteresis_control::linear::LinearDynamics;
 use hysteresis_control::stage::{self, PEAK_SENSITIVITY, Stage};
 use hysteresis_control::tuning::{self, LoopFamily, Structure, TuningOptions};
-use hysteresis_python_macros::{function, methods};
+use hysteresis_python_macros::{copies, function, methods};
 use numpy::{Complex64, PyArray1};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -185,21 +185,15 @@ impl Tuning {
     }
 
     /// The sensitivity S = 1 / (1 + L), what the loop leaves of a disturbance: arguments as for `open_loop`.
-    fn sensitivity<'py>(
-        &self,
-        #[py("ArrayLike")] frequencies: &Bound<'py, PyAny>,
-        #[py(= None)] slope: Option<f64>,
-    ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+    #[like(open_loop)]
+    fn sensitivity<'py>(&self) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
         self.response(frequencies, slope, LoopFamily::sensitivity)
     }
 
     /// The complementary sensitivity T = L / (1 + L), what the feedback follows of a reference and of noise: arguments as for
     /// `open_loop`.
-    fn complementary_sensitivity<'py>(
-        &self,
-        #[py("ArrayLike")] frequencies: &Bound<'py, PyAny>,
-        #[py(= None)] slope: Option<f64>,
-    ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+    #[like(open_loop)]
+    fn complementary_sensitivity<'py>(&self) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
         self.response(frequencies, slope, LoopFamily::complementary_sensitivity)
     }
 
@@ -251,6 +245,7 @@ impl Tuning {
 /// >>> margins = stage.tune(dt=1e-4).at_max_slope
 /// >>> margins.phase_margin > 30.0, margins.peak_sensitivity <= 1.7  # degrees
 /// (True, True)
+#[copies(tuning::Margins)]
 #[pyclass(module = "mpi_hyst.control", frozen, get_all, skip_from_py_object)]
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Margins {
@@ -266,13 +261,6 @@ pub(crate) struct Margins {
     peak_sensitivity: f64,
     /// Where that peak is, in Hz.
     peak_frequency: f64,
-}
-
-impl From<tuning::Margins> for Margins {
-    fn from(made: tuning::Margins) -> Self {
-        let tuning::Margins { slope, gain_margin, phase_margin, crossover, peak_sensitivity, peak_frequency } = made;
-        Self { slope, gain_margin, phase_margin, crossover, peak_sensitivity, peak_frequency }
-    }
 }
 
 #[methods]

@@ -76,7 +76,7 @@ impl ComparedModel {
     /// The errors over the fitted samples of all records.
     #[getter]
     fn fit(&self) -> Quality {
-        Quality::from(&self.0.fit)
+        self.0.fit.into()
     }
 
     /// Root mean square error on the held-out stretches, in the unit of the output: the mean of the squares over the stretches.

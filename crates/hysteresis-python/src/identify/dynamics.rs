@@ -171,7 +171,7 @@ impl DynamicsIdentification {
     /// The errors over the fitted samples.
     #[getter]
     fn fit(&self) -> Quality {
-        Quality::from(&self.found.fit)
+        self.found.fit.into()
     }
 
     /// How many passes over the record the search took.

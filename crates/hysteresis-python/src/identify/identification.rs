@@ -152,26 +152,26 @@ impl Identification {
     /// The errors over the fitted samples of all records.
     #[getter]
     fn fit(&self) -> Quality {
-        Quality::from(&self.found.fit)
+        self.found.fit.into()
     }
 
     /// The errors over the fitted samples of each record.
     #[getter]
     fn records(&self) -> Vec<Quality> {
-        self.found.record_fits.iter().map(Quality::from).collect()
+        self.found.record_fits.iter().copied().map(Quality::from).collect()
     }
 
     /// The errors over all held-out samples, or None if none were held out.
     #[getter]
     fn validation(&self) -> Option<Quality> {
         let pooled = identification::Quality::pooled(&self.validations);
-        (!self.validations.is_empty()).then(|| Quality::from(&pooled))
+        (!self.validations.is_empty()).then(|| Quality::from(pooled))
     }
 
     /// The errors over the held-out samples of each record.
     #[getter]
     fn validation_records(&self) -> Vec<Quality> {
-        self.validations.iter().map(Quality::from).collect()
+        self.validations.iter().copied().map(Quality::from).collect()
     }
 
     /// Standard errors of the weights w_i, read-only; NaN where the weight is zero.
