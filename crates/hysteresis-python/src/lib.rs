@@ -29,7 +29,7 @@ mod convert;
 mod identify;
 mod linear;
 mod model;
-mod pickled_results;
+mod pickled;
 mod plant;
 mod realtime;
 mod rows;

@@ -292,10 +292,6 @@ impl ArrayController {
         }
         this.made.reduce_with(py, "controller", keywords, Self::state(slf)?)
     }
-
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
-    }
 }
 
 impl ArrayController {

@@ -315,10 +315,6 @@ impl HybridController {
         reduce(py.get_type::<Self>().into_any(), (&this.source,), keywords, Some(state))
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
-    }
-
     fn __repr__(&self) -> String {
         let ControllerOptions { kp, ki, limits: (low, high), .. } = *self.controller().options();
         format!("<HybridController kp {kp}, ki {ki}, limits ({low}, {high}), mode {}>", self.mode())

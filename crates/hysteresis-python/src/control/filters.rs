@@ -401,10 +401,6 @@ impl Filter {
         exclusive(slf)?.filter.set_state(&state).map_err(raise)
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
-    }
-
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
         let made = (as_tuple(py, this.filter.sections())?, this.dt);

@@ -161,10 +161,6 @@ impl Observer {
         exclusive(slf)?.observer.set_state(&state).map_err(raise)
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
-    }
-
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
         let ObserverOptions { noise, drift } = this.options;

@@ -181,10 +181,6 @@ impl RecursiveIdentifier {
         reduce(py.get_type::<Self>().into_any(), (model,), keywords, Some(Self::state(slf)?))
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
-    }
-
     fn __repr__(&self) -> String {
         let frozen = self.frozen().map_or(String::new(), |reason| format!(", frozen: {reason}"));
         format!("<RecursiveIdentifier of {} unknowns, forgetting {}{frozen}>", self.0.unknowns(), self.forgetting())

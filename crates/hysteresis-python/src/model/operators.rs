@@ -78,10 +78,6 @@ impl Each {
     fn set_state(slf: &Bound<'_, Self>, state: f64) -> PyResult<()> {
         exclusive(slf)?.0.set_state(state).map_err(raise)
     }
-
-    fn __setstate__(slf: &Bound<'_, Self>, state: f64) -> PyResult<()> {
-        exclusive(slf)?.0.set_state(state).map_err(raise)
-    }
 }
 
 #[methods]

@@ -251,10 +251,6 @@ impl Plant {
         exclusive(slf)?.plant.set_state(&state).map_err(raise)
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
-    }
-
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
         let PlantOptions { dt, seed, dac_bits, adc } = this.options;

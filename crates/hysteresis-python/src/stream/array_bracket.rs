@@ -127,10 +127,6 @@ impl BracketArray {
         exclusive(slf)?.brackets.set_states(&plain).map_err(wrong)
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
-    }
-
     fn __len__(&self) -> usize {
         self.brackets.brackets().len()
     }
