@@ -30,7 +30,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let texts = files.iter().map(fs::read_to_string).collect::<io::Result<Vec<_>>>()?;
     let parsed = texts.iter().map(|text| syn::parse_file(text)).collect::<syn::Result<Vec<_>>>();
     // What cannot be parsed is for the compiler to say.
-    let Ok(parsed) = parsed else { return Ok(()) };
+    let Ok(mut parsed) = parsed else { return Ok(()) };
+    for item in parsed.iter_mut().flat_map(|file| &mut file.items) {
+        if let syn::Item::Impl(block) = item {
+            // What is wrong here, too.
+            let _ = signature::fill_alike(block);
+        }
+    }
     let stub = match writer::stub(&parsed, &fs::read_to_string(shared)?) {
         Ok(stub) => stub,
         Err(problems) => {

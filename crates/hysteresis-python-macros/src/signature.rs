@@ -3,7 +3,7 @@
 //! Both readers use it: the attributes `function` and `methods`, and the writer of the stub.
 
 use syn::parse::{Parse, ParseStream};
-use syn::{Expr, FnArg, ImplItemFn, Lit, LitStr, Pat, Signature, Token, Type, UnOp};
+use syn::{Expr, FnArg, ImplItem, ImplItemFn, ItemImpl, Lit, LitStr, Pat, Signature, Token, Type, UnOp};
 
 /// One parameter that Python sees.
 #[allow(dead_code, reason = "the attributes need no hint, the stub no place")]
@@ -23,8 +23,8 @@ pub(crate) struct Parameter {
     pub(crate) is_positional: bool,
     /// Whether it takes all other arguments that are given by name.
     pub(crate) is_rest: bool,
-    /// Whether it is a field of the options that are gathered.
-    pub(crate) is_field: bool,
+    /// The field of the options that are gathered which it sets.
+    pub(crate) field: Option<String>,
     /// Whether None is a wrong argument, and does not stand for the default.
     pub(crate) refuses_none: bool,
     /// Its place among the parameters of Rust.
@@ -68,14 +68,17 @@ impl Kind {
     }
 }
 
-/// `#[py(...)]` of a parameter: `*` where those by name begin, `/` behind those by place, `**` for all others by name, `field` of what is gathered, `not_none` where None does not stand for the default, the Python type, the default.
+/// `#[py(...)]` of a parameter: `*` where those by name begin, `/` behind those by place, `**` for all others by name, `field` of
+/// what is gathered or `field(path.to.it)` where that has another name, `not_none` where None does not stand for the default, the
+/// Python type, the default.
 #[derive(Default)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a mark that a parameter has or has not")]
 struct Said {
     begins_keywords: bool,
     ends_positional: bool,
     is_rest: bool,
-    is_field: bool,
+    /// The path of a field, empty for one of the name of the parameter.
+    field: Option<String>,
     refuses_none: bool,
     hint: Option<String>,
     default: Option<Expr>,
@@ -98,7 +101,12 @@ impl Parse for Said {
             } else if input.peek(syn::Ident) {
                 let word: syn::Ident = input.parse()?;
                 match word.to_string().as_str() {
-                    "field" => said.is_field = true,
+                    "field" if input.peek(syn::token::Paren) => {
+                        let path;
+                        syn::parenthesized!(path in input);
+                        said.field = Some(path.parse::<proc_macro2::TokenStream>()?.to_string());
+                    }
+                    "field" => said.field = Some(String::new()),
                     "not_none" => said.refuses_none = true,
                     _ => return Err(syn::Error::new_spanned(word, "expected `field` or `not_none`")),
                 }
@@ -146,7 +154,8 @@ pub(crate) fn parameters(signature: &Signature) -> syn::Result<Vec<Parameter>> {
                 before.is_positional = true;
             }
         }
-        let Said { hint, default, ends_positional: is_positional, is_rest, is_field, refuses_none, .. } = said;
+        let Said { hint, default, ends_positional: is_positional, is_rest, field, refuses_none, .. } = said;
+        let field = field.map(|path| if path.is_empty() { name.clone() } else { path });
         let ty = (*typed.ty).clone();
         found.push(Parameter {
             name,
@@ -156,12 +165,31 @@ pub(crate) fn parameters(signature: &Signature) -> syn::Result<Vec<Parameter>> {
             is_keyword,
             is_positional,
             is_rest,
-            is_field,
+            field,
             refuses_none,
             place,
         });
     }
     Ok(found)
+}
+
+/// Gives each method with `#[like(other)]` the parameters of the other one of its block, behind the object.
+pub(crate) fn fill_alike(block: &mut ItemImpl) -> syn::Result<()> {
+    for place in 0..block.items.len() {
+        let ImplItem::Fn(method) = &block.items[place] else { continue };
+        let Some(at) = method.attrs.iter().position(|attribute| attribute.path().is_ident("like")) else { continue };
+        let other: syn::Ident = method.attrs[at].parse_args()?;
+        let found = block.items.iter().find_map(|item| match item {
+            ImplItem::Fn(method) if method.sig.ident == other => Some(&method.sig.inputs),
+            _ => None,
+        });
+        let found = found.ok_or_else(|| syn::Error::new_spanned(&other, "no method of this block"))?;
+        let parameters: Vec<FnArg> = found.iter().skip(1).cloned().collect();
+        let ImplItem::Fn(method) = &mut block.items[place] else { continue };
+        method.attrs.remove(at);
+        method.sig.inputs.extend(parameters);
+    }
+    Ok(())
 }
 
 /// Whether a parameter is the class of a class method.

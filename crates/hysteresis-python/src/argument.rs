@@ -20,6 +20,12 @@ pub(crate) trait Argument<'py>: Sized {
     const TAKES_NONE: bool = false;
 
     fn from_argument(name: &'static str, value: &Bound<'py, PyAny>) -> PyResult<Self>;
+
+    /// The same value where it stands for an argument that was not given.
+    #[must_use]
+    fn as_default(self) -> Self {
+        self
+    }
 }
 
 /// An argument with a default.
@@ -38,6 +44,14 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Given<'a, 'py> {
 }
 
 impl<'py> Given<'_, 'py> {
+    /// The value that was given, if one was.
+    pub(crate) fn value<T: Argument<'py>>(self, name: &'static str) -> PyResult<Option<T>> {
+        match self {
+            Self::Is(value) if T::TAKES_NONE || !value.is_none() => T::from_argument(name, &value).map(Some),
+            _ => Ok(None),
+        }
+    }
+
     /// The value that was given, or the default.
     #[inline]
     pub(crate) fn or<T: Argument<'py>>(self, name: &'static str, default: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
@@ -66,7 +80,49 @@ pub(crate) fn of_default<T: for<'py> Argument<'py>>(
     name: &'static str,
     default: impl for<'py> IntoPyObject<'py>,
 ) -> PyResult<T> {
-    Python::attach(|py| T::from_argument(name, &default.into_bound_py_any(py)?))
+    Python::attach(|py| T::from_argument(name, &default.into_bound_py_any(py)?)).map(T::as_default)
+}
+
+/// The defaults that a function shows for the options that it gathers. In effect are those of the options, where nothing is given.
+pub(crate) struct Shown {
+    pub(crate) function: &'static str,
+    /// Each parameter, and whether both are the same.
+    pub(crate) defaults: fn() -> Vec<(&'static str, bool)>,
+}
+
+inventory::collect!(Shown);
+
+/// Whether the default that is shown is the one in effect.
+pub(crate) fn is_shown<T: Into<F>, F: PartialEq>(shown: PyResult<T>, in_effect: &F) -> bool {
+    shown.is_ok_and(|shown| shown.into() == *in_effect)
+}
+
+/// All defaults of gathered options by `function.parameter`, each with whether the one that is shown takes effect: for the tests.
+#[pyfunction]
+#[pyo3(name = "_defaults")]
+pub(crate) fn shown_defaults() -> Vec<(String, bool)> {
+    let mut all = Vec::new();
+    for Shown { function, defaults } in inventory::iter::<Shown> {
+        all.extend(defaults().into_iter().map(|(parameter, is_same)| (format!("{function}.{parameter}"), is_same)));
+    }
+    all
+}
+
+/// A value and whether it was given: something else may have one of its own, which only one that was given contradicts.
+#[derive(Clone, Copy, PartialEq, Default)]
+pub(crate) struct Asked<T> {
+    pub(crate) value: T,
+    pub(crate) is_given: bool,
+}
+
+impl<'py, T: Argument<'py>> Argument<'py> for Asked<T> {
+    fn from_argument(name: &'static str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        Ok(Self { value: T::from_argument(name, value)?, is_given: true })
+    }
+
+    fn as_default(self) -> Self {
+        Self { is_given: false, ..self }
+    }
 }
 
 impl Argument<'_> for f64 {
@@ -167,6 +223,38 @@ impl<T: Words> Argument<'_> for T {
     }
 }
 
+/// The argument that makes a value again, when an object is made again.
+pub(crate) trait AsArgument<'py> {
+    fn as_argument(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>>;
+}
+
+impl<'py, T: Words> AsArgument<'py> for T {
+    fn as_argument(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.word().into_bound_py_any(py)
+    }
+}
+
+impl<'py, T: AsArgument<'py>> AsArgument<'py> for Option<T> {
+    fn as_argument(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.as_ref().map_or_else(|| Ok(py.None().into_bound(py)), |value| value.as_argument(py))
+    }
+}
+
+/// What is the same in both languages.
+macro_rules! same {
+    ($($plain:ty),+) => {
+        $(
+            impl<'py> AsArgument<'py> for $plain {
+                fn as_argument(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+                    self.into_bound_py_any(py)
+                }
+            }
+        )+
+    };
+}
+
+same!(f64, bool, u32, (f64, f64));
+
 /// A class whose objects are arguments.
 pub(crate) trait Class: PyClass {
     /// What messages call an object of it, such as "a mh.Stage".
@@ -212,6 +300,15 @@ impl Argument<'_> for Callable {
         } else {
             Err(unexpected(name, "a callable or None", value))
         }
+    }
+}
+
+/// An object that is handed on as it came.
+pub(crate) struct Object(pub(crate) Py<PyAny>);
+
+impl Argument<'_> for Object {
+    fn from_argument(_: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self(value.clone().unbind()))
     }
 }
 

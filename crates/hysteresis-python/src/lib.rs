@@ -29,7 +29,7 @@ mod convert;
 mod identify;
 mod linear;
 mod model;
-mod pickled_results;
+mod pickled;
 mod plant;
 mod realtime;
 mod rows;
@@ -144,6 +144,7 @@ mod _core {
     #[pymodule_init]
     fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add_function(wrap_pyfunction!(crate::argument::shown_defaults, module)?)?;
         let py = module.py();
         single_argument::add::<CoupledPlay>(py)?;
         single_argument::add::<Play>(py)?;

@@ -4,6 +4,7 @@ use hysteresis_python_macros::methods;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use crate::argument::Object;
 use crate::control::tuning::Tuning;
 use crate::identify::compare::Comparison;
 use crate::identify::dynamics::DynamicsIdentification;
@@ -47,13 +48,20 @@ impl Each {
         #[py("ArrayLike | None" = None)] u: Option<&Bound<'py, PyAny>>,
         #[py("ArrayLike | None" = None)] y: Option<&Bound<'py, PyAny>>,
         #[py(*, "int | None" = None)] record: Option<&Bound<'py, PyAny>>,
-        #[py("int" = 0)] skip: Option<&Bound<'py, PyAny>>,
+        #[py("int" = 0)] skip: Object,
         #[py("float | None" = None)] dt: Option<&Bound<'py, PyAny>>,
         #[py("Units" = None)] units: Option<&Bound<'py, PyAny>>,
         #[py("Sequence[Axes] | None" = None)] axes: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let given =
-            [("u", u), ("y", y), ("record", record), ("skip", skip), ("dt", dt), ("units", units), ("axes", axes)];
+        let given = [
+            ("u", u),
+            ("y", y),
+            ("record", record),
+            ("skip", Some(skip.0.bind(slf.py()))),
+            ("dt", dt),
+            ("units", units),
+            ("axes", axes),
+        ];
         show("mpi_hyst.plot", "loops", slf, &[], given)
     }
 }
@@ -114,10 +122,16 @@ impl Run {
         slf: &Bound<'py, Self>,
         #[py("str | PathLike[str]")] path: &Bound<'py, PyAny>,
         #[py(*, "float")] dt: &Bound<'py, PyAny>,
-        #[py("str" = "closed loop")] name: Option<&Bound<'py, PyAny>>,
+        #[py("str" = "closed loop")] name: Object,
         #[py("Units" = None)] units: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        show("mpi_hyst.reports", "run", slf, &[path], [("dt", Some(dt)), ("name", name), ("units", units)])
+        show(
+            "mpi_hyst.reports",
+            "run",
+            slf,
+            &[path],
+            [("dt", Some(dt)), ("name", Some(name.0.bind(slf.py()))), ("units", units)],
+        )
     }
 }
 
@@ -130,7 +144,7 @@ impl Identification {
         #[py("str | PathLike[str]")] path: &Bound<'py, PyAny>,
         #[py("Records | None" = None)] u: Option<&Bound<'py, PyAny>>,
         #[py("ArrayLike | None" = None)] y: Option<&Bound<'py, PyAny>>,
-        #[py(*, "int | Sequence[int]" = 0)] skip: Option<&Bound<'py, PyAny>>,
+        #[py(*, "int | Sequence[int]" = 0)] skip: Object,
         #[py("Sequence[str] | None" = None)] names: Option<&Bound<'py, PyAny>>,
         #[py("Units" = None)] units: Option<&Bound<'py, PyAny>>,
         #[py("Identification | None" = None)] beside: Option<&Bound<'py, PyAny>>,
@@ -139,7 +153,7 @@ impl Identification {
         let given = [
             ("u", u),
             ("y", y),
-            ("skip", skip),
+            ("skip", Some(skip.0.bind(slf.py()))),
             ("names", names),
             ("units", units),
             ("beside", beside),

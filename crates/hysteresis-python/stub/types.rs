@@ -29,6 +29,7 @@ impl Names {
         match last_name(ty).as_deref() {
             _ if self.told.contains_key(&plain(ty)) => self.told.get(&plain(ty)).cloned(),
             Some("Option") => self.argument(arguments(ty).first()?, class).map(|inner| format!("{inner} | None")),
+            Some("Asked") => self.argument(arguments(ty).first()?, class),
             _ => self.python(ty, class),
         }
     }

@@ -8,6 +8,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
+use crate::argument::Object;
 use crate::control::shared_by_controllers::mode_name;
 use crate::convert::arrays::{array, each, one_or_more};
 use crate::convert::errors::{self, raise};
@@ -132,13 +133,8 @@ impl ArrayController {
     }
 
     /// The drives that `step` would give, without taking the sample.
-    fn peek<'py>(
-        slf: &Bound<'py, Self>,
-        #[py("ArrayLike")] reference: &Bound<'py, PyAny>,
-        #[py("ArrayLike | None" = None)] measurement: Option<&Bound<'py, PyAny>>,
-        #[py(*, "ArrayLike | None" = None)] sensor_reference: Option<&Bound<'py, PyAny>>,
-        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    #[like(step)]
+    fn peek<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (reference, beside) = Self::one(slf, reference, measurement, sensor_reference)?;
         sample(reference, out, |reference, drives| {
             exclusive(slf)?.controller.peek(&beside.with(reference)?, drives).map_err(raise)
@@ -281,13 +277,11 @@ impl ArrayController {
         let keywords = keywords!(
             py,
             dt = options.dt,
-            ki = options.ki,
-            leak = options.leak,
             slew = some(&options.slew),
             max_difference = some(&options.max_difference),
-            bumpless_time = options.bumpless_time,
             start_drive = &options.start_drive,
         );
+        ActuatorArray::put_options(options, &keywords)?;
         if !options.neighbours.is_empty() {
             keywords.set_item("neighbours", &options.neighbours)?;
         }
@@ -297,10 +291,6 @@ impl ArrayController {
             keywords.set_item("reconstruction", matrix.into_pyarray(py))?;
         }
         this.made.reduce_with(py, "controller", keywords, Self::state(slf)?)
-    }
-
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
     }
 }
 
@@ -408,20 +398,20 @@ impl ActuatorArray {
     /// >>> _ = controller.step([3.0, 3.0, 9.0])  # the last step is too high
     /// >>> controller.position.round(6)
     /// array([3., 5., 7.])
+    #[gather(options: ArrayOptions = ArrayOptions::new(dt), put_options)]
     fn controller(
         slf: &Bound<'_, Self>,
         dt: f64,
         #[py("ArrayLike")] limits: &Bound<'_, PyAny>,
-        #[py(*, = 0.0)] ki: f64,
+        #[py(*, field = 0.0)] ki: f64,
         #[py("ArrayLike | None" = None)] reconstruction: Option<&Bound<'_, PyAny>>,
-        #[py(= 0.0)] leak: f64,
+        #[py(field = 0.0)] leak: f64,
         #[py("ArrayLike | None" = None)] slew: Option<&Bound<'_, PyAny>>,
         #[py("ArrayLike | None" = None)] neighbours: Option<&Bound<'_, PyAny>>,
         #[py("ArrayLike | None" = None)] max_difference: Option<&Bound<'_, PyAny>>,
-        #[py(= 0.005)] bumpless_time: f64,
+        #[py(field = 0.005)] bumpless_time: f64,
         #[py("ArrayLike | None" = None)] start_drive: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<ArrayController> {
-        let set = ArrayOptions::new(dt);
         let actuators = slf.get().compiled().len();
         let given = Limits::from_python(Some(limits), actuators)?;
         let matrix = |given: &Bound<'_, PyAny>| {
@@ -439,17 +429,14 @@ impl ActuatorArray {
         };
         let max_difference = max_difference.map_or(Ok(Vec::new()), differences)?;
         let options = ArrayOptions {
-            ki,
-            leak,
             reconstruction: reconstruction.map(matrix).transpose()?,
             slew: slew.map_or(Ok(Vec::new()), |slew| {
                 one_or_more("slew", slew, format_args!("a number or an array of shape ({actuators},)"))
             })?,
             neighbours,
             max_difference,
-            bumpless_time,
             start_drive: start_drive.map(|drive| each("start_drive", drive, actuators)).transpose()?,
-            ..set
+            ..options
         };
         let inverse = slf.get().inverses(&given, None)?;
         let controller = core::ArrayController::new(inverse, &options).map_err(raise)?;
@@ -500,13 +487,8 @@ impl ArrayController {
     ///
     /// From the next sample on every `step` puts out the next drives of the ramp, for any reference and measurement. `hold =
     /// False` starts a motion from the drives that are reached then.
-    fn stop(
-        slf: &Bound<'_, Self>,
-        rate: f64,
-        #[py("ArrayLike" = 0.0)] rest_drive: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<()> {
-        let actuators = shared(slf)?.controller.len();
-        let rest = rest_drive.map_or(Ok(vec![0.0; actuators]), |drive| each("rest_drive", drive, actuators))?;
+    fn stop(slf: &Bound<'_, Self>, rate: f64, #[py("ArrayLike" = 0.0)] rest_drive: Object) -> PyResult<()> {
+        let rest = each("rest_drive", rest_drive.0.bind(slf.py()), shared(slf)?.controller.len())?;
         exclusive(slf)?.controller.stop(rate, &rest).map_err(raise)
     }
 

@@ -7,11 +7,11 @@ use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyTuple};
+use pyo3::types::{PyBytes, PyTuple};
 use pythonize::pythonize;
 
 use crate::argument::Words;
-use crate::control::filters::{as_tuple, sections};
+use crate::control::filters::{Filters, as_tuple};
 use crate::control::inverse_dynamics::Preview;
 use crate::control::learning::RepetitiveControl;
 use crate::control::observer::Observer;
@@ -142,7 +142,7 @@ impl HybridController {
 #[methods]
 impl HybridController {
     #[new]
-    #[gather(options: ControllerOptions = ControllerOptions::new(kp, ki, dt, limits))]
+    #[gather(options: ControllerOptions = ControllerOptions::new(kp, ki, dt, limits), put_options)]
     fn new<'py>(
         py: Python<'py>,
         #[py("FeedForward")] feedforward: Option<&Bound<'py, PyAny>>,
@@ -160,13 +160,13 @@ impl HybridController {
         #[py(field, = None)] max_measurement_step: Option<f64>,
         #[py(= None)] preview: Option<Bound<'py, Preview>>,
         #[py(field, = None)] start_drive: Option<f64>,
-        #[py("AnyFilter | Sequence[AnyFilter]" = ())] filters: Option<Bound<'py, PyAny>>,
+        #[py(= ())] filters: Filters,
         #[py(= None)] observer: Option<Bound<'py, Observer>>,
         #[py(= None)] repetitive: Option<Bound<'py, RepetitiveControl>>,
     ) -> PyResult<Self> {
         let options = ControllerOptions {
             anti_windup: anti_windup.with(tracking_time)?,
-            filters: filters.map_or(Ok(options.filters), |filters| sections(&filters, dt))?,
+            filters: filters.sections(dt)?,
             ..options
         };
         let (observer, repetitive) = (observer.map(Bound::unbind), repetitive.map(Bound::unbind));
@@ -292,16 +292,27 @@ impl HybridController {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
-        let keywords = as_keywords(py, this.controller().options())?;
-        keywords.set_item("preview", &this.preview)?;
-        keywords.set_item("observer", &this.observer)?;
-        keywords.set_item("repetitive", &this.repetitive)?;
+        let options = this.controller().options();
+        let (anti_windup, tracking_time) = match options.anti_windup {
+            AntiWindup::Conditional => (Windup::Conditional, None),
+            AntiWindup::BackCalculation { tracking_time } => (Windup::BackCalculation, tracking_time),
+        };
+        let keywords = keywords!(
+            py,
+            kp = options.kp,
+            ki = options.ki,
+            dt = options.dt,
+            limits = options.limits,
+            anti_windup = anti_windup.word(),
+            tracking_time = tracking_time,
+            filters = as_tuple(py, &options.filters)?,
+            preview = &this.preview,
+            observer = &this.observer,
+            repetitive = &this.repetitive,
+        );
+        Self::put_options(options, &keywords)?;
         let state = Self::state(slf)?;
         reduce(py.get_type::<Self>().into_any(), (&this.source,), keywords, Some(state))
-    }
-
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
     }
 
     fn __repr__(&self) -> String {
@@ -338,31 +349,6 @@ impl Windup {
             (Self::BackCalculation, tracking_time) => Ok(AntiWindup::BackCalculation { tracking_time }),
         }
     }
-}
-
-/// The keywords that make these options.
-pub(super) fn as_keywords<'py>(py: Python<'py>, options: &ControllerOptions) -> PyResult<Bound<'py, PyDict>> {
-    let (anti_windup, tracking_time) = match options.anti_windup {
-        AntiWindup::Conditional => ("conditional", None),
-        AntiWindup::BackCalculation { tracking_time } => ("back_calculation", tracking_time),
-    };
-    Ok(keywords!(
-        py,
-        kp = options.kp,
-        ki = options.ki,
-        dt = options.dt,
-        limits = options.limits,
-        slew = options.slew,
-        law = options.law.word(),
-        anti_windup = anti_windup,
-        tracking_time = tracking_time,
-        bumpless_time = options.bumpless_time,
-        max_missing = options.max_missing,
-        measurement_range = options.measurement_range,
-        max_measurement_step = options.max_measurement_step,
-        filters = as_tuple(py, &options.filters)?,
-        start_drive = options.start_drive,
-    ))
 }
 
 impl HybridController {
@@ -473,14 +459,8 @@ impl HybridController {
     }
 
     /// The drive that `step` would return, without taking the sample.
-    fn peek(
-        slf: &Bound<'_, Self>,
-        reference: f64,
-        measurement: f64,
-        #[py(= None)] feedforward: Option<f64>,
-        #[py(*, = None)] target: Option<f64>,
-        #[py(not_none = 0.0)] correction: f64,
-    ) -> PyResult<f64> {
+    #[like(step)]
+    fn peek(slf: &Bound<'_, Self>) -> PyResult<f64> {
         let command = command(reference, feedforward, target, correction);
         Ok(shared(slf)?.stage_controller.peek(command, measurement))
     }
@@ -489,14 +469,8 @@ impl HybridController {
     /// leave it; memory and terms are still those of the drive that is there.
     ///
     /// A plan replaces the one before; any change of the controller drops it.
-    fn plan(
-        slf: &Bound<'_, Self>,
-        reference: f64,
-        measurement: f64,
-        #[py(= None)] feedforward: Option<f64>,
-        #[py(*, = None)] target: Option<f64>,
-        #[py(not_none = 0.0)] correction: f64,
-    ) -> PyResult<f64> {
+    #[like(step)]
+    fn plan(slf: &Bound<'_, Self>) -> PyResult<f64> {
         let command = command(reference, feedforward, target, correction);
         Ok(exclusive(slf)?.stage_controller.plan(command, measurement))
     }
@@ -542,12 +516,9 @@ impl HybridController {
     }
 
     /// Changes the filters of the feedback without a jump: what they put out stays as it was, and goes on from there.
-    fn set_filters(
-        slf: &Bound<'_, Self>,
-        #[py("AnyFilter | Sequence[AnyFilter]")] filters: &Bound<'_, PyAny>,
-    ) -> PyResult<()> {
+    fn set_filters(slf: &Bound<'_, Self>, filters: Filters) -> PyResult<()> {
         let mut this = exclusive(slf)?;
-        let sections = sections(filters, this.controller().options().dt)?;
+        let sections = filters.sections(this.controller().options().dt)?;
         this.controller_mut().set_filters(&sections).map_err(raise)
     }
 

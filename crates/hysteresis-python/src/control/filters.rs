@@ -4,12 +4,13 @@ use std::f64::consts::TAU;
 
 use hysteresis_control::filters::{self, FeedbackFilter};
 use hysteresis_core::{self as core, Process, Sections};
-use hysteresis_python_macros::methods;
+use hysteresis_python_macros::{methods, py};
 use numpy::{Complex64, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 use pythonize::pythonize;
 
+use crate::argument::Argument;
 use crate::convert::arguments::two;
 use crate::convert::arrays;
 use crate::convert::errors::{raise, unexpected};
@@ -261,6 +262,26 @@ impl Biquad {
     }
 }
 
+/// Filters as they are given, one or several.
+pub(crate) struct Filters(Vec<FeedbackFilter>);
+
+#[py("AnyFilter | Sequence[AnyFilter]")]
+impl Argument<'_> for Filters {
+    fn from_argument(_: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if !value.is_instance_of::<PyList>() && !value.is_instance_of::<PyTuple>() {
+            return Ok(Self(vec![filter(value)?]));
+        }
+        value.try_iter()?.map(|one| filter(&one?)).collect::<PyResult<_>>().map(Self)
+    }
+}
+
+impl Filters {
+    /// Their sections for a sampling interval.
+    pub(super) fn sections(&self, dt: f64) -> PyResult<Sections> {
+        filters::sections(&self.0, dt).map_err(raise)
+    }
+}
+
 /// One of the filters above.
 fn filter(value: &Bound<'_, PyAny>) -> PyResult<FeedbackFilter> {
     if let Ok(notch) = value.cast::<Notch>() {
@@ -274,16 +295,6 @@ fn filter(value: &Bound<'_, PyAny>) -> PyResult<FeedbackFilter> {
     } else {
         Err(unexpected("filters", "Notch, LowPass, Lead, Biquad, or a list of them", value))
     }
-}
-
-/// The sections of a filter, or of a list or tuple of them.
-pub(super) fn sections(value: &Bound<'_, PyAny>, dt: f64) -> PyResult<Sections> {
-    let filters = if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        value.try_iter()?.map(|one| filter(&one?)).collect::<PyResult<Vec<_>>>()?
-    } else {
-        vec![filter(value)?]
-    };
-    filters::sections(&filters, dt).map_err(raise)
 }
 
 /// Filters as a tuple of objects.
@@ -346,8 +357,8 @@ impl Stepper for Filter {
 #[methods]
 impl Filter {
     #[new]
-    fn new(#[py("AnyFilter | Sequence[AnyFilter]")] filters: &Bound<'_, PyAny>, dt: f64) -> PyResult<Self> {
-        let filter = core::Filter::new(sections(filters, dt)?.as_slice()).map_err(raise)?;
+    fn new(filters: Filters, dt: f64) -> PyResult<Self> {
+        let filter = core::Filter::new(filters.sections(dt)?.as_slice()).map_err(raise)?;
         Ok(Self { filter, dt })
     }
 
@@ -359,12 +370,9 @@ impl Filter {
     }
 
     /// Changes the filters without a jump: with the same input the output stays as it was, and goes on from there.
-    fn set_filters(
-        slf: &Bound<'_, Self>,
-        #[py("AnyFilter | Sequence[AnyFilter]")] filters: &Bound<'_, PyAny>,
-    ) -> PyResult<()> {
+    fn set_filters(slf: &Bound<'_, Self>, filters: Filters) -> PyResult<()> {
         let mut this = exclusive(slf)?;
-        let sections = sections(filters, this.dt)?;
+        let sections = filters.sections(this.dt)?;
         this.filter.set_sections(sections.as_slice()).map_err(raise)
     }
 
@@ -391,10 +399,6 @@ impl Filter {
     fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         let state = saved(state)?;
         exclusive(slf)?.filter.set_state(&state).map_err(raise)
-    }
-
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {

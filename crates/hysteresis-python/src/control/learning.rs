@@ -5,7 +5,6 @@ use std::num::NonZeroUsize;
 use hysteresis_control::learning::{self, FeedbackLoop, LearningOptions, LoopUncertainty, RepetitiveOptions};
 use hysteresis_control::linear::LinearDynamics;
 use hysteresis_control::tuning::ModeUncertainty;
-use hysteresis_core::Sections;
 use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -13,7 +12,7 @@ use pyo3::types::{PyDict, PyTuple};
 use pythonize::pythonize;
 
 use crate::argument::Class;
-use crate::control::filters::{as_tuple, sections};
+use crate::control::filters::{Filters, as_tuple};
 use crate::convert::arrays::{FIT, check_room, numbers, read_only, vector};
 use crate::convert::errors::raise;
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
@@ -35,11 +34,6 @@ fn truth(
     Ok(FeedbackLoop { dynamics, slope: slope.unwrap_or(feedback.slope), ..feedback })
 }
 
-/// How far the true loop may be from this one, as it is by default unless told.
-fn uncertainty(frequency: f64, damping: f64, slope: f64) -> LoopUncertainty {
-    LoopUncertainty { modes: ModeUncertainty { frequency, damping }, slope }
-}
-
 /// What is known, with what was told of modes.
 pub(crate) fn told(known: LoopUncertainty, frequency: Option<f64>, damping: Option<f64>) -> LoopUncertainty {
     LoopUncertainty {
@@ -49,16 +43,6 @@ pub(crate) fn told(known: LoopUncertainty, frequency: Option<f64>, damping: Opti
         },
         ..known
     }
-}
-
-/// The keywords that make this uncertainty.
-fn uncertainty_keywords(py: Python<'_>, of: LoopUncertainty) -> PyResult<Bound<'_, PyDict>> {
-    Ok(keywords!(
-        py,
-        frequency_uncertainty = of.modes.frequency,
-        damping_uncertainty = of.modes.damping,
-        slope_uncertainty = of.slope
-    ))
 }
 
 /// The linear part of a loop: dynamics and dead time.
@@ -180,7 +164,7 @@ impl IterativeLearning {
 #[methods]
 impl IterativeLearning {
     #[new]
-    #[gather(options: LearningOptions)]
+    #[gather(options: LearningOptions, put_options)]
     fn new(
         #[py("ArrayLike")] target: &Bound<'_, PyAny>,
         #[py(*)] kp: f64,
@@ -192,19 +176,16 @@ impl IterativeLearning {
         #[py(= 0.0)] dead_time: f64,
         #[py(field, = 0.15)] min_gain: f64,
         #[py(field, "Sequence[float] | None" = None)] target_limits: Option<(f64, f64)>,
-        #[py("AnyFilter | Sequence[AnyFilter]" = ())] filters: Option<&Bound<'_, PyAny>>,
+        #[py(= ())] filters: Filters,
         #[py(field, = None)] noise: Option<f64>,
-        #[py(= 0.05)] frequency_uncertainty: f64,
-        #[py(= 2.0)] damping_uncertainty: f64,
-        #[py(= 1.0)] slope_uncertainty: f64,
+        #[py(field(uncertainty.modes.frequency) = 0.05)] frequency_uncertainty: f64,
+        #[py(field(uncertainty.modes.damping) = 2.0)] damping_uncertainty: f64,
+        #[py(field(uncertainty.slope) = 1.0)] slope_uncertainty: f64,
         #[py(field, = 0)] settle: u32,
         #[py(field, = false)] on_demand: bool,
     ) -> PyResult<Self> {
-        let filters = filters.map_or(Ok(Sections::default()), |filters| sections(filters, dt))?;
-        let feedback = FeedbackLoop { kp, ki, filters, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
-        let uncertainty = uncertainty(frequency_uncertainty, damping_uncertainty, slope_uncertainty);
-        let options = LearningOptions { uncertainty, ..options };
-        Self::of(feedback, target, options)
+        let (filters, dynamics) = (filters.sections(dt)?, linear_part(dynamics, dead_time)?);
+        Self::of(FeedbackLoop { kp, ki, filters, slope, dynamics, dt }, target, options)
     }
 
     /// One period of the target for the feed-forward, read-only.
@@ -274,26 +255,10 @@ impl IterativeLearning {
         exclusive(slf)?.learning.set_state(&state).map_err(raise)
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
-    }
-
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
         let keywords = loop_keywords(py, &this.feedback)?;
-        let LearningOptions { bandwidth, min_gain, target_limits, noise, uncertainty, settle, on_demand } =
-            this.options;
-        let options = keywords!(
-            py,
-            bandwidth = bandwidth,
-            min_gain = min_gain,
-            target_limits = target_limits,
-            noise = noise,
-            settle = settle,
-            on_demand = on_demand
-        );
-        keywords.update(options.as_mapping())?;
-        keywords.update(uncertainty_keywords(py, uncertainty)?.as_mapping())?;
+        Self::put_options(&this.options, &keywords)?;
         let first = PyArray1::from_slice(py, &this.first);
         reduce(py.get_type::<Self>().into_any(), (first,), keywords, Some(Self::state(slf)?))
     }
@@ -374,7 +339,7 @@ impl Class for RepetitiveControl {
 #[methods]
 impl RepetitiveControl {
     #[new]
-    #[gather(options: RepetitiveOptions)]
+    #[gather(options: RepetitiveOptions, put_options)]
     fn new(
         period: NonZeroUsize,
         #[py(*)] kp: f64,
@@ -387,16 +352,13 @@ impl RepetitiveControl {
         #[py(field, = 0.3)] gain: f64,
         #[py(field, = 1)] settle: u32,
         #[py(field, = None)] limit: Option<f64>,
-        #[py("AnyFilter | Sequence[AnyFilter]" = ())] filters: Option<&Bound<'_, PyAny>>,
-        #[py(= 0.05)] frequency_uncertainty: f64,
-        #[py(= 2.0)] damping_uncertainty: f64,
-        #[py(= 1.0)] slope_uncertainty: f64,
+        #[py(= ())] filters: Filters,
+        #[py(field(uncertainty.modes.frequency) = 0.05)] frequency_uncertainty: f64,
+        #[py(field(uncertainty.modes.damping) = 2.0)] damping_uncertainty: f64,
+        #[py(field(uncertainty.slope) = 1.0)] slope_uncertainty: f64,
     ) -> PyResult<Self> {
-        let filters = filters.map_or(Ok(Sections::default()), |filters| sections(filters, dt))?;
-        let feedback = FeedbackLoop { kp, ki, filters, slope, dynamics: linear_part(dynamics, dead_time)?, dt };
-        let uncertainty = uncertainty(frequency_uncertainty, damping_uncertainty, slope_uncertainty);
-        let options = RepetitiveOptions { uncertainty, ..options };
-        Self::of(feedback, period.get(), options)
+        let (filters, dynamics) = (filters.sections(dt)?, linear_part(dynamics, dead_time)?);
+        Self::of(FeedbackLoop { kp, ki, filters, slope, dynamics, dt }, period.get(), options)
     }
 
     /// Takes the measured error of this sample and returns the correction of this sample's target.
@@ -481,17 +443,10 @@ impl RepetitiveControl {
         exclusive(slf)?.control.set_state(&state).map_err(raise)
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
-    }
-
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
         let keywords = loop_keywords(py, &this.feedback)?;
-        let RepetitiveOptions { bandwidth, gain, settle, limit, uncertainty } = this.options;
-        let options = keywords!(py, bandwidth = bandwidth, gain = gain, settle = settle, limit = limit);
-        keywords.update(options.as_mapping())?;
-        keywords.update(uncertainty_keywords(py, uncertainty)?.as_mapping())?;
+        Self::put_options(&this.options, &keywords)?;
         reduce(py.get_type::<Self>().into_any(), (this.period(),), keywords, Some(Self::state(slf)?))
     }
 

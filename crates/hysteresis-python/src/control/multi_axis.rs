@@ -10,7 +10,7 @@ use pyo3::types::{PyString, PyTuple};
 use pythonize::pythonize;
 
 use crate::control::controller::HybridController;
-use crate::control::filters::sections;
+use crate::control::filters::Filters;
 use crate::control::shared_by_controllers::{ControllerTerms, MODES, mode_name, mode_of, plain_state, source};
 use crate::convert::arrays;
 use crate::convert::errors::{self, Place, raise, unexpected};
@@ -181,15 +181,8 @@ impl MultiAxisController {
     }
 
     /// The drives that `step` would return, without taking the sample.
-    fn peek<'py>(
-        slf: &Bound<'py, Self>,
-        #[py("ArrayLike")] references: &Bound<'py, PyAny>,
-        #[py("ArrayLike")] measurements: &Bound<'py, PyAny>,
-        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
-        #[py(*, "ArrayLike | None" = None)] targets: Option<&Bound<'py, PyAny>>,
-        #[py("ArrayLike | None" = None)] corrections: Option<&Bound<'py, PyAny>>,
-        #[py("ArrayLike | None" = None)] feedforward: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    #[like(step)]
+    fn peek<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let axes = shared(slf)?.axes();
         let asked = Asked::new(axes, [references, measurements], [targets, corrections, feedforward])?;
         asked.through(out, &mut |command, y, drives| shared(slf)?.controller.peek(command, y, drives).map_err(raise))
@@ -199,15 +192,8 @@ impl MultiAxisController {
     /// it.
     ///
     /// A plan replaces the one before; any change of a controller drops it.
-    fn plan<'py>(
-        slf: &Bound<'py, Self>,
-        #[py("ArrayLike")] references: &Bound<'py, PyAny>,
-        #[py("ArrayLike")] measurements: &Bound<'py, PyAny>,
-        #[py("Vector | None" = None)] out: Option<&Bound<'py, PyAny>>,
-        #[py(*, "ArrayLike | None" = None)] targets: Option<&Bound<'py, PyAny>>,
-        #[py("ArrayLike | None" = None)] corrections: Option<&Bound<'py, PyAny>>,
-        #[py("ArrayLike | None" = None)] feedforward: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    #[like(step)]
+    fn plan<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let axes = shared(slf)?.axes();
         let asked = Asked::new(axes, [references, measurements], [targets, corrections, feedforward])?;
         asked.through(out, &mut |command, y, drives| exclusive(slf)?.controller.plan(command, y, drives).map_err(raise))
@@ -378,13 +364,8 @@ impl MultiAxisController {
     }
 
     /// Changes the filters of actuator `axis`, counted from 0, without a jump: as `HybridController.set_filters`.
-    fn set_filters(
-        slf: &Bound<'_, Self>,
-        axis: usize,
-        #[py("AnyFilter | Sequence[AnyFilter]")] filters: &Bound<'_, PyAny>,
-    ) -> PyResult<()> {
-        let dt = shared(slf)?.dt();
-        let sections = sections(filters, dt)?;
+    fn set_filters(slf: &Bound<'_, Self>, axis: usize, filters: Filters) -> PyResult<()> {
+        let sections = filters.sections(shared(slf)?.dt())?;
         exclusive(slf)?.controller.controller_mut(axis).and_then(|one| one.set_filters(&sections)).map_err(raise)
     }
 

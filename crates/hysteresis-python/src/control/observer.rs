@@ -7,7 +7,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
-use crate::argument::{Argument, Class};
+use crate::argument::{Asked, Class};
 use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
@@ -79,9 +79,8 @@ impl Observer {
         dt: f64,
         #[py(= None)] noise: Option<f64>,
         #[py("Dynamics | None" = None)] dynamics: Option<LinearDynamics>,
-        #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
+        #[py(= 0.0)] dead_time: Asked<f64>,
     ) -> PyResult<Self> {
-        let dead_time = dead_time.map(|given| f64::from_argument("dead_time", given)).transpose()?;
         let parts = StageKeywords { dynamics, dead_time, ..StageKeywords::default() };
         Self::of(parts.stage_or_around("stage", stage)?, dt, drift, noise)
     }
@@ -160,10 +159,6 @@ impl Observer {
     fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         let state = saved(state)?;
         exclusive(slf)?.observer.set_state(&state).map_err(raise)
-    }
-
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {

@@ -1,7 +1,7 @@
 //! What the controllers of one axis, of several and of arrays share: where feed-forward comes from, modes, terms, saved states.
 
 use hysteresis_core::{FeedForward, Mode, Terms};
-use hysteresis_python_macros::methods;
+use hysteresis_python_macros::{copies, methods};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -63,6 +63,7 @@ pub(super) fn source(value: Option<&Bound<'_, PyAny>>, dt: f64) -> PyResult<(Fee
 /// >>> drive = controller.step(1.0, 0.25)  # um, um
 /// >>> controller.terms.error, controller.terms.drive == drive
 /// (0.75, True)
+#[copies(Terms)]
 #[pyclass(module = "mpi_hyst.control", frozen, get_all)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct ControllerTerms {
@@ -90,39 +91,6 @@ pub(crate) struct ControllerTerms {
     saturated: bool,
     /// Whether the unlimited drive was farther from the last drive than the slew allows.
     slewing: bool,
-}
-
-impl From<Terms> for ControllerTerms {
-    fn from(terms: Terms) -> Self {
-        let Terms {
-            reference,
-            target,
-            error,
-            filtered_error,
-            feedforward,
-            proportional,
-            integral,
-            bumpless,
-            unlimited_drive,
-            drive,
-            saturated,
-            slewing,
-        } = terms;
-        Self {
-            reference,
-            target,
-            error,
-            filtered_error,
-            feedforward,
-            proportional,
-            integral,
-            bumpless,
-            unlimited_drive,
-            drive,
-            saturated,
-            slewing,
-        }
-    }
 }
 
 #[methods]

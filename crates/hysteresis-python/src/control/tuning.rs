@@ -1,9 +1,9 @@
 //! What a tuning is, and what it makes over frequency.
 
 use hysteresis_control::linear::LinearDynamics;
-use hysteresis_control::stage::{self, Stage};
+use hysteresis_control::stage::{self, PEAK_SENSITIVITY, Stage};
 use hysteresis_control::tuning::{self, LoopFamily, Structure, TuningOptions};
-use hysteresis_python_macros::{function, methods};
+use hysteresis_python_macros::{copies, function, methods};
 use numpy::{Complex64, PyArray1};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -11,7 +11,7 @@ use pyo3::types::{PyTuple, PyType};
 use pythonize::{depythonize, pythonize};
 use serde::{Deserialize, Serialize};
 
-use crate::argument::Argument;
+use crate::argument::{Argument, Asked};
 use crate::control::filters::as_objects;
 use crate::convert::arguments::{unknown, word};
 use crate::convert::arrays;
@@ -185,21 +185,15 @@ impl Tuning {
     }
 
     /// The sensitivity S = 1 / (1 + L), what the loop leaves of a disturbance: arguments as for `open_loop`.
-    fn sensitivity<'py>(
-        &self,
-        #[py("ArrayLike")] frequencies: &Bound<'py, PyAny>,
-        #[py(= None)] slope: Option<f64>,
-    ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+    #[like(open_loop)]
+    fn sensitivity<'py>(&self) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
         self.response(frequencies, slope, LoopFamily::sensitivity)
     }
 
     /// The complementary sensitivity T = L / (1 + L), what the feedback follows of a reference and of noise: arguments as for
     /// `open_loop`.
-    fn complementary_sensitivity<'py>(
-        &self,
-        #[py("ArrayLike")] frequencies: &Bound<'py, PyAny>,
-        #[py(= None)] slope: Option<f64>,
-    ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+    #[like(open_loop)]
+    fn complementary_sensitivity<'py>(&self) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
         self.response(frequencies, slope, LoopFamily::complementary_sensitivity)
     }
 
@@ -251,6 +245,7 @@ impl Tuning {
 /// >>> margins = stage.tune(dt=1e-4).at_max_slope
 /// >>> margins.phase_margin > 30.0, margins.peak_sensitivity <= 1.7  # degrees
 /// (True, True)
+#[copies(tuning::Margins)]
 #[pyclass(module = "mpi_hyst.control", frozen, get_all, skip_from_py_object)]
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Margins {
@@ -266,13 +261,6 @@ pub(crate) struct Margins {
     peak_sensitivity: f64,
     /// Where that peak is, in Hz.
     peak_frequency: f64,
-}
-
-impl From<tuning::Margins> for Margins {
-    fn from(made: tuning::Margins) -> Self {
-        let tuning::Margins { slope, gain_margin, phase_margin, crossover, peak_sensitivity, peak_frequency } = made;
-        Self { slope, gain_margin, phase_margin, crossover, peak_sensitivity, peak_frequency }
-    }
 }
 
 #[methods]
@@ -292,6 +280,17 @@ pub(crate) struct Demands {
     pub(crate) frequency_uncertainty: Option<f64>,
     pub(crate) damping_uncertainty: Option<f64>,
     pub(crate) structure: Option<Structure>,
+}
+
+impl Default for Demands {
+    fn default() -> Self {
+        Self {
+            peak_sensitivity: PEAK_SENSITIVITY,
+            frequency_uncertainty: None,
+            damping_uncertainty: None,
+            structure: None,
+        }
+    }
 }
 
 impl Demands {
@@ -384,19 +383,19 @@ impl Argument<'_> for Structure {
 /// >>> flexure.tune(1e-4, frequency_uncertainty=0.01).ki > tuning.ki  # the mode is better known
 /// True
 #[function]
+#[gather(demands: Demands)]
 pub(crate) fn tune(
     py: Python<'_>,
     #[py("Model | Stage | Plant")] stage: &Bound<'_, PyAny>,
     #[py(*, = None)] dt: Option<f64>,
-    #[py(= 1.7)] peak_sensitivity: f64,
+    #[py(field = 1.7)] peak_sensitivity: f64,
     #[py("Dynamics | None" = None)] dynamics: Option<LinearDynamics>,
     #[py(= None)] amplifier_bandwidth: Option<f64>,
-    #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
-    #[py(= None)] frequency_uncertainty: Option<f64>,
-    #[py(= None)] damping_uncertainty: Option<f64>,
-    #[py("Structure | None" = None)] structure: Option<Structure>,
+    #[py(= 0.0)] dead_time: Asked<f64>,
+    #[py(field = None)] frequency_uncertainty: Option<f64>,
+    #[py(field = None)] damping_uncertainty: Option<f64>,
+    #[py(field, "Structure | None" = None)] structure: Option<Structure>,
 ) -> PyResult<Tuning> {
-    let dead_time = dead_time.map(|given| f64::from_argument("dead_time", given)).transpose()?;
     let parts = StageKeywords { dynamics, amplifier_bandwidth, dead_time, ..StageKeywords::default() };
     let (stage, dt) = match (stage.cast::<Plant>(), dt) {
         (Ok(plant), None) if parts.is_empty() => (shared(plant)?.plant.stage().clone(), shared(plant)?.plant.dt()),
@@ -409,6 +408,5 @@ pub(crate) fn tune(
         (Err(_), Some(dt)) => (parts.stage_or_around("stage", stage)?, dt),
         (Err(_), None) => return Err(wrong_type("dt", "expected the sampling interval in seconds, got None")),
     };
-    let demands = Demands { peak_sensitivity, frequency_uncertainty, damping_uncertainty, structure };
     demands.tune(py, stage, dt)
 }

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::options::{Operators, Placing, Smoothness, placed};
 use super::quality::Quality;
-use super::records::{GivenRecords, Interval, check_place};
+use super::records::{GivenRecords, Interval, Skips, check_place};
 use super::watch::Watch;
 use crate::argument::{Callable, Words};
 use crate::convert::errors;
@@ -76,7 +76,7 @@ impl ComparedModel {
     /// The errors over the fitted samples of all records.
     #[getter]
     fn fit(&self) -> Quality {
-        Quality::from(&self.0.fit)
+        self.0.fit.into()
     }
 
     /// Root mean square error on the held-out stretches, in the unit of the output: the mean of the squares over the stretches.
@@ -293,18 +293,13 @@ pub(crate) fn compare(
     #[py(field = "auto")] input_map: MapModel,
     #[py(field = "auto")] output_map: MapModel,
     #[py(= None)] thresholds: Option<Placing>,
-    #[py(= "auto")] smoothness: Smoothness,
+    #[py(field = "auto")] smoothness: Smoothness,
     #[py(field = "auto")] loss: Loss,
-    #[py("Skip | Sequence[Skip]" = 0)] skip: Option<&Bound<'_, PyAny>>,
+    #[py(= 0)] skip: Skips,
     #[py("Callable[[float, float], object] | None" = None)] progress: Option<Callable>,
 ) -> PyResult<Comparison> {
-    let given = GivenRecords::new(u, y, skip, dt, &[])?;
-    let options = Options {
-        dt: given.common_dt(),
-        thresholds: placed(thresholds, operators)?,
-        smoothness: smoothness.0,
-        ..options
-    };
+    let given = GivenRecords::new(u, y, Some(&skip), dt, &[])?;
+    let options = Options { dt: given.common_dt(), thresholds: placed(thresholds, operators)?, ..options };
     let records = given.records()?;
     let mut watch = Watch::new(progress);
     let found = py.detach(|| {

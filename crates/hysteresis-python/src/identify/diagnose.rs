@@ -7,7 +7,7 @@ use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::records::{GivenRecords, Interval};
+use super::records::{GivenRecords, Interval, Skips};
 use crate::convert::errors::{self, raise, record, unexpected};
 
 /// What makes records or a result doubtful: a code, a sentence, a number with the limit that it passed, and what to do.
@@ -157,12 +157,12 @@ pub(crate) fn diagnose(
     #[py("Records")] u: &Bound<'_, PyAny>,
     #[py("ArrayLike | None")] y: Option<&Bound<'_, PyAny>>,
     model: Model,
-    #[py(*, "Skip | Sequence[Skip]" = 0)] skip: Option<&Bound<'_, PyAny>>,
+    #[py(*, = 0)] skip: Skips,
     #[py(= None)] dt: Option<Interval>,
     #[py(= 0.0)] dead_time: f64,
     #[py("ArrayLike | Sequence[ArrayLike | None] | None" = None)] times: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<Finding>> {
-    let given = GivenRecords::new(u, y, skip, dt, &[])?.at(times)?;
+    let given = GivenRecords::new(u, y, Some(&skip), dt, &[])?.at(times)?;
     let records = given.records()?;
     let found = py.detach(|| identification::diagnose(&records, &model, dead_time));
     Ok(found.map_err(errors::identification)?.into_iter().map(Finding::from).collect())

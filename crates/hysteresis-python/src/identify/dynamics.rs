@@ -171,7 +171,7 @@ impl DynamicsIdentification {
     /// The errors over the fitted samples.
     #[getter]
     fn fit(&self) -> Quality {
-        Quality::from(&self.found.fit)
+        self.found.fit.into()
     }
 
     /// How many passes over the record the search took.
@@ -259,12 +259,11 @@ pub(crate) fn identify_dynamics(
     #[py("Model")] model: &Bound<'_, PyAny>,
     #[py(*)] dt: f64,
     #[py(field = 2)] order: Order,
-    #[py(= "fit")] dead_time: DeadTime,
+    #[py(field = "fit")] dead_time: DeadTime,
     #[py(field = None)] creep: CreepModel,
     #[py(= 0)] skip: SampleCount,
 ) -> PyResult<DynamicsIdentification> {
     let compiled = compiled_of("model", model)?;
-    let options = DynamicsOptions { dead_time: dead_time.0, ..options };
     // A copy: other threads may change the arrays while the interpreter is let go.
     let (u, y) = (numbers("u", u)?, numbers("y", y)?);
     check_room("u", u.len(), FIT)?;
@@ -283,6 +282,12 @@ pub(crate) fn identify_dynamics(
 
 /// A dead time in seconds, or "fit".
 struct DeadTime(Setting<f64>);
+
+impl From<DeadTime> for Setting<f64> {
+    fn from(DeadTime(dead_time): DeadTime) -> Self {
+        dead_time
+    }
+}
 
 #[py("Literal['fit'] | float")]
 impl Argument<'_> for DeadTime {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::diagnose::Finding;
 use super::options::loop_shift_name;
 use super::quality::{LeftOutLoop, Quality};
-use super::records::{GivenRecords, Interval, check_place};
+use super::records::{GivenRecords, Interval, Skips, check_place};
 use crate::argument::Words;
 use crate::convert::arrays::read_only;
 use crate::convert::errors::{self, raise, record, warn};
@@ -152,26 +152,26 @@ impl Identification {
     /// The errors over the fitted samples of all records.
     #[getter]
     fn fit(&self) -> Quality {
-        Quality::from(&self.found.fit)
+        self.found.fit.into()
     }
 
     /// The errors over the fitted samples of each record.
     #[getter]
     fn records(&self) -> Vec<Quality> {
-        self.found.record_fits.iter().map(Quality::from).collect()
+        self.found.record_fits.iter().copied().map(Quality::from).collect()
     }
 
     /// The errors over all held-out samples, or None if none were held out.
     #[getter]
     fn validation(&self) -> Option<Quality> {
         let pooled = identification::Quality::pooled(&self.validations);
-        (!self.validations.is_empty()).then(|| Quality::from(&pooled))
+        (!self.validations.is_empty()).then(|| Quality::from(pooled))
     }
 
     /// The errors over the held-out samples of each record.
     #[getter]
     fn validation_records(&self) -> Vec<Quality> {
-        self.validations.iter().map(Quality::from).collect()
+        self.validations.iter().copied().map(Quality::from).collect()
     }
 
     /// Standard errors of the weights w_i, read-only; NaN where the weight is zero.
@@ -369,10 +369,10 @@ impl Identification {
         py: Python<'_>,
         #[py("ArrayLike | Sequence[tuple[ArrayLike, ArrayLike]]")] u: &Bound<'_, PyAny>,
         #[py("ArrayLike | None" = None)] y: Option<&Bound<'_, PyAny>>,
-        #[py(*, "Skip | Sequence[Skip]" = 0)] skip: Option<&Bound<'_, PyAny>>,
+        #[py(*, = 0)] skip: Skips,
         #[py(= None)] dt: Option<Interval>,
     ) -> PyResult<Vec<LeftOutLoop>> {
-        let given = GivenRecords::new(u, y, skip, dt, &self.found.dt)?;
+        let given = GivenRecords::new(u, y, Some(&skip), dt, &self.found.dt)?;
         let records = given.records()?;
         let found = py.detach(|| self.found.leave_one_loop_out(&records));
         Ok(found.map_err(errors::identification)?.iter().map(LeftOutLoop::from).collect())
@@ -461,14 +461,14 @@ impl Identification {
         #[py("ArrayLike")] u: &Bound<'py, PyAny>,
         #[py("ArrayLike")] y: &Bound<'py, PyAny>,
         #[py(*, = None)] record: Option<usize>,
-        #[py("Skip" = 0)] skip: Option<&Bound<'py, PyAny>>,
+        #[py("Skip" = 0)] skip: Skips,
         #[py("float | None" = None)] dt: Option<Interval>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         if let Some(place) = record {
             check_place(place, self.found.output_offsets.len())?;
         }
         let known = self.found.dt.get(record.unwrap_or(0)).or(self.found.dt.first());
-        let given = GivenRecords::new(u, Some(y), skip, dt, known.map_or(&[], std::slice::from_ref))?;
+        let given = GivenRecords::new(u, Some(y), Some(&skip), dt, known.map_or(&[], std::slice::from_ref))?;
         Ok(PyArray1::from_vec(py, self.found.residuals(&given.records()?[0], record)))
     }
 

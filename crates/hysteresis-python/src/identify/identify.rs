@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 
 use super::identification::Identification;
 use super::options::{Operators, Placing, Smoothness, placed};
-use super::records::{GivenRecords, HeldOut, Interval};
+use super::records::{GivenRecords, HeldOut, Interval, Skips};
 use super::watch::Watch;
 use crate::argument::Callable;
 use crate::convert::errors;
@@ -140,22 +140,17 @@ pub(crate) fn identify(
     #[py(field = "auto")] input_map: MapModel,
     #[py(field = "auto")] output_map: MapModel,
     #[py(= None)] thresholds: Option<Placing>,
-    #[py(= "auto")] smoothness: Smoothness,
+    #[py(field = "auto")] smoothness: Smoothness,
     #[py(field = "auto")] loss: Loss,
-    #[py("Skip | Sequence[Skip]" = 0)] skip: Option<&Bound<'_, PyAny>>,
+    #[py(= 0)] skip: Skips,
     #[py("HeldOut | Sequence[HeldOut] | float | str | Sequence[Skip] | None" = None)] validate: Option<
         &Bound<'_, PyAny>,
     >,
     #[py("Callable[[float, float], object] | None" = None)] progress: Option<Callable>,
     #[py(= false)] keep_partial: bool,
 ) -> PyResult<Identification> {
-    let given = GivenRecords::new(u, y, skip, dt, &[])?.at(times)?;
-    let options = Options {
-        dt: given.common_dt(),
-        thresholds: placed(thresholds, operators)?,
-        smoothness: smoothness.0,
-        ..options
-    };
+    let given = GivenRecords::new(u, y, Some(&skip), dt, &[])?.at(times)?;
+    let options = Options { dt: given.common_dt(), thresholds: placed(thresholds, operators)?, ..options };
     let held_out = validate.map(|validate| HeldOut::from_python(validate, &given)).transpose()?;
     let records = given.fitted(held_out.as_ref())?;
     let validations = held_out.as_ref().map_or(Ok(Vec::new()), |held_out| held_out.records(&given))?;

@@ -15,7 +15,7 @@ use pyo3::types::{PyDict, PySlice};
 
 use super::many_identifications::ManyIdentifications;
 use super::options::{Operators, Placing, Smoothness, placed};
-use super::records::duration;
+use super::records::{Skips, duration};
 use super::watch::Watch;
 use crate::argument::{Callable, Words};
 use crate::convert::arrays::{FIT, array, check_room};
@@ -99,19 +99,16 @@ pub(crate) fn identify_many(
     #[py(field = "fit")] input_offset: Setting<f64>,
     #[py(field = "fit")] dead_time: Setting<f64>,
     #[py(= None)] thresholds: Option<Placing>,
-    #[py(= "auto")] smoothness: Smoothness,
-    #[py("Skip" = 0)] skip: Option<&Bound<'_, PyAny>>,
+    #[py(field = "auto")] smoothness: Smoothness,
+    #[py("Skip" = 0)] skip: Skips,
     #[py(= 1)] threads: NonZeroUsize,
     #[py("Executor | None" = None)] executor: Option<&Bound<'_, PyAny>>,
     #[py("Callable[[float, int], object] | None" = None)] progress: Option<Callable>,
 ) -> PyResult<ManyIdentifications> {
-    let options =
-        Options { dt, thresholds: placed(thresholds, operators)?.unrefined(), smoothness: smoothness.0, ..options };
-    let skip = match skip {
-        None => 0,
-        Some(skip) => duration("skip", skip, dt)?
-            .ok_or_else(|| unexpected("skip", "a number of samples, or a time such as \"2s\"", skip))?,
-    };
+    let options = Options { dt, thresholds: placed(thresholds, operators)?.unrefined(), ..options };
+    let skip = skip.0.bind(py);
+    let skip = duration("skip", skip, dt)?
+        .ok_or_else(|| unexpected("skip", "a number of samples, or a time such as \"2s\"", skip))?;
     // A copy: other threads may change the arrays while the interpreter is let go.
     let signals = Signals::from_python(u, Y, skip)?;
     let mut done = Done { watch: Watch::new(progress), actuators: signals.actuators(), told: None };

@@ -6,10 +6,11 @@ use hysteresis_identify::{
     Thresholds, WeightLaw,
 };
 use hysteresis_python_macros::py;
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-use crate::argument::{Argument, Words};
+use crate::argument::{Argument, AsArgument, Words};
 use crate::convert::arguments::{count, is_word, unknown};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, unexpected};
@@ -100,6 +101,15 @@ impl Argument<'_> for Setting<f64> {
     }
 }
 
+impl<'py> AsArgument<'py> for Setting<f64> {
+    fn as_argument(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self {
+            Setting::Fit => "fit".into_bound_py_any(py),
+            Setting::Fixed(number) => number.into_bound_py_any(py),
+        }
+    }
+}
+
 #[py("Literal['fit'] | tuple[float, float, float]")]
 impl Argument<'_> for Setting<Ratios> {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
@@ -126,7 +136,13 @@ pub(super) fn setting<'py, T: FromPyObjectOwned<'py>>(
 }
 
 /// How smooth the weights should be.
-pub(super) struct Smoothness(pub(super) Setting<f64>);
+pub(super) struct Smoothness(Setting<f64>);
+
+impl From<Smoothness> for Setting<f64> {
+    fn from(Smoothness(smoothness): Smoothness) -> Self {
+        smoothness
+    }
+}
 
 #[py("Literal['auto'] | float")]
 impl Argument<'_> for Smoothness {

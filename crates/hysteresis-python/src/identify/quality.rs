@@ -1,7 +1,7 @@
 //! The errors of a fit, and those of loops that were left out of it.
 
 use hysteresis_identify as identification;
-use hysteresis_python_macros::methods;
+use hysteresis_python_macros::{copies, methods};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 /// >>> quality = mh.identify(u, y, operators=12, input_offset=0.0, dead_time=0.0).fit
 /// >>> bool(abs(quality.rmse_percent - 100.0 * quality.rmse / quality.range) < 1e-12)
 /// True
+#[copies(identification::Quality)]
 #[pyclass(module = "mpi_hyst.results", frozen, get_all, skip_from_py_object)]
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Quality {
@@ -49,42 +50,6 @@ pub(crate) struct Quality {
     loop_width_error: Option<f64>,
     /// How many samples were fitted.
     samples: usize,
-}
-
-impl From<&identification::Quality> for Quality {
-    fn from(quality: &identification::Quality) -> Self {
-        let identification::Quality {
-            max_error,
-            rmse,
-            mse,
-            range,
-            amplitude,
-            max_error_percent,
-            rmse_percent,
-            max_error_percent_of_amplitude,
-            rmse_percent_of_amplitude,
-            nrmse,
-            loop_width,
-            loop_width_error,
-            samples,
-            ..
-        } = *quality;
-        Self {
-            max_error,
-            rmse,
-            mse,
-            range,
-            amplitude,
-            max_error_percent,
-            rmse_percent,
-            max_error_percent_of_amplitude,
-            rmse_percent_of_amplitude,
-            nrmse,
-            loop_width,
-            loop_width_error,
-            samples,
-        }
-    }
 }
 
 #[methods]
@@ -132,8 +97,8 @@ impl From<&identification::LeftOutLoop> for LeftOutLoop {
             start: row.samples.start,
             stop: row.samples.end,
             amplitude: row.amplitude,
-            fitted: Quality::from(&row.fitted),
-            left_out: Quality::from(&row.left_out),
+            fitted: row.fitted.into(),
+            left_out: row.left_out.into(),
         }
     }
 }

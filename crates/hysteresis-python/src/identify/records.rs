@@ -22,13 +22,13 @@ impl GivenRecords {
     pub(super) fn new(
         u: &Bound<'_, PyAny>,
         y: Option<&Bound<'_, PyAny>>,
-        skip: Option<&Bound<'_, PyAny>>,
+        skip: Option<&Skips>,
         dt: Option<Interval>,
         known: &[f64],
     ) -> PyResult<Self> {
         let signals = signals(u, y)?;
         let dt = Intervals::new(dt, known, signals.len())?;
-        let skips = skips(skip, signals.len(), &dt)?;
+        let skips = skips(skip.map(|skip| skip.0.bind(u.py())), signals.len(), &dt)?;
         Ok(Self { times: vec![None; signals.len()], signals, dt, skips })
     }
 
@@ -93,6 +93,16 @@ impl Argument<'_> for Interval {
         }
         let expected = "a number of seconds, or a list of one for each record";
         value.extract().map(Self::OfEach).map_err(|_| unexpected(name, expected, value))
+    }
+}
+
+/// `skip`: one for all records, or one for each. What it says is known once their sampling intervals are.
+pub(super) struct Skips(pub(super) Py<PyAny>);
+
+#[py("Skip | Sequence[Skip]")]
+impl Argument<'_> for Skips {
+    fn from_argument(_: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self(value.clone().unbind()))
     }
 }
 

@@ -69,12 +69,13 @@ impl Class for RecursiveIdentifier {
 #[methods]
 impl RecursiveIdentifier {
     #[new]
+    #[gather(options: RecursiveOptions, put_options)]
     fn new(
         model: Model,
-        #[py(*, = 1.0)] forgetting: f64,
-        #[py(= "fit")] output_offset: Setting<f64>,
-        #[py(= 1e12)] covariance: f64,
-        #[py(= 1e4)] covariance_limit: f64,
+        #[py(*, field = 1.0)] forgetting: f64,
+        #[py(field = "fit")] output_offset: Setting<f64>,
+        #[py(field = 1e12)] covariance: f64,
+        #[py(field = 1e4)] covariance_limit: f64,
         #[py("Dynamics | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
         #[py(= 0.0)] dead_time: f64,
         #[py(= None)] dt: Option<f64>,
@@ -87,7 +88,7 @@ impl RecursiveIdentifier {
                 return Err(wrong_type("dt", "expected the sampling interval in seconds beside dynamics, got None"));
             }
         };
-        let options = RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics };
+        let options = RecursiveOptions { dynamics, ..options };
         identification::RecursiveIdentifier::new(&model, &options).map(Self).map_err(raise)
     }
 
@@ -168,23 +169,16 @@ impl RecursiveIdentifier {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
-        let RecursiveOptions { forgetting, output_offset, covariance, covariance_limit, dynamics } = this.0.options();
-        let keywords =
-            keywords!(py, forgetting = forgetting, covariance = covariance, covariance_limit = covariance_limit);
-        if let Setting::Fixed(offset) = output_offset {
-            keywords.set_item("output_offset", offset)?;
-        }
-        if let Some((dynamics, dt)) = dynamics {
+        let options = this.0.options();
+        let keywords = keywords!(py);
+        Self::put_options(options, &keywords)?;
+        if let Some((dynamics, dt)) = &options.dynamics {
             keywords.set_item("dynamics", dynamics_object(py, dynamics)?)?;
             keywords.set_item("dead_time", dynamics.dead_time())?;
             keywords.set_item("dt", dt)?;
         }
         let model = object(py, this.0.given().clone())?;
         reduce(py.get_type::<Self>().into_any(), (model,), keywords, Some(Self::state(slf)?))
-    }
-
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
     }
 
     fn __repr__(&self) -> String {

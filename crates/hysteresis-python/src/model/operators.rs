@@ -60,19 +60,9 @@ impl Stepper for Play {
     }
 }
 
-#[methods]
-impl Play {
-    #[new]
-    fn new(r: f64) -> PyResult<Self> {
-        Ok(Self(Tracked::new(core::Play::new(r).map_err(raise)?)))
-    }
-
-    /// The threshold.
-    #[getter]
-    fn r(&self) -> f64 {
-        self.0.operator().r()
-    }
-
+// What both operators offer.
+#[methods(Play, CoupledPlay)]
+impl Each {
     /// Takes over the inputs before, oldest first.
     fn follow(slf: &Bound<'_, Self>, inputs: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         exclusive(slf)?.0.follow(inputs.as_slice()?).map_err(raise)
@@ -88,14 +78,24 @@ impl Play {
     fn set_state(slf: &Bound<'_, Self>, state: f64) -> PyResult<()> {
         exclusive(slf)?.0.set_state(state).map_err(raise)
     }
+}
+
+#[methods]
+impl Play {
+    #[new]
+    fn new(r: f64) -> PyResult<Self> {
+        Ok(Self(Tracked::new(core::Play::new(r).map_err(raise)?)))
+    }
+
+    /// The threshold.
+    #[getter]
+    fn r(&self) -> f64 {
+        self.0.operator().r()
+    }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
         let state = self.0.state().into_pyobject(py)?.into_any();
         reduce(py.get_type::<Self>().into_any(), (self.r(),), keywords!(py), Some(state))
-    }
-
-    fn __setstate__(slf: &Bound<'_, Self>, state: f64) -> PyResult<()> {
-        exclusive(slf)?.0.set_state(state).map_err(raise)
     }
 
     fn __repr__(&self) -> String {
@@ -148,29 +148,9 @@ impl CoupledPlay {
         self.0.operator().rc()
     }
 
-    /// Takes over the inputs before, oldest first.
-    fn follow(slf: &Bound<'_, Self>, inputs: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
-        exclusive(slf)?.0.follow(inputs.as_slice()?).map_err(raise)
-    }
-
-    /// The last output z: the whole memory. Set it to continue from there.
-    #[getter]
-    fn state(slf: &Bound<'_, Self>) -> PyResult<f64> {
-        Ok(shared(slf)?.0.state())
-    }
-
-    #[setter]
-    fn set_state(slf: &Bound<'_, Self>, state: f64) -> PyResult<()> {
-        exclusive(slf)?.0.set_state(state).map_err(raise)
-    }
-
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
         let (thresholds, state) = ((self.r(), self.ra(), self.rb(), self.rc()), self.0.state().into_pyobject(py)?);
         reduce(py.get_type::<Self>().into_any(), thresholds, keywords!(py), Some(state.into_any()))
-    }
-
-    fn __setstate__(slf: &Bound<'_, Self>, state: f64) -> PyResult<()> {
-        exclusive(slf)?.0.set_state(state).map_err(raise)
     }
 
     fn __repr__(&self) -> String {

@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use pythonize::pythonize;
 
-use crate::argument::Argument;
+use crate::argument::Asked;
 use crate::convert::arrays::{array, read_only, zeros};
 use crate::convert::errors::{self, raise, unexpected};
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
@@ -110,7 +110,7 @@ impl Plant {
         #[py("Dynamics | None" = None)] dynamics: Option<LinearDynamics>,
         #[py(= None)] amplifier_bandwidth: Option<f64>,
         #[py("Creep | None" = None)] creep: Option<linear::Creep>,
-        #[py("float" = 0.0)] dead_time: Option<&Bound<'_, PyAny>>,
+        #[py(= 0.0)] dead_time: Asked<f64>,
         #[py(= None)] noise: Option<f64>,
         #[py("Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
     ) -> PyResult<Self> {
@@ -118,7 +118,7 @@ impl Plant {
             dynamics,
             amplifier_bandwidth,
             creep,
-            dead_time: dead_time.map(|given| f64::from_argument("dead_time", given)).transpose()?,
+            dead_time,
             noise,
             limits,
             ..StageKeywords::default()
@@ -249,10 +249,6 @@ impl Plant {
     fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         let state = saved(state)?;
         exclusive(slf)?.plant.set_state(&state).map_err(raise)
-    }
-
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {

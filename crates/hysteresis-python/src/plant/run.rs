@@ -1,6 +1,6 @@
 //! Closed loops: a controller, a plant, a reference, and how well the plant followed.
 
-use hysteresis_python_macros::methods;
+use hysteresis_python_macros::{copies, methods};
 use hysteresis_simulate::metrics::{self, LoopRecord};
 use numpy::PyArray1;
 use pyo3::intern;
@@ -27,6 +27,7 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// >>> run = stage.simulate(mh.signals.sine(1.0, 10.0, seconds=0.2), dt=1e-4)
 /// >>> run.metrics.max_position_error < 0.01, run.metrics.saturated_count  # um
 /// (True, 0)
+#[copies(metrics::Metrics)]
 #[pyclass(module = "mpi_hyst.plant", frozen, get_all)]
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Metrics {
@@ -54,37 +55,6 @@ pub(crate) struct Metrics {
     /// At how many samples there was no reading.
     #[serde(default)]
     missing_count: usize,
-}
-
-impl From<metrics::Metrics> for Metrics {
-    fn from(metrics: metrics::Metrics) -> Self {
-        let metrics::Metrics {
-            samples,
-            max_error,
-            rmse,
-            max_position_error,
-            position_rmse,
-            range,
-            hysteresis_percent,
-            drive_low,
-            drive_high,
-            saturated_count,
-            missing_count,
-        } = metrics;
-        Self {
-            samples,
-            max_error,
-            rmse,
-            max_position_error,
-            position_rmse,
-            range,
-            hysteresis_percent,
-            drive_low,
-            drive_high,
-            saturated_count,
-            missing_count,
-        }
-    }
 }
 
 #[methods]

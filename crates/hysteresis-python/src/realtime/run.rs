@@ -1,6 +1,7 @@
 //! A loop on the clock.
 
 use std::net::{SocketAddr, ToSocketAddrs};
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -18,10 +19,10 @@ use pyo3::prelude::*;
 use super::other_side::{ForeignIo, Functions, SharedMemory, Udp};
 use super::report::LoopReport;
 use super::stop::{Signals, Stop};
-use crate::argument::{Argument, Callable, Words};
+use crate::argument::{Argument, Asked, Callable, Words};
 use crate::control::controller::HybridController;
 use crate::control::shared_by_controllers::check_interval;
-use crate::convert::arguments::{count, two, whole_number};
+use crate::convert::arguments::{two, whole_number};
 use crate::convert::errors::{self, Refusal, raise};
 use crate::convert::objects::{exclusive, instance, keywords, shared};
 use crate::plant::plant::Plant;
@@ -129,9 +130,9 @@ pub(crate) fn run<'py>(
     #[py(field = None)] seconds: Option<f64>,
     #[py(= true)] repeat: bool,
     #[py(= "skip")] misses: Misses,
-    #[py("int" = 100)] most_caught_up: Option<&Bound<'py, PyAny>>,
-    #[py(= (0.0, 0.1))] watchdog: Watchdog,
-    #[py(= 100)] most_write_faults: WriteFaults,
+    #[py(= 100)] most_caught_up: Asked<NonZeroUsize>,
+    #[py(field = (0.0, 0.1))] watchdog: Watchdog,
+    #[py(field(write_faults) = 100)] most_write_faults: WriteFaults,
     #[py(field = 0.0)] spin: f64,
     #[py(field = None)] cpu: Option<usize>,
     #[py(= None)] fifo: Option<Priority>,
@@ -140,13 +141,7 @@ pub(crate) fn run<'py>(
     #[py("Callable[[dict[str, Any]], object] | None" = None)] progress: Option<Callable>,
     #[py(= None)] stop: Option<Bound<'py, Stop>>,
 ) -> PyResult<LoopReport> {
-    let settings = Settings {
-        misses: policy(misses, most_caught_up)?,
-        watchdog: watchdog.0,
-        write_faults: most_write_faults.0,
-        fifo: fifo.map(|fifo| fifo.0),
-        ..settings
-    };
+    let settings = Settings { misses: policy(misses, most_caught_up)?, fifo: fifo.map(|fifo| fifo.0), ..settings };
     let reference = if repeat { Reference::periodic(reference) } else { Reference::once(reference) }.map_err(raise)?;
     let stop = stop.map_or_else(StopFlag::default, |stop| stop.get().0.clone());
     let controller = checked_controller(controller, rate, io)?;
@@ -350,15 +345,15 @@ impl Words for Misses {
     const REFUSES_NONE: bool = true;
 }
 
-fn policy(misses: Misses, most_caught_up: Option<&Bound<'_, PyAny>>) -> PyResult<MissPolicy> {
-    match (misses, most_caught_up) {
-        (Misses::Skip, None) => Ok(MissPolicy::Skip),
-        (Misses::Stop, None) => Ok(MissPolicy::Stop),
-        (Misses::CatchUp, given) => {
-            let at_most = given.map_or(Ok(100), |given| count("most_caught_up", given))?;
-            Ok(MissPolicy::CatchUp { at_most: u32::try_from(at_most).unwrap_or(u32::MAX) })
+fn policy(misses: Misses, most_caught_up: Asked<NonZeroUsize>) -> PyResult<MissPolicy> {
+    let at_most = u32::try_from(most_caught_up.value.get()).unwrap_or(u32::MAX);
+    match misses {
+        Misses::CatchUp => Ok(MissPolicy::CatchUp { at_most }),
+        _ if most_caught_up.is_given => {
+            Err(errors::value("most_caught_up", "expected None without misses=\"catch_up\""))
         }
-        (_, Some(_)) => Err(errors::value("most_caught_up", "expected None without misses=\"catch_up\"")),
+        Misses::Skip => Ok(MissPolicy::Skip),
+        Misses::Stop => Ok(MissPolicy::Stop),
     }
 }
 
@@ -378,6 +373,12 @@ impl Argument<'_> for Watchdog {
     }
 }
 
+impl From<Watchdog> for Option<WatchdogTimes> {
+    fn from(Watchdog(times): Watchdog) -> Self {
+        times
+    }
+}
+
 /// After how many writes that failed the loop ends.
 struct WriteFaults(u32);
 
@@ -385,6 +386,12 @@ struct WriteFaults(u32);
 impl Argument<'_> for WriteFaults {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         whole_number(name, "a whole number from 1 to 4294967295", value).map(Self)
+    }
+}
+
+impl From<WriteFaults> for u32 {
+    fn from(WriteFaults(writes): WriteFaults) -> Self {
+        writes
     }
 }
 

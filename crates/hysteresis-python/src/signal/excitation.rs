@@ -1,8 +1,6 @@
 //! Drives to identify from: one that makes an actuator's memory known, and those that tell a whole stage.
 
-use std::num::NonZeroUsize;
-
-use hysteresis_python_macros::{function, methods};
+use hysteresis_python_macros::{function, methods, py};
 use hysteresis_simulate::excitation::{
     Excitation as Made, ExcitationOptions, ExperimentOptions, FastSignal, Part, Segment, Shape,
 };
@@ -10,7 +8,8 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::argument::Words;
+use crate::argument::{Argument, Words};
+use crate::convert::arguments::count;
 use crate::convert::arrays::read_only;
 use crate::convert::errors::raise;
 
@@ -111,12 +110,12 @@ pub(crate) fn excitation(
     high: f64,
     #[py(*)] slew: f64,
     #[py(= 10000.0)] rate: f64,
-    #[py(= 20)] cycles: NonZeroUsize,
+    #[py(field = 20)] cycles: Cycles,
     #[py(field = "triangle")] shape: Shape,
     #[py(= None)] center: Option<f64>,
     #[py(= None)] start: Option<f64>,
 ) -> PyResult<Excitation> {
-    let options = with(options, cycles, center, start);
+    let options = with(options, center, start);
     py.detach(|| options.excitation()).map(Excitation::from).map_err(raise)
 }
 
@@ -167,29 +166,35 @@ pub(crate) fn demagnetize<'py>(
     high: f64,
     #[py(*)] slew: f64,
     #[py(= 10000.0)] rate: f64,
-    #[py(= 20)] cycles: NonZeroUsize,
+    #[py(field = 20)] cycles: Cycles,
     #[py(field = "triangle")] shape: Shape,
     #[py(= None)] center: Option<f64>,
     #[py(= None)] start: Option<f64>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let options = with(options, cycles, center, start);
+    let options = with(options, center, start);
     py.detach(|| options.demagnetizing()).map(|drive| PyArray1::from_vec(py, drive)).map_err(raise)
 }
 
 /// The options with what is given of these, in place of the defaults that follow from the limits.
-fn with(
-    options: ExcitationOptions,
-    cycles: NonZeroUsize,
-    center: Option<f64>,
-    start: Option<f64>,
-) -> ExcitationOptions {
+fn with(options: ExcitationOptions, center: Option<f64>, start: Option<f64>) -> ExcitationOptions {
     let (center, start) = (center.unwrap_or(options.center), start.unwrap_or(options.start));
-    ExcitationOptions { cycles: few(cycles), center, start, ..options }
+    ExcitationOptions { center, start, ..options }
 }
 
-/// More cycles than any drive may have stay more.
-pub(crate) fn few(cycles: NonZeroUsize) -> u32 {
-    u32::try_from(cycles.get()).unwrap_or(u32::MAX)
+/// A number of cycles. More than any drive may have stay more.
+pub(crate) struct Cycles(pub(crate) u32);
+
+#[py("int")]
+impl Argument<'_> for Cycles {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        count(name, value).map(|cycles| Self(u32::try_from(cycles).unwrap_or(u32::MAX)))
+    }
+}
+
+impl From<Cycles> for u32 {
+    fn from(Cycles(cycles): Cycles) -> Self {
+        cycles
+    }
 }
 
 impl Words for Shape {
@@ -381,7 +386,7 @@ pub(crate) fn experiment(
     rate: f64,
     #[py(= None)] fast_rate: Option<f64>,
     #[py(field = (1.0, 10.0))] frequencies: (f64, f64),
-    #[py(= 20)] cycles: NonZeroUsize,
+    #[py(field = 20)] cycles: Cycles,
     #[py(field = "triangle")] shape: Shape,
     #[py(= None)] center: Option<f64>,
     #[py(= None)] start: Option<f64>,
@@ -394,7 +399,6 @@ pub(crate) fn experiment(
     let fast_rate = fast_rate.unwrap_or(rate);
     let options = ExperimentOptions {
         fast_rate,
-        cycles: few(cycles),
         center: center.unwrap_or(options.center),
         start: start.unwrap_or(options.start),
         fast_amplitude: fast_amplitude.unwrap_or(options.fast_amplitude),

@@ -66,16 +66,16 @@ impl Stage {
     /// >>> tuning = stage.tune(1e-4, structure="active damping")
     /// >>> tuning.kp < 0.0, tuning.explanation.split(".")[0]
     /// (True, 'A low-pass and a negative proportional gain damp the resonance actively')
+    #[gather(demands: Demands)]
     fn tune(
         &self,
         py: Python<'_>,
         dt: f64,
-        #[py(= 1.7)] peak_sensitivity: f64,
-        #[py(*, = None)] frequency_uncertainty: Option<f64>,
-        #[py(= None)] damping_uncertainty: Option<f64>,
-        #[py("Structure | None" = None)] structure: Option<Structure>,
+        #[py(field = 1.7)] peak_sensitivity: f64,
+        #[py(*, field = None)] frequency_uncertainty: Option<f64>,
+        #[py(field = None)] damping_uncertainty: Option<f64>,
+        #[py(field, "Structure | None" = None)] structure: Option<Structure>,
     ) -> PyResult<Tuning> {
-        let demands = Demands { peak_sensitivity, frequency_uncertainty, damping_uncertainty, structure };
         demands.tune(py, self.0.clone(), dt)
     }
 
@@ -191,56 +191,49 @@ impl Stage {
 
     /// Learning from period to period around this stage: as `control.IterativeLearning`, tuned gains unless given. The slope may be
     /// any of the hysteresis.
+    #[gather(options: LearningOptions)]
     fn iterative_learning(
         &self,
         #[py("ArrayLike")] target: &Bound<'_, PyAny>,
         dt: f64,
-        #[py(*, = None)] bandwidth: Option<f64>,
+        #[py(*, field = None)] bandwidth: Option<f64>,
         #[py(= None)] kp: Option<f64>,
         #[py(= None)] ki: Option<f64>,
-        #[py(= 0.15)] min_gain: f64,
-        #[py("Sequence[float] | None" = None)] target_limits: Option<(f64, f64)>,
-        #[py(= None)] noise: Option<f64>,
+        #[py(field = 0.15)] min_gain: f64,
+        #[py(field, "Sequence[float] | None" = None)] target_limits: Option<(f64, f64)>,
+        #[py(field = None)] noise: Option<f64>,
         #[py(= None)] frequency_uncertainty: Option<f64>,
         #[py(= None)] damping_uncertainty: Option<f64>,
         #[py(= None)] settle: Option<u32>,
-        #[py(= false)] on_demand: bool,
+        #[py(field = false)] on_demand: bool,
     ) -> PyResult<IterativeLearning> {
         let options = LearningOptions {
-            bandwidth,
-            min_gain,
-            target_limits,
-            noise,
             uncertainty: told(self.0.loop_uncertainty(), frequency_uncertainty, damping_uncertainty),
             // From rest to rest nothing rings on.
-            settle: settle.unwrap_or_else(|| if on_demand { 0 } else { self.0.periods_to_settle() }),
-            on_demand,
+            settle: settle.unwrap_or_else(|| if options.on_demand { 0 } else { self.0.periods_to_settle() }),
+            ..options
         };
         IterativeLearning::of(self.feedback_loop(dt, (kp, ki))?, target, options)
     }
 
     /// Learning in the running loop around this stage: as `control.RepetitiveControl`, tuned gains unless given. The slope may be any of
     /// the hysteresis.
+    #[gather(options: RepetitiveOptions)]
     fn repetitive_control(
         &self,
         period: NonZeroUsize,
         dt: f64,
-        #[py(*, = None)] bandwidth: Option<f64>,
+        #[py(*, field = None)] bandwidth: Option<f64>,
         #[py(= None)] kp: Option<f64>,
         #[py(= None)] ki: Option<f64>,
-        #[py(= 0.3)] gain: f64,
-        #[py(= 1)] settle: u32,
-        #[py(= None)] limit: Option<f64>,
+        #[py(field = 0.3)] gain: f64,
+        #[py(field = 1)] settle: u32,
+        #[py(field = None)] limit: Option<f64>,
         #[py(= None)] frequency_uncertainty: Option<f64>,
         #[py(= None)] damping_uncertainty: Option<f64>,
     ) -> PyResult<RepetitiveControl> {
-        let options = RepetitiveOptions {
-            bandwidth,
-            gain,
-            settle,
-            limit,
-            uncertainty: told(self.0.loop_uncertainty(), frequency_uncertainty, damping_uncertainty),
-        };
+        let uncertainty = told(self.0.loop_uncertainty(), frequency_uncertainty, damping_uncertainty);
+        let options = RepetitiveOptions { uncertainty, ..options };
         RepetitiveControl::of(self.feedback_loop(dt, (kp, ki))?, period.get(), options)
     }
 
@@ -260,6 +253,7 @@ impl Stage {
     /// Lets this stage follow a reference under its own controller: `plant(dt, seed)` and `controller(dt, limits, feedforward)`.
     ///
     /// `period` of the reference in samples makes `settled` of the run leave out the first.
+    #[gather(converters: Converters)]
     fn simulate(
         &self,
         py: Python<'_>,
@@ -269,7 +263,7 @@ impl Stage {
         #[py(= "preview")] feedforward: OfRecord,
         #[py(= None)] kp: Option<f64>,
         #[py(= None)] ki: Option<f64>,
-        #[py(= 0)] seed: u64,
+        #[py(field = 0)] seed: u64,
         #[py(= None)] period: Option<f64>,
         #[py("Callable[[float], object] | None" = None)] progress: Option<Callable>,
     ) -> PyResult<Run> {
@@ -278,7 +272,7 @@ impl Stage {
         let task = TrackingTask::new(&reference, period).map_err(raise)?;
         let wishes = Wishes { gains: (kp, ki), ..Wishes::default() };
         let mut controller = self.made_controller(py, dt, limits, feedforward.0, wishes)?;
-        let mut plant = Plant::of(&self.0, dt, &Converters { seed, ..Converters::default() })?;
+        let mut plant = Plant::of(&self.0, dt, &converters)?;
         let tracking = Tracking::of(&mut controller.stage_controller);
         tracking.run(&task, &mut plant.plant, watch(py, reference.len(), progress)).map(Run)
     }

@@ -15,7 +15,7 @@ use pyo3::types::{PyDict, PyType};
 use pythonize::pythonize;
 
 use super::loop_shift::LoopShift;
-use crate::argument::{Argument, Class};
+use crate::argument::{Argument, Asked, Class};
 use crate::convert::arrays::{PASS, check_room, vector};
 use crate::convert::errors::{raise, unexpected, value, warn, wrong_type};
 use crate::convert::files;
@@ -88,7 +88,7 @@ impl Stage {
         hysteresis: Model,
         #[py(*, field, "Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
         #[py(field = None)] slew: Option<f64>,
-        #[py(field, "float" = 0.0)] dead_time: Option<f64>,
+        #[py(field = 0.0)] dead_time: Asked<f64>,
         #[py(field = None)] amplifier_bandwidth: Option<f64>,
         #[py(field, "Dynamics | Any | None" = None)] dynamics: Option<LinearDynamics>,
         #[py(field, "Creep | None" = None)] creep: Option<linear::Creep>,
@@ -96,7 +96,7 @@ impl Stage {
         #[py(field, "MapPoints | None" = None)] input_map: Option<PiecewiseLinearMap>,
         #[py(field, "MapPoints | None" = None)] output_map: Option<PiecewiseLinearMap>,
         #[py(field = None)] noise: Option<f64>,
-        #[py(field, "tuple[str, str]" = ("V", "um"))] units: Option<Units>,
+        #[py(field, "tuple[str, str]" = ("V", "um"))] units: Units,
     ) -> PyResult<Self> {
         keywords.stage(hysteresis).map(Self)
     }
@@ -425,7 +425,7 @@ impl Argument<'_> for Units {
 pub(crate) struct StageKeywords {
     pub(crate) limits: Option<(f64, f64)>,
     pub(crate) slew: Option<f64>,
-    pub(crate) dead_time: Option<f64>,
+    pub(crate) dead_time: Asked<f64>,
     pub(crate) amplifier_bandwidth: Option<f64>,
     pub(crate) dynamics: Option<LinearDynamics>,
     pub(crate) creep: Option<linear::Creep>,
@@ -433,7 +433,7 @@ pub(crate) struct StageKeywords {
     pub(crate) input_map: Option<PiecewiseLinearMap>,
     pub(crate) output_map: Option<PiecewiseLinearMap>,
     pub(crate) noise: Option<f64>,
-    pub(crate) units: Option<Units>,
+    pub(crate) units: Units,
 }
 
 impl StageKeywords {
@@ -443,7 +443,7 @@ impl StageKeywords {
         let parts = StageParts {
             limits: self.limits,
             slew: self.slew,
-            dead_time: self.dead_time.unwrap_or(alone.dead_time),
+            dead_time: self.dead_time.value,
             amplifier: self.amplifier_bandwidth.map(amplifier).transpose()?,
             dynamics: self.dynamics.unwrap_or_else(LinearDynamics::none),
             creep: self.creep,
@@ -451,7 +451,7 @@ impl StageKeywords {
             input_map: self.input_map,
             output_map: self.output_map,
             noise: self.noise,
-            units: self.units.unwrap_or_default(),
+            units: self.units,
             ..alone
         };
         stage::Stage::new(parts).map_err(raise)

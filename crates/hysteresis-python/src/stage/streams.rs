@@ -155,10 +155,6 @@ impl Each {
     fn settle(slf: &Bound<'_, Self>, drive: f64) -> PyResult<f64> {
         Ok(exclusive(slf)?.stream.settle(drive))
     }
-
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
-    }
 }
 
 impl Stepper for StageForward {

@@ -1,7 +1,5 @@
 //! How uncertain the outputs of an array are when its history is unknown, and the sequence that makes them certain.
 
-use std::num::NonZeroUsize;
-
 use hysteresis_core::{self as core, ActuatorError, Bound as Domain, BracketState, CompiledModel, Process};
 use hysteresis_python_macros::methods;
 use hysteresis_simulate::excitation::{ActuatorDrive, Shape, demagnetizing_array};
@@ -16,7 +14,7 @@ use super::stream_arrays::{MadeOf, columns, in_state, states};
 use crate::convert::arrays::{each, zeros};
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{Reduced, exclusive, saved, shared};
-use crate::signal::excitation::few;
+use crate::signal::excitation::Cycles;
 
 /// How uncertain the outputs of many actuators are when their history is unknown: made by `array.bracket(limits)`.
 ///
@@ -129,10 +127,6 @@ impl BracketArray {
         exclusive(slf)?.brackets.set_states(&plain).map_err(wrong)
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
-    }
-
     fn __len__(&self) -> usize {
         self.brackets.brackets().len()
     }
@@ -240,7 +234,7 @@ impl ActuatorArray {
         #[py("ArrayLike")] limits: &Bound<'py, PyAny>,
         #[py(*, "ArrayLike")] slew: &Bound<'py, PyAny>,
         #[py(= 10000.0)] rate: f64,
-        #[py(= 20)] cycles: NonZeroUsize,
+        #[py(= 20)] cycles: Cycles,
         #[py(= "triangle")] shape: Shape,
         #[py("ArrayLike | None" = None)] center: Option<&Bound<'py, PyAny>>,
         #[py("ArrayLike | None" = None)] start: Option<&Bound<'py, PyAny>>,
@@ -263,7 +257,7 @@ impl ActuatorArray {
         for (m, pair) in limits.iter().enumerate() {
             check_limits(*pair).map_err(|error| given.error(m, error))?;
         }
-        let made = py.detach(|| demagnetizing_array(&plan, rate, few(cycles), shape)).map_err(raise)?;
+        let made = py.detach(|| demagnetizing_array(&plan, rate, cycles.0, shape)).map_err(raise)?;
         let left = py.detach(|| {
             let of = |(m, model)| left_by(model, limits[m], made.iter().skip(m).step_by(actuators).copied());
             compiled.iter().enumerate().map(of).collect::<Vec<f64>>()

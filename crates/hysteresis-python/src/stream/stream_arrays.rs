@@ -287,10 +287,6 @@ impl Each {
         Ok(())
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
-    }
-
     fn __len__(&self) -> usize {
         self.stream.len()
     }

@@ -95,10 +95,6 @@ impl Each {
         exclusive(slf)?.stream.set_state(&state).map_err(raise)
     }
 
-    fn __setstate__(slf: &Bound<'_, Self>, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        Self::set_state(slf, state)
-    }
-
     /// The reversals of the model's input that still determine its output, oldest first; empty for a bank.
     #[getter]
     fn memory<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
