@@ -23,7 +23,7 @@ pub(crate) trait Argument<'py>: Sized {
 
     /// The same value where it stands for an argument that was not given.
     #[must_use]
-    fn as_default(self) -> Self {
+    fn into_default(self) -> Self {
         self
     }
 }
@@ -80,7 +80,7 @@ pub(crate) fn of_default<T: for<'py> Argument<'py>>(
     name: &'static str,
     default: impl for<'py> IntoPyObject<'py>,
 ) -> PyResult<T> {
-    Python::attach(|py| T::from_argument(name, &default.into_bound_py_any(py)?)).map(T::as_default)
+    Python::attach(|py| T::from_argument(name, &default.into_bound_py_any(py)?)).map(T::into_default)
 }
 
 /// The defaults that a function shows for the options that it gathers. In effect are those of the options, where nothing is given.
@@ -120,7 +120,7 @@ impl<'py, T: Argument<'py>> Argument<'py> for Asked<T> {
         Ok(Self { value: T::from_argument(name, value)?, is_given: true })
     }
 
-    fn as_default(self) -> Self {
+    fn into_default(self) -> Self {
         Self { is_given: false, ..self }
     }
 }
