@@ -146,7 +146,8 @@ pub enum FindingCode {
     /// drive passes before and after each of its turns, so a bend of the position counts for nothing.
     LoopBackwards,
     /// The fit leaves more than noise, or very much noise. Value: the rms residual without the noise, which is estimated from the
-    /// differences of neighbouring residuals, or 0.15 of it with the noise if that is more, over the range of the position; limit 0.005.
+    /// differences of neighbouring residuals, or 0.15 of it with the noise if that is more, over the largest range of the position in any
+    /// record; limit 0.005.
     PoorFit,
     /// The beginning lies on no loop of the model. Value: the residual there over the largest later on, both rms over a
     /// hundredth of the record without its two largest samples; limit 3.
@@ -214,10 +215,11 @@ pub enum FindingCode {
     /// range, if that is more than three times what it does while a coarse or slow sensor stays at its other values; limit
     /// 0.03.
     StuckOutput,
-    /// The recorded drive stands still while the position moves on, and then catches up with a jump. Value: how far the
+    /// The recorded drive stands still while the position moves on, and then catches up with a jump that the position does not answer: no
+    /// rest, and no step of a staircase. Value: how far the
     /// position moves meanwhile, over its range; limit: 0.03 and eight standard deviations of its noise.
     StuckInput,
-    /// Samples of the drive far from their neighbours that the position does not follow. Value: the largest distance from the
+    /// Samples of the drive that jump far from their neighbours and back, and that the position does not follow. Value: the largest distance from the
     /// median of eleven, or the height of a run of one value, over the range of the medians; limit 0.03.
     InputOutliers,
     /// The drive has noise that the position does not follow: it is the reading of a monitor, and biases thresholds and weights.
@@ -249,8 +251,8 @@ pub enum FindingCode {
     GainChange,
     /// The sampling interval changes within the record. Value: the longest over the shortest mean of 25 steps; limit 1.2.
     RateChange,
-    /// The position does what the drive does not tell. Value: the rms residual over the standard deviation of the position;
-    /// limit 0.6.
+    /// The position does what the drive does not tell. Value: the rms residual over the standard deviation of the position, the largest of
+    /// all records; limit 0.6.
     Unrelated,
     /// Fewer fitted samples for each unknown (weights, output offsets, and up to three ratios, input offset, dead time)
     /// than the limit 10, a common rule of thumb. Value: samples for each unknown.
