@@ -296,7 +296,7 @@ pub enum FindingCode {
     /// same of the frequency if that is more; limit 1.5. Where both the speed and the frequency vary by less, one speed is all there is.
     RateDependenceNotTold,
     /// The position leaks towards its mean: charge that leaks off, or a sensor or an amplifier that passes nothing slow. Value: the
-    /// correlation of what operators and time leave of the residual with the falling integral of the position; limit 0.7, about half of the
+    /// correlation of what operators and slow changes leave of the residual with the falling integral of the position; limit 0.7, about half of the
     /// squares. What moves the position by less than 1 % of its range is not told.
     Leakage,
     /// In reading a file something was taken for granted that the file speaks against. Value: 1, limit 0.

@@ -93,7 +93,7 @@ impl Survey {
         change(&beside_integral, records, begins_wrong)
     }
 
-    /// Whether the residual, beside the operators and time, falls with the integral of the position: a position that leaks towards its
+    /// Whether the residual, beside the operators and slow changes, falls with the integral of the position: a position that leaks towards its
     /// mean with the time constant tau is the one without a leak less the integral over tau.
     pub(crate) fn leakage(&self) -> Option<Finding> {
         /// The correlation: half of the squares.
@@ -101,7 +101,7 @@ impl Survey {
         /// How far the leak moves the position at least, over the range.
         const MATTERS: f64 = 0.01;
         let last = self.factor.ncols() - 1;
-        let first = Echelon::of(self.factor.as_ref()).rank(last - COLUMNS);
+        let first = Echelon::of(self.factor.as_ref()).rank(last - 1);
         let [residual, integral] = [last - 1, last].map(|column| self.factor.col(column).get(first..));
         let (own, left) = (integral.norm_l2(), residual.norm_l2());
         if own <= DEPENDS * self.factor.col(last).norm_l2() || left == 0.0 {
