@@ -297,6 +297,7 @@ def test_times_are_checked() -> None:
         (np.r_[times(u)[:9], times(u)[8:-1]], r"^times\[9\]: expected a time after"),
         (1e3 * times(u), r"^times: expected steps of dt, 0.001 s, .* got steps of 1.0000e0 s"),
         (0.4 * times(u), r"^times: expected steps of dt"),
+        (1.3 * times(u), r"got steps of 1.3000e-3 s: give that as dt, or leave the times out"),
     ):
         with pytest.raises(ValueError, match=message):
             fitted(u, y, times=wrong)

@@ -211,6 +211,11 @@ def test_a_name_that_seems_to_hold_a_unit_is_amber(tmp_path: Path) -> None:
     said = "no unit taken from 'PosNm', though it holds 'Nm': um is assumed; --output-unit"
     assert said in result.stdout and result.exit_code == 1
     assert "amber" in page.read_text("utf-8") and "PosNm" in page.read_text("utf-8")
+    # the stage keeps it, as everything else that makes its numbers doubtful
+    loaded = mh.load(stage)
+    assert isinstance(loaded, mh.Stage)
+    (kept,) = (one for one in loaded.identified["warnings"] if one["code"] == "assumed")
+    assert said in kept["message"] and kept["severity"] == "amber"
     result = run(*words, "--output-unit", "nm", "--strict")
     assert result.stdout.startswith("verdict: green") and result.exit_code == 0
     # Where there is no verdict, it is refused until somebody says it.

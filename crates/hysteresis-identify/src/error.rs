@@ -41,7 +41,7 @@ pub enum RecordError {
         /// Its time.
         got: f64,
     },
-    /// The times of samples contradict the sampling interval: another unit, or another clock.
+    /// The times of samples contradict the sampling interval, by more than 1 % and their jitter: another unit, or another clock.
     TimeStep {
         /// The sampling interval in seconds.
         expected: f64,
@@ -143,7 +143,8 @@ impl fmt::Display for RecordError {
             Self::TimeStep { expected, got } => {
                 write!(
                     f,
-                    "times: expected steps of dt, {expected:?} s, or within a half of that, got steps of {got:.4e} s"
+                    "times: expected steps of dt, {expected:?} s, within 1 % and their jitter, got steps of {got:.4e} s: give that as dt, or \
+                     leave the times out"
                 )
             }
             Self::Skip { samples, got } => {

@@ -33,7 +33,7 @@ from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import identify as page
 from mpi_hyst._report.page import Provenance, hashed_file, made_with
 from mpi_hyst._report.records import Records, Task, loops_left_out
-from mpi_hyst._report.summary import summary, verdict
+from mpi_hyst._report.summary import summary
 from mpi_hyst._text import digits, printable
 
 Kind = Literal["modified", "conventional"]
@@ -277,7 +277,7 @@ def run(request: Request) -> Done:
         parts.append(_told(comparison, request.output.unit))
     parts.append(_saved(found, stage, request))
     text = "\n\n".join(parts)
-    return Done(text, verdict(found, records), interrupted)
+    return Done(text, found.verdict, interrupted)
 
 
 def fit(
@@ -295,7 +295,7 @@ def fit(
     ends = [record.skip for record in records.held_out] if records.ends else None
     whole = records.held_out if records.ends else records.fitted
     try:
-        return mh.identify(
+        found = mh.identify(
             [(record.input, record.output) for record in whole],
             dt=records.intervals,
             times=[record.seconds for record in whole],
@@ -308,6 +308,7 @@ def fit(
         )
     except (ValueError, TypeError) as error:
         raise CommandError(_name_options(error, request)) from error
+    return found.assuming(records.doubts)
 
 
 def _options(request: Request, call: str) -> dict[str, Any]:

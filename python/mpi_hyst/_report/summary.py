@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
@@ -35,7 +34,7 @@ def summary(
     if max(len(fitted), len(held_out)) > 1:
         base += "; all: of the largest range"
     parts = [
-        verdict_line(found, task.records),
+        verdict_line(found),
         title(found, len(fitted)),
         text_pairs(parameters(task, found)),
         text_table(header, rows) + "\n" + base,
@@ -342,36 +341,11 @@ _MEANING = {
 }
 
 
-@dataclass(frozen=True)
-class Assumed:
-    """The finding that reading took for granted what something in the file speaks against."""
-
-    message: str
-    code: str = "assumed"
-    severity: str = "amber"
-    hint: str = "say what it is with the option that is named, or mend the file; `look` shows it"
-    record: None = None
-    sample: None = None
-
-
-Finding: TypeAlias = mh.results.Finding | Assumed
-
-
-def all_findings(found: mh.results.Identification, records: Records) -> list[Finding]:
-    """Return what was found in the fit, and before it in the files."""
-    return [*map(Assumed, records.doubts), *found.warnings]
-
-
-def verdict(found: mh.results.Identification, records: Records) -> str:
-    """Return the verdict: that of the fit, and amber at least where a file is doubtful."""
-    return "amber" if records.doubts and found.verdict == "green" else found.verdict
-
-
-def verdict_line(found: mh.results.Identification, records: Records) -> str:
+def verdict_line(found: mh.results.Identification) -> str:
     """Return the verdict in one line, with the codes of what was found, the worst first."""
-    codes = list(dict.fromkeys(one.code for one in _worst_first(all_findings(found, records))))
+    codes = list(dict.fromkeys(one.code for one in _worst_first(found.warnings)))
     interrupted = ", but the search was interrupted" if found.partial else ""
-    shown = f"verdict: {verdict(found, records)}{interrupted}"
+    shown = f"verdict: {found.verdict}{interrupted}"
     return shown + (f" ({', '.join(codes)})" if codes else "")
 
 
@@ -379,16 +353,16 @@ def verdict_banner(found: mh.results.Identification, records: Records) -> Verdic
     """Return the verdict at the top of the report."""
     lines = [
         f"{finding.code}: {_place(finding, records)}{finding.message}. Try: {finding.hint}."
-        for finding in _worst_first(all_findings(found, records))
+        for finding in _worst_first(found.warnings)
     ]
     interrupted = " The search was interrupted." if found.partial else ""
-    worst = verdict(found, records)
+    worst = found.verdict
     return Verdict(worst, f"{_MEANING[worst]}{interrupted}", lines)
 
 
 def findings_text(found: mh.results.Identification, records: Records) -> str:
     """Return two lines for each warning, or one line if there is none."""
-    findings = all_findings(found, records)
+    findings = found.warnings
     if not findings:
         return "warnings: none"
     lines = [
@@ -399,9 +373,7 @@ def findings_text(found: mh.results.Identification, records: Records) -> str:
     return "\n".join(["warnings", *lines])
 
 
-def _numbers(one: Finding) -> str:
-    if isinstance(one, Assumed):
-        return ""
+def _numbers(one: mh.results.Finding) -> str:
     return f" (value {_number(one.value)}, limit {_number(one.limit)})"
 
 
@@ -413,10 +385,10 @@ def findings_rows(found: mh.results.Identification, records: Records) -> Rows:
             "all" if one.record is None else records.names[one.record],
             "" if one.sample is None else str(one.sample),
             one.severity,
-            "" if isinstance(one, Assumed) else _number(one.value),
-            "" if isinstance(one, Assumed) else _number(one.limit),
+            _number(one.value),
+            _number(one.limit),
         ]
-        for one in _worst_first(all_findings(found, records))
+        for one in _worst_first(found.warnings)
     ]
     return ["code", "record", "sample", "severity", "value", "limit"], rows
 
@@ -425,9 +397,9 @@ def _number(value: float) -> str:
     return digits(value, 3) if math.isfinite(value) else NOT_DETERMINED
 
 
-def _worst_first(findings: Sequence[Finding]) -> list[Finding]:
+def _worst_first(findings: Sequence[mh.results.Finding]) -> list[mh.results.Finding]:
     return sorted(findings, key=lambda found: found.severity != "red")
 
 
-def _place(found: Finding, records: Records) -> str:
+def _place(found: mh.results.Finding, records: Records) -> str:
     return "" if found.record is None else f"{records.names[found.record]}: "

@@ -34,6 +34,8 @@ mod design;
 mod file;
 mod forward;
 mod knowledge;
+#[doc(hidden)]
+pub mod number;
 mod parts;
 mod precompensate;
 

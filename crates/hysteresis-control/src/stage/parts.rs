@@ -1,8 +1,9 @@
 //! What a stage is made of, where it comes from and how far it can be trusted.
 
 use hysteresis_core::{Error as CoreError, LoopShiftTerms, ModifiedPrandtlIshlinskii, PiecewiseLinearMap};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
+use super::number;
 use crate::checks::check_positive;
 use crate::linear::{Creep, FirstOrder, LinearDynamics};
 
@@ -252,7 +253,7 @@ pub struct Identified {
     /// The names of the parameters that the covariance counts.
     pub parameters: Vec<String>,
     /// The covariance of the parameters, row by row.
-    #[serde(with = "numbers")]
+    #[serde(with = "number")]
     pub covariance: Vec<Vec<f64>>,
     /// What makes numbers doubtful.
     pub warnings: Vec<StageWarning>,
@@ -264,87 +265,5 @@ impl PartialEq for Identified {
     fn eq(&self, other: &Self) -> bool {
         // Serialising plain numbers and strings into memory has no way to fail.
         serde_json::to_string(self).ok() == serde_json::to_string(other).ok()
-    }
-}
-
-/// A number that may be infinite or none at all: JSON has no word for those, so they are written as text. Bytes have the number
-/// itself.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-#[serde(untagged)]
-enum AnyNumber {
-    Finite(f64),
-    Other(Other),
-}
-
-#[derive(Clone, Copy, Serialize, Deserialize)]
-enum Other {
-    #[serde(rename = "inf")]
-    Infinite,
-    #[serde(rename = "-inf")]
-    MinusInfinite,
-    #[serde(rename = "nan")]
-    NotANumber,
-}
-
-impl From<f64> for AnyNumber {
-    fn from(number: f64) -> Self {
-        if number.is_finite() {
-            Self::Finite(number)
-        } else if number.is_nan() {
-            Self::Other(Other::NotANumber)
-        } else {
-            Self::Other(if number > 0.0 { Other::Infinite } else { Other::MinusInfinite })
-        }
-    }
-}
-
-impl From<AnyNumber> for f64 {
-    fn from(number: AnyNumber) -> Self {
-        match number {
-            AnyNumber::Finite(number) => number,
-            AnyNumber::Other(Other::Infinite) => f64::INFINITY,
-            AnyNumber::Other(Other::MinusInfinite) => f64::NEG_INFINITY,
-            AnyNumber::Other(Other::NotANumber) => f64::NAN,
-        }
-    }
-}
-
-mod number {
-    use super::{AnyNumber, Deserialize, Deserializer, Serialize, Serializer};
-
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
-    pub(super) fn serialize<S: Serializer>(number: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-        if !serializer.is_human_readable() {
-            return number.serialize(serializer);
-        }
-        AnyNumber::from(*number).serialize(serializer)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-        if !deserializer.is_human_readable() {
-            return f64::deserialize(deserializer);
-        }
-        AnyNumber::deserialize(deserializer).map(f64::from)
-    }
-}
-
-mod numbers {
-    use super::{AnyNumber, Deserialize, Deserializer, Serialize, Serializer};
-
-    pub(super) fn serialize<S: Serializer>(rows: &[Vec<f64>], serializer: S) -> Result<S::Ok, S::Error> {
-        if !serializer.is_human_readable() {
-            return rows.serialize(serializer);
-        }
-        let rows: Vec<Vec<AnyNumber>> =
-            rows.iter().map(|row| row.iter().map(|x| AnyNumber::from(*x)).collect()).collect();
-        rows.serialize(serializer)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Vec<f64>>, D::Error> {
-        if !deserializer.is_human_readable() {
-            return Vec::deserialize(deserializer);
-        }
-        let rows = Vec::<Vec<AnyNumber>>::deserialize(deserializer)?;
-        Ok(rows.into_iter().map(|row| row.into_iter().map(f64::from).collect()).collect())
     }
 }

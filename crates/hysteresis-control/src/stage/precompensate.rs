@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-9;
 /// How far behind the beginning of a reference in motion the run-up to it begins: this share of the range of positions.
 const RUN_UP: f64 = 0.02;
 
-/// How many samples count as the beginning of a drive.
+/// How many samples count as the beginning of a drive, at most half of it.
 const BEGINNING: usize = 20;
 
 /// A difference that small fades over this time, in seconds, so that even then no drive jumps.
@@ -136,14 +136,17 @@ impl Stage {
 }
 
 impl Precompensated {
-    /// Whether the drive begins with a step that stands out: more than a quarter of the span of the drives, and half as much
-    /// again as any later one.
+    /// Whether the drive begins with a step that stands out: more than three times as large as any later one and more than 1 % of the
+    /// span of the drives, or half as much again as any later one and more than a quarter of that span.
     #[must_use]
     pub fn begins_with_a_jump(&self) -> bool {
+        /// How many times any later step, and what share of the span.
+        const STANDS_OUT: [(f64, f64); 2] = [(3.0, 0.01), (1.5, 0.25)];
         let (low, high) = bounds(&self.drive);
         // The inverse may need a few samples to catch up; what it does then belongs to the beginning.
-        let later = self.drive.windows(2).skip(BEGINNING).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
-        self.first_step.abs() > (0.25 * (high - low)).max(1.5 * later)
+        let beginning = BEGINNING.min(self.drive.len() / 2);
+        let later = self.drive.windows(2).skip(beginning).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+        STANDS_OUT.iter().any(|(times, share)| self.first_step.abs() > (share * (high - low)).max(times * later))
     }
 
     /// Turns targets into drives.

@@ -134,6 +134,29 @@ fn a_reference_that_begins_elsewhere_needs_a_lead_in() {
     assert!(error < 0.02, "{error}");
 }
 
+/// A first step of 5 % of the span stands out where all later ones are a tenth of it; one of 26 % is told beside steps nearly as large;
+/// one below 1 % of the span is not, nor what begins at rest.
+#[test]
+fn a_first_step_that_stands_out_is_told() {
+    let rigid = ModifiedPrandtlIshlinskii::from_ratios(&[0.5], &[0.0], Ratios::PAPER, Offsets::default()).unwrap();
+    let lag = FirstOrder::new(100.0).unwrap();
+    let stage = Stage::new(StageParts { dynamics: lag.into(), ..StageParts::new(rigid) }).unwrap();
+    let found = |reference: &[f64]| stage.precompensate(reference, DT, &PrecompensateOptions::default()).unwrap();
+    // The inverse of the lag is ahead by its time constant: 16 samples.
+    let sine =
+        |frequency: f64| (0..2000).map(move |k| 30.0 * (core::f64::consts::TAU * frequency * DT * f64::from(k)).sin());
+    let in_motion = found(&sine(5.0).collect::<Vec<_>>());
+    let (first, span) = (in_motion.first_step, 4.0 * 30.0);
+    assert!(0.02 * span < first && first < 0.05 * span, "{first}");
+    assert!(in_motion.begins_with_a_jump());
+    let slow = found(&sine(0.5).take(2000).map(|r| r * 2.0).collect::<Vec<_>>());
+    assert!(slow.first_step < 0.01 * 4.0 * 60.0 && !slow.begins_with_a_jump(), "{}", slow.first_step);
+    let at_rest: Vec<f64> = (0..2000).map(|k| 30.0 - 30.0 * (0.003 * f64::from(k)).cos()).collect();
+    assert!(!found(&at_rest).begins_with_a_jump());
+    let large = found(&sine(60.0).collect::<Vec<_>>());
+    assert!(large.begins_with_a_jump(), "{}", large.first_step);
+}
+
 #[test]
 fn drives_keep_limits_and_slew() {
     let parts = StageParts { slew: Some(2e3), limits: Some((0.0, 80.0)), ..lightly_damped().parts().clone() };

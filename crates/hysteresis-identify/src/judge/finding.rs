@@ -78,8 +78,10 @@ pub struct Finding {
     /// One sentence with the numbers in it.
     pub message: String,
     /// The number that was compared; what it is says [`FindingCode`].
+    #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub value: f64,
     /// What it was compared with.
+    #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub limit: f64,
     /// What to try next.
     pub hint: String,
@@ -94,6 +96,11 @@ impl Finding {
     pub(crate) fn new(code: FindingCode, value: f64, limit: f64, message: String) -> Self {
         let hint = code.hint().to_owned();
         Self { code, severity: severity(code, value, limit), message, value, limit, hint, record: None, sample: None }
+    }
+
+    /// What reading a file took for granted, in a sentence.
+    pub(crate) fn assumed(message: String) -> Self {
+        Self::new(FindingCode::Assumed, 1.0, 0.0, message)
     }
 
     /// The same at a sample.
@@ -139,7 +146,8 @@ pub enum FindingCode {
     /// drive passes before and after each of its turns, so a bend of the position counts for nothing.
     LoopBackwards,
     /// The fit leaves more than noise, or very much noise. Value: the rms residual without the noise, which is estimated from the
-    /// differences of neighbouring residuals, or 0.15 of it with the noise if that is more, over the range of the position; limit 0.005.
+    /// differences of neighbouring residuals, or 0.15 of it with the noise if that is more, over the largest range of the position in any
+    /// record; limit 0.005.
     PoorFit,
     /// The beginning lies on no loop of the model. Value: the residual there over the largest later on, both rms over a
     /// hundredth of the record without its two largest samples; limit 3.
@@ -207,10 +215,11 @@ pub enum FindingCode {
     /// range, if that is more than three times what it does while a coarse or slow sensor stays at its other values; limit
     /// 0.03.
     StuckOutput,
-    /// The recorded drive stands still while the position moves on, and then catches up with a jump. Value: how far the
+    /// The recorded drive stands still while the position moves on, and then catches up with a jump that the position does not answer: no
+    /// rest, and no step of a staircase. Value: how far the
     /// position moves meanwhile, over its range; limit: 0.03 and eight standard deviations of its noise.
     StuckInput,
-    /// Samples of the drive far from their neighbours that the position does not follow. Value: the largest distance from the
+    /// Samples of the drive that jump far from their neighbours and back, and that the position does not follow. Value: the largest distance from the
     /// median of eleven, or the height of a run of one value, over the range of the medians; limit 0.03.
     InputOutliers,
     /// The drive has noise that the position does not follow: it is the reading of a monitor, and biases thresholds and weights.
@@ -242,8 +251,8 @@ pub enum FindingCode {
     GainChange,
     /// The sampling interval changes within the record. Value: the longest over the shortest mean of 25 steps; limit 1.2.
     RateChange,
-    /// The position does what the drive does not tell. Value: the rms residual over the standard deviation of the position;
-    /// limit 0.6.
+    /// The position does what the drive does not tell. Value: the rms residual over the standard deviation of the position, the largest of
+    /// all records; limit 0.6.
     Unrelated,
     /// Fewer fitted samples for each unknown (weights, output offsets, and up to three ratios, input offset, dead time)
     /// than the limit 10, a common rule of thumb. Value: samples for each unknown.
@@ -282,11 +291,21 @@ pub enum FindingCode {
     /// for it. Value: the statistic of Ljung and Box over 20 lags; limit 51.6, five standard deviations
     /// beyond its mean for white noise.
     ResidualColoured,
+    /// All loops have one amplitude and one speed: the records do not tell how the hysteresis depends on the rate. Value: the largest
+    /// over the smallest speed of the drive on its way from turn to turn, the slowest and the fastest twentieth of the time left out, or the
+    /// same of the frequency if that is more; limit 1.5. Where both the speed and the frequency vary by less, one speed is all there is.
+    RateDependenceNotTold,
+    /// The position leaks towards its mean: charge that leaks off, or a sensor or an amplifier that passes nothing slow. Value: the
+    /// correlation of what operators and slow changes leave of the residual with the falling integral of the position; limit 0.7, about half of the
+    /// squares. What moves the position by less than 1 % of its range is not told.
+    Leakage,
+    /// In reading a file something was taken for granted that the file speaks against. Value: 1, limit 0.
+    Assumed,
 }
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 43] = [
+    pub const ALL: [Self; 46] = [
         Self::WrongSign,
         Self::RecordsDiffer,
         Self::LoopBackwards,
@@ -330,6 +349,9 @@ impl FindingCode {
         Self::CreepUndetermined,
         Self::GainNotOne,
         Self::ResidualColoured,
+        Self::RateDependenceNotTold,
+        Self::Leakage,
+        Self::Assumed,
     ];
 
     /// The name, in snake case.
@@ -367,6 +389,7 @@ impl FindingCode {
                 | Self::BadStretch
                 | Self::OutputJump
                 | Self::Unrelated
+                | Self::Leakage
         );
         let of_model = matches!(self, Self::UnreachedThreshold | Self::CollinearOperators | Self::ImplausibleDeadTime);
         of_residual || of_model || self.is_of_linear_part()
@@ -563,6 +586,20 @@ impl FindingCode {
                 Never,
                 "fit creep or another order, let the stage settle before the record, and look at the residual over time",
             ),
+            Self::RateDependenceNotTold => (
+                "rate_dependence_not_told",
+                Never,
+                "add a record of these loops at another speed, ten times as fast or as slow as those that you will use, or of a chirp",
+            ),
+            Self::Leakage => (
+                "leakage",
+                Never,
+                "couple sensor and amplifier to direct current, and let an amplifier of voltage hold the drive; no term of a stage stands for \
+                 a leak, so use the result at the rates of the records alone",
+            ),
+            Self::Assumed => {
+                ("assumed", Never, "say what it is with the option that is named, or mend the file; `look` shows it")
+            }
         }
     }
 }
@@ -608,11 +645,8 @@ mod tests_of_finding_code {
     #[test]
     fn the_list_has_every_code_once() {
         let places: std::collections::BTreeSet<usize> = FindingCode::ALL.iter().map(|code| *code as usize).collect();
-        assert_eq!(
-            (places.len(), places.last()),
-            (FindingCode::ALL.len(), Some(&(FindingCode::ResidualColoured as usize)))
-        );
-        assert_eq!(places.len(), FindingCode::ResidualColoured as usize + 1);
+        assert_eq!((places.len(), places.last()), (FindingCode::ALL.len(), Some(&(FindingCode::Assumed as usize))));
+        assert_eq!(places.len(), FindingCode::Assumed as usize + 1);
     }
 
     #[test]

@@ -205,6 +205,78 @@ pub(crate) fn no_minor_loops(records: &[Record<'_>]) -> Option<Finding> {
     (value < LIMIT).then(|| Finding::new(FindingCode::NoMinorLoops, value, LIMIT, message))
 }
 
+/// The drive goes from turn to turn at one speed and in one time.
+pub(crate) fn one_rate(records: &[Record<'_>]) -> Option<Finding> {
+    const LIMIT: f64 = 1.5;
+    /// The share of the time in the slowest and in the fastest swings that may be anything: a beginning, an end, one odd loop.
+    const ODD: f64 = 0.05;
+    /// So much of the time at rest tells what relaxes.
+    const RESTS: f64 = 0.05;
+    let (low, high) = input_bounds(records);
+    let swings: Vec<Swing> = records.iter().flat_map(|record| swings(record, SWING * (high - low))).collect();
+    let whole: f64 = swings.iter().map(|swing| swing.duration).sum();
+    let rests: f64 = swings.iter().map(|swing| swing.duration - swing.moving).sum();
+    if swings.is_empty() || rests > RESTS * whole {
+        return None;
+    }
+    let spread = |measure: fn(&Swing) -> f64| {
+        let mut measured: Vec<_> = swings.iter().map(|swing| (measure(swing), swing.duration)).collect();
+        let mut least = |direction: f64| {
+            measured.sort_by(|a, b| (direction * a.0).total_cmp(&(direction * b.0)));
+            let mut left = ODD * whole;
+            let beyond = |(_, duration): &&(f64, f64)| {
+                left -= duration;
+                left < 0.0
+            };
+            measured.iter().find(beyond).map_or(0.0, |(value, _)| *value)
+        };
+        let (smallest, largest) = (least(1.0), least(-1.0));
+        (largest / smallest, largest)
+    };
+    let ((of_speed, speed), (of_frequency, frequency)) =
+        (spread(|swing| swing.travel / swing.moving), spread(Swing::frequency));
+    let value = of_speed.max(of_frequency);
+    let time = if records.iter().all(|record| record.dt().is_some()) { "second" } else { "sample" };
+    let message = format!(
+        "the drive moves at one speed and over one range, at about {speed:.4} per {time} and {frequency:.4} loops per {time}: the records do \
+         not tell how hysteresis and gain depend on the rate, and no error that is given here holds at another one"
+    );
+    (value < LIMIT).then(|| Finding::new(FindingCode::RateDependenceNotTold, value, LIMIT, message))
+}
+
+/// The way of the drive from one turn to the next.
+struct Swing {
+    travel: f64,
+    duration: f64,
+    /// Of the duration, how long the drive moves.
+    moving: f64,
+}
+
+impl Swing {
+    fn frequency(&self) -> f64 {
+        0.5 / self.moving
+    }
+}
+
+/// The swings between the turns of the fitted samples, from the first turn to the last; of a record that turns once, its two parts.
+fn swings(record: &Record<'_>, swing: f64) -> Vec<Swing> {
+    let (input, dt) = (&record.input()[record.skip()..], record.dt().unwrap_or(1.0));
+    let of_turns = |turns: &[usize]| {
+        let way = &input[turns[0]..=turns[1]];
+        let moves = way.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        Swing {
+            travel: (way[way.len() - 1] - way[0]).abs(),
+            duration: dt * as_f64(way.len() - 1),
+            moving: dt * as_f64(moves),
+        }
+    };
+    let mut turns = signal::turns(input, swing);
+    if let [only] = turns[..] {
+        turns = vec![0, only, input.len() - 1];
+    }
+    turns.windows(2).map(of_turns).collect()
+}
+
 /// One loop: between which inputs, in how many samples, and where it begins.
 struct Loop {
     ends: (f64, f64),

@@ -44,7 +44,8 @@ use crate::terms::operators::{OperatorBank, Thresholds};
 /// let input: Vec<f64> = (0..4000).map(|k| 500.0 * (k as f64 / 100.0).sin()).collect();
 /// let output: Vec<f64> = input.iter().map(|u| stream.step(*u)).collect();
 /// let findings = diagnose(&[Record::new(&input, &output, 0)?], &actuator.into(), 0.0)?;
-/// assert_eq!(findings.iter().map(|found| found.code).collect::<Vec<_>>(), [FindingCode::NoMinorLoops]);
+/// let codes: Vec<FindingCode> = findings.iter().map(|found| found.code).collect();
+/// assert_eq!(codes, [FindingCode::NoMinorLoops, FindingCode::RateDependenceNotTold]);
 /// assert_eq!(Verdict::of(&findings), Verdict::Amber);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -95,8 +96,10 @@ fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
 fn of_complete(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
     let survey = Survey::of(records, chain);
     let mut found = of_records(records, chain, &survey);
-    found.extend(worst(records, |place, record| Some(residual::poor_fit(record, &survey.residuals[place]))));
+    let all = Whole::of(records);
+    found.extend(worst(records, |place, _| Some(residual::poor_fit(&survey.residuals[place], all.range))));
     found.extend([survey.unreached(), survey.collinear(), loops::implausible(records, chain)].into_iter().flatten());
+    found.extend(survey.leakage());
     found.extend(of_residuals(records, chain, &survey));
     let is_clipped =
         |finding: &Finding| finding.code == FindingCode::ClippedOutput && finding.severity == Severity::Red;
@@ -171,16 +174,38 @@ fn of_records(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<Fin
         too_few_samples(records, survey),
         minor_loops,
         identical,
+        loops::one_rate(records),
     ];
     checks.into_iter().flatten().collect()
+}
+
+/// What the position does in the records together. A small record beside others tells what a small signal tells; what the model leaves
+/// there is judged by what the stage does as a whole.
+struct Whole {
+    /// The largest peak-to-peak.
+    range: f64,
+    /// The largest standard deviation.
+    deviation: f64,
+}
+
+impl Whole {
+    fn of(records: &[Record<'_>]) -> Self {
+        let deviation = |record: &Record<'_>| signal::rms(&signal::centred(&record.output()[record.skip()..]));
+        Self {
+            range: records.iter().map(Record::output_range).fold(0.0, f64::max),
+            deviation: records.iter().map(deviation).fold(0.0, f64::max),
+        }
+    }
 }
 
 /// What the model left.
 fn of_residuals(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<Finding> {
     let of = |place: usize| &survey.residuals[place][..];
     let lag = |record: &Record<'_>| chain.linear.lag().max(0.0) / record.dt().unwrap_or(chain.dt);
-    let mut found: Vec<_> = worst(records, |place, record| residual::start_up(record, of(place))).into_iter().collect();
-    let followed = |(place, record)| residual::followed(record, of(place), lag(record));
+    let all = Whole::of(records);
+    let start_up = |place: usize, record: &Record<'_>| residual::start_up(record, of(place), all.range);
+    let mut found: Vec<_> = worst(records, start_up).into_iter().collect();
+    let followed = |(place, record)| residual::followed(record, of(place), lag(record), all.range);
     let followed: Vec<Vec<Finding>> = records.iter().enumerate().map(followed).collect();
     for code in residual::CODES {
         found.extend(worst(records, |place, _| followed[place].iter().find(|found| found.code == code).cloned()));
@@ -191,7 +216,7 @@ fn of_residuals(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<F
     };
     let bursts: Vec<_> = records.iter().enumerate().map(|(place, record)| samples::bursts(record, of(place))).collect();
     let last = [
-        worst(records, |place, record| Some(samples::unrelated(record, of(place)))),
+        worst(records, |place, _| Some(samples::unrelated(of(place), all.deviation))),
         worst(records, |place, record| samples::outliers(record, of(place))),
         worst(records, |place, record| samples::bad_stretch(record, of(place), &bursts[place])),
         worst(records, |place, record| samples::jump(record, of(place), &bursts[place])),

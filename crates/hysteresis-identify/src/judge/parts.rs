@@ -289,7 +289,7 @@ fn grid(record: &Record<'_>) -> Option<(Vec<f64>, f64)> {
     if most < AROUND {
         return None;
     }
-    let interval = signal::usual_step(times, most);
+    let interval = signal::usual_step(times, most).step;
     let offset = |(k, time): (usize, &f64)| (time - times[0]) / interval - as_f64(k);
     (interval > 0.0).then(|| (times.iter().enumerate().map(offset).collect(), interval))
 }

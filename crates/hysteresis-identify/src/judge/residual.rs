@@ -6,12 +6,11 @@ use crate::records::record::Record;
 use crate::records::signal;
 use crate::records::signal::as_f64;
 
-/// More is left than noise.
-pub(crate) fn poor_fit(record: &Record<'_>, residual: &[f64]) -> Finding {
+/// More is left than noise, beside the range of the position in all records.
+pub(crate) fn poor_fit(residual: &[f64], range: f64) -> Finding {
     const LIMIT: f64 = 0.005;
     /// Noise counts as well, but by this share: rows that were put in another order leave nothing else.
     const NOISE: f64 = 0.15;
-    let range = record.output_range();
     let (whole, noise) = (signal::rms(residual) / range, signal::noise(residual) / range);
     let value = (whole * whole - noise * noise).max(0.0).sqrt().max(NOISE * whole);
     let message = format!(
@@ -22,8 +21,9 @@ pub(crate) fn poor_fit(record: &Record<'_>, residual: &[f64]) -> Finding {
     Finding::new(FindingCode::PoorFit, value, LIMIT, message)
 }
 
-/// A beginning that lies on no loop of the model: until the residual is about as small as later on.
-pub(crate) fn start_up(record: &Record<'_>, residual: &[f64]) -> Option<Finding> {
+/// A beginning that lies on no loop of the model: until the residual is about as small as later on. It matters beside the `range` of the
+/// position in all records.
+pub(crate) fn start_up(record: &Record<'_>, residual: &[f64], range: f64) -> Option<Finding> {
     const LIMIT: f64 = 3.0;
     const BLOCKS: usize = 100;
     const SHORTEST: usize = 10;
@@ -46,7 +46,7 @@ pub(crate) fn start_up(record: &Record<'_>, residual: &[f64]) -> Option<Finding>
     let beginnings = (1..levels.len()).take_while(|blocks| as_f64(*blocks) <= LONGEST * as_f64(levels.len()));
     let is_large = |blocks: &usize| {
         let (begin, later) = (largest(&levels[..*blocks]), largest(&levels[*blocks..]));
-        begin > (MATTERS * record.output_range()).max(LIMIT * later) && swings_on(input, blocks * size)
+        begin > (MATTERS * range).max(LIMIT * later) && swings_on(input, blocks * size)
     };
     let settles = |blocks: &usize| {
         levels[*blocks] <= SETTLED * signal::median(&levels[*blocks..]) && swings_on(input, blocks * size)
@@ -130,12 +130,12 @@ struct Followed {
 }
 
 /// What the residual follows: the strongest first, and then what the rest of it follows. So what two causes share is told
-/// once.
-pub(crate) fn followed(record: &Record<'_>, residual: &[f64], lag: f64) -> Vec<Finding> {
+/// once. It matters beside the `range` of the position in all records.
+pub(crate) fn followed(record: &Record<'_>, residual: &[f64], lag: f64, range: f64) -> Vec<Finding> {
     let mut causes = causes(record, lag);
     let (mut left, mut found) = (residual.to_vec(), Vec::new());
     loop {
-        let measured = causes.iter().filter_map(|cause| Some((cause, follow(record, &left, cause)?)));
+        let measured = causes.iter().filter_map(|cause| Some((cause, follow(range, &left, cause)?)));
         let past = measured.filter(|(_, followed)| followed.correlation.abs() > followed.limit);
         let Some((cause, followed)) = past.max_by(|a, b| weight(a).total_cmp(&weight(b))) else {
             return found;
@@ -197,7 +197,7 @@ fn causes(record: &Record<'_>, lag: f64) -> Vec<Cause> {
 }
 
 /// The part of the residual that follows a cause; nothing if it is too small to matter.
-fn follow(record: &Record<'_>, residual: &[f64], cause: &Cause) -> Option<Followed> {
+fn follow(range: f64, residual: &[f64], cause: &Cause) -> Option<Followed> {
     const CHANCE: f64 = 16.0;
     const EACH_MORE: f64 = 2.0;
     let part = signal::projection(residual, &cause.columns);
@@ -205,7 +205,7 @@ fn follow(record: &Record<'_>, residual: &[f64], cause: &Cause) -> Option<Follow
         [column] => signal::correlation(residual, column)?,
         _ => signal::correlation(residual, &part)?,
     };
-    if correlation.abs() * signal::rms(residual) < cause.matters * record.output_range() {
+    if correlation.abs() * signal::rms(residual) < cause.matters * range {
         return None;
     }
     let both = (signal::neighbours(residual) * signal::neighbours(&part)).max(0.0);

@@ -194,7 +194,23 @@ fn single_outliers(record: &Record<'_>, distances: &[f64], least: f64) -> Vec<(u
     let usual = least.max(FURTHER * signal::quantile(distances, ALMOST_ALL));
     let answer = |k: usize| signal::bounds(&output[k..(k + LATER).min(output.len())]).1;
     let unanswered = |k: &usize| distances[*k] > usual && answer(*k) < FOLLOWED * distances[*k];
-    (0..distances.len()).filter(unanswered).map(|k| (k, distances[k])).collect()
+    let far: Vec<usize> = (0..distances.len()).filter(unanswered).collect();
+    let sudden = stretches(&far, 0).into_iter().filter(|one| is_sudden(record.input(), one));
+    sudden.flatten().map(|k| (k, distances[k])).collect()
+}
+
+/// Whether values leave those about them by a jump and come back by another, each several times as large as the steps of those: the tip of
+/// a fast or small loop moves as they do.
+fn is_sudden(values: &[f64], part: &Range<usize>) -> bool {
+    const JUMPS: f64 = 3.0;
+    const NEAR: usize = 3;
+    let step = |k: usize| (values[k] - values[k - 1]).abs();
+    let largest = |steps: Range<usize>| steps.map(step).fold(0.0, f64::max);
+    let before = largest(part.start.saturating_sub(NEAR).max(1)..part.start.max(1));
+    let after = largest((part.end + 1).min(values.len())..(part.end + 1 + NEAR).min(values.len()));
+    let jumps_in = part.start == 0 || step(part.start) > JUMPS * before;
+    let jumps_out = part.end == values.len() || step(part.end) > JUMPS * after;
+    jumps_in && jumps_out
 }
 
 /// Runs of one value that the drive jumps to and back from, by `least` of the range, while the position goes straight on; each sample
@@ -263,11 +279,10 @@ pub(crate) fn failed_rows(record: &Record<'_>) -> Option<Finding> {
     Some(finding.try_next(mend(&places)))
 }
 
-/// The position does what the drive does not tell.
-pub(crate) fn unrelated(record: &Record<'_>, residual: &[f64]) -> Finding {
+/// The position does what the drive does not tell, beside what it does in all: its `deviation` from the mean.
+pub(crate) fn unrelated(residual: &[f64], deviation: f64) -> Finding {
     const LIMIT: f64 = 0.6;
-    let output = &record.output()[record.skip()..];
-    let value = signal::rms(residual) / signal::rms(&signal::centred(output));
+    let value = signal::rms(residual) / deviation;
     let message = format!("the drive explains only {:.0} % of what the position does", 100.0 * (1.0 - value).max(0.0));
     Finding::new(FindingCode::Unrelated, value, LIMIT, message)
 }

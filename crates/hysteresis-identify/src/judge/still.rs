@@ -109,23 +109,19 @@ fn past(stays: &[(f64, Range<usize>)], limit: f64) -> Vec<Range<usize>> {
     found
 }
 
-/// The recorded drive stands still while the position moves on, and then catches up.
+/// The recorded drive stands still while the position moves on, and then catches up: the recorder froze, and not the drive.
+///
+/// A drive that rests comes to its rest and leaves it with the steps that it makes before and after, and a step of a staircase is
+/// answered by the position. What froze jumps, and the position does not follow the jump: it has gone that way meanwhile.
 ///
 /// `unexplained` is what moves of the position: all of it, or with dynamics and creep the residual.
 pub(crate) fn input(record: &Record<'_>, unexplained: &[f64], residual: &[f64]) -> Option<Finding> {
     const HELD: f64 = 0.03;
     const NOISE: f64 = 8.0;
-    /// The drive catches up by so many usual steps.
-    const JUMP: f64 = 5.0;
     let (input, range) = (&record.input()[record.skip()..], record.output_range());
-    let steps = signal::steps(input);
-    let jump = JUMP * signal::median(&steps);
-    let catches_up = |stretch: &Range<usize>| {
-        input.get(stretch.end).is_some_and(|next| (next - input[stretch.end - 1]).abs() > jump)
-            || stretch.start > 0 && (input[stretch.start] - input[stretch.start - 1]).abs() > jump
-    };
+    let recorder = Recorder::of(input, &record.output()[record.skip()..]);
     let found = stays(input, unexplained, range);
-    let (value, stretch) = found.into_iter().find(|(_, stretch)| catches_up(stretch))?;
+    let (value, stretch) = found.into_iter().find(|(_, stretch)| recorder.froze(stretch))?;
     let limit = HELD + NOISE * signal::noise(residual) / range;
     let (from, to) = (record.skip() + stretch.start, record.skip() + stretch.end);
     let message = format!(
@@ -136,6 +132,66 @@ pub(crate) fn input(record: &Record<'_>, unexplained: &[f64], residual: &[f64]) 
     );
     let finding = Finding::new(FindingCode::StuckInput, value, limit, message).at(from);
     Some(finding.try_next(format!("put a straight line in the place of this part of the drive: --mend {from}:{to}")))
+}
+
+/// What is recorded of drive and position, to tell a rest from a recorder that froze.
+struct Recorder<'a> {
+    input: &'a [f64],
+    output: &'a [f64],
+    /// The position over the drive, about.
+    slope: f64,
+    usual_step: f64,
+}
+
+impl<'a> Recorder<'a> {
+    fn of(input: &'a [f64], output: &'a [f64]) -> Self {
+        let ((low, high), (lowest, highest)) = (signal::bounds(input), signal::bounds(output));
+        let sign = signal::correlation(input, output).map_or(1.0, f64::signum);
+        let usual_step = signal::median(&signal::steps(input));
+        Self { input, output, slope: sign * (highest - lowest) / (high - low), usual_step }
+    }
+
+    /// Whether the drive jumps to this stay or from it, and the position does not answer.
+    fn froze(&self, stay: &Range<usize>) -> bool {
+        [self.jump(stay.start, stay), self.jump(stay.end, stay)]
+            .into_iter()
+            .flatten()
+            .any(|(at, jump)| !self.is_answered(at, jump) && !self.is_answered_late(stay, at, jump))
+    }
+
+    /// The step of the drive to a sample at an end of a stay, if it is no step of a ramp: far larger than usual, and than those next to it
+    /// on the other side of it.
+    fn jump(&self, at: usize, stay: &Range<usize>) -> Option<(usize, f64)> {
+        const USUAL: f64 = 5.0;
+        const NEAR: usize = 3;
+        const NEXT_TO_IT: f64 = 3.0;
+        let step = |k: usize| self.input.get(k).zip(self.input.get(k.wrapping_sub(1))).map(|(to, from)| to - from);
+        let jump = step(at)?;
+        let ramp = if at == stay.start { at.saturating_sub(NEAR)..at } else { at + 1..at + 1 + NEAR };
+        let next_to_it = ramp.filter_map(step).fold(0.0, |most: f64, step| most.max(step.abs()));
+        (jump.abs() > (USUAL * self.usual_step).max(NEXT_TO_IT * next_to_it)).then_some((at, jump))
+    }
+
+    /// Whether the position makes half of a jump of the drive within a few samples, beyond what it did just before.
+    fn is_answered(&self, at: usize, jump: f64) -> bool {
+        const WITHIN: usize = 8;
+        let (from, to) = (at - 1, (at + WITHIN).min(self.output.len() - 1));
+        let went_on = match from.checked_sub(to - from) {
+            Some(before) => self.output[from] - self.output[before],
+            None => 0.0,
+        };
+        self.share(self.output[to] - self.output[from] - went_on, jump) > 0.5
+    }
+
+    /// Whether the position makes half of the jump to a stay in the course of it: a slow stage.
+    fn is_answered_late(&self, stay: &Range<usize>, at: usize, jump: f64) -> bool {
+        at == stay.start && self.share(self.output[stay.end - 1] - self.output[stay.start], jump) > 0.5
+    }
+
+    /// Which share of what the position makes of a jump it went.
+    fn share(&self, way: f64, jump: f64) -> f64 {
+        way / (self.slope * jump)
+    }
 }
 
 /// The stretches of equal values, those first in which `other` moves furthest, with that travel over `range`.

@@ -1,5 +1,5 @@
 //! One pass over the records with all operators of a model: which of them never move or are not told apart, and whether a slow change of
-//! the position lies beside them.
+//! the position lies beside them, or a leak.
 //!
 //! The operators take up a slow change in part: in loops that only decay, the one correlates with the other.
 
@@ -23,8 +23,12 @@ pub(crate) struct Survey {
     operator_bounds: Vec<(f64, f64)>,
     /// The threshold r of every operator.
     thresholds: Vec<f64>,
-    /// R of [means | operators | slow columns | residual], in echelon form.
+    /// R of [means | operators | slow columns | residual | integral of the position], in echelon form.
     factor: Mat<f64>,
+    /// How far that integral goes in any record, over the range of the position.
+    integral_range: f64,
+    /// In what time is said, and how long that is: seconds, or samples where no record knows how long these are.
+    time: (&'static str, f64),
     /// The norm of the outputs, each record's mean removed.
     output_norm: f64,
 }
@@ -41,9 +45,10 @@ impl Survey {
             slopes: Vec::new(),
         };
         let (means, n) = (records.len(), thresholds.len());
-        let columns = means + n + COLUMNS + 1;
-        let mut factor = TriangularFactor::new(columns);
-        let mut row = vec![0.0; columns];
+        let residual_at = means + n + COLUMNS;
+        let mut factor = TriangularFactor::new(residual_at + 2);
+        let mut row = vec![0.0; residual_at + 2];
+        let mut integral_range = 0.0_f64;
         let mut operator_bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); n];
         let (mut residuals, mut squares) = (Vec::new(), 0.0);
         for (place, record) in records.iter().enumerate() {
@@ -54,10 +59,14 @@ impl Survey {
             row[place] = 1.0;
             let mut slow = Slow::of(record);
             let mut residual = Vec::with_capacity(record.fitted_samples());
+            let integral = integral(&record.output()[record.skip()..], dt);
+            let (low, high) = signal::bounds(&integral);
+            integral_range = integral_range.max((high - low) / record.output_range());
             for (k, measured) in record.output().iter().enumerate().skip(record.skip()) {
                 rows.write(k, &mut row[means..means + n]);
-                slow.write(&mut row[means + n..columns - 1]);
-                row[columns - 1] = measured - predicted[k];
+                slow.write(&mut row[means + n..residual_at]);
+                row[residual_at] = measured - predicted[k];
+                row[residual_at + 1] = integral[k - record.skip()];
                 factor.push(&row);
                 for ((low, high), z) in operator_bounds.iter_mut().zip(&row[means..]) {
                     (*low, *high) = (low.min(*z), high.max(*z));
@@ -69,7 +78,9 @@ impl Survey {
             squares += as_f64(output.len()) * signal::rms(&output).powi(2);
         }
         let factor = factor.finish();
-        Self { residuals, operator_bounds, thresholds, factor, output_norm: squares.sqrt() }
+        let in_seconds = records.iter().all(|record| record.dt().is_some());
+        let time = if in_seconds { ("s", 1.0) } else { ("samples", chain.dt) };
+        Self { residuals, operator_bounds, thresholds, factor, integral_range, time, output_norm: squares.sqrt() }
     }
 
     pub(crate) fn operators(&self) -> usize {
@@ -78,7 +89,36 @@ impl Survey {
 
     /// A slow change beside the operators.
     pub(crate) fn slow_change(&self, records: &[Record<'_>], begins_wrong: bool) -> Option<Finding> {
-        change(&self.factor, records, begins_wrong)
+        let beside_integral = self.factor.get(.., ..self.factor.ncols() - 1).to_owned();
+        change(&beside_integral, records, begins_wrong)
+    }
+
+    /// Whether the residual, beside the operators and slow changes, falls with the integral of the position: a position that leaks towards its
+    /// mean with the time constant tau is the one without a leak less the integral over tau.
+    pub(crate) fn leakage(&self) -> Option<Finding> {
+        /// The correlation: half of the squares.
+        const LIMIT: f64 = 0.7;
+        /// How far the leak moves the position at least, over the range.
+        const MATTERS: f64 = 0.01;
+        let last = self.factor.ncols() - 1;
+        let first = Echelon::of(self.factor.as_ref()).rank(last - 1);
+        let [residual, integral] = [last - 1, last].map(|column| self.factor.col(column).get(first..));
+        let (own, left) = (integral.norm_l2(), residual.norm_l2());
+        if own <= DEPENDS * self.factor.col(last).norm_l2() || left == 0.0 {
+            return None;
+        }
+        let product: f64 = residual.iter().zip(integral.iter()).map(|(e, whole)| e * whole).sum();
+        let (value, rate) = (-product / own / left, -product / own / own);
+        let moved = rate * self.integral_range;
+        let message = format!(
+            "the position leaks towards its mean, with a time constant of {:.3} {}: it moves by {:.1} % of the range on that account, \
+             and one that is held is lost within that time",
+            1.0 / rate / self.time.1,
+            self.time.0,
+            100.0 * moved
+        );
+        let finding = Finding::new(FindingCode::Leakage, value, LIMIT, message);
+        (value > LIMIT && moved > MATTERS).then_some(finding)
     }
 
     fn is_moved(&self, operator: usize) -> bool {
@@ -139,6 +179,19 @@ impl Survey {
         };
         (self.residuals.iter().map(variance).sum::<f64>() / as_f64(samples)).sqrt()
     }
+}
+
+/// The integral of a position about its mean, by trapezoids from 0 on.
+fn integral(position: &[f64], dt: f64) -> Vec<f64> {
+    let about = signal::centred(position);
+    let mut sum = 0.0;
+    let mut until = |k: usize| {
+        if k > 0 {
+            sum += 0.5 * dt * (about[k - 1] + about[k]);
+        }
+        sum
+    };
+    (0..about.len()).map(&mut until).collect()
 }
 
 /// A column of length one; a column of zeros stays.

@@ -3,7 +3,7 @@
 use hysteresis_core::is_admissible;
 
 use crate::error::{Error, RecordError};
-use crate::records::signal::{as_f64, bounds, usual_step};
+use crate::records::signal::{UsualStep, as_f64, bounds, usual_step};
 
 /// Checks a sampling interval in seconds.
 pub(crate) fn check_interval(dt: f64) -> Result<(), Error> {
@@ -92,11 +92,13 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Refuses times whose usual step is not this sampling interval, by more than a half of it.
+    /// Refuses times whose usual step is not this sampling interval: whatever has a time would be wrong by their ratio.
     fn check_step(&self, dt: f64) -> Result<(), RecordError> {
+        /// Two clocks are never the same: a quartz is 1e-4 off, what times a microcontroller without one about this share.
+        const CLOCK: f64 = 0.01;
         let Some(times) = self.times.filter(|times| times.len() > 1) else { return Ok(()) };
-        let got = usual_step(times, times.len() - 1);
-        if (got - dt).abs() <= 0.5 * dt { Ok(()) } else { Err(RecordError::TimeStep { expected: dt, got }) }
+        let UsualStep { step: got, jitter } = usual_step(times, times.len() - 1);
+        if (got - dt).abs() <= CLOCK * dt + jitter { Ok(()) } else { Err(RecordError::TimeStep { expected: dt, got }) }
     }
 
     /// The same record with samples whose output is wrong: their input sets the memory like every other, but their output is not

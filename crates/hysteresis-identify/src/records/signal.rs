@@ -105,13 +105,26 @@ pub(crate) fn quantile(values: &[f64], share: f64) -> f64 {
     if sorted.is_empty() { 0.0 } else { *sorted.select_nth_unstable_by(place, f64::total_cmp).1 }
 }
 
-/// The usual step of times: the median of mean steps over 50 samples, or over `most` if these are fewer. Neither jitter nor gaps nor
-/// rounded times move it.
-pub(crate) fn usual_step(times: &[f64], most: usize) -> f64 {
+/// The usual step of times, and how far jitter may have moved it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct UsualStep {
+    pub(crate) step: f64,
+    pub(crate) jitter: f64,
+}
+
+/// The usual step of times: the median of mean steps over 50 samples, or over `most` if these are fewer. Gaps do not move it, jitter and
+/// rounded times hardly.
+pub(crate) fn usual_step(times: &[f64], most: usize) -> UsualStep {
     const SAMPLES: usize = 50;
+    /// The times at both ends of a mean may be off by so many usual distances of a step from the usual one.
+    const ENDS: f64 = 3.0;
     let over = SAMPLES.min(most);
     let means: Vec<f64> = times.windows(over + 1).map(|part| (part[over] - part[0]) / as_f64(over)).collect();
-    median(&means)
+    let step = median(&means);
+    // A gap is one step long, not many: it counts as a step missed.
+    let distances: Vec<f64> = times.windows(2).map(|pair| (pair[1] - pair[0] - step).abs().min(step)).collect();
+    let spread = robust_deviation(&means.iter().map(|mean| mean - step).collect::<Vec<_>>());
+    UsualStep { step, jitter: spread + ENDS * mean(&distances) / as_f64(over) }
 }
 
 /// The median of every sample and so many on either side, as far as there are such.

@@ -166,6 +166,14 @@ impl Identification {
         Verdict::of(&self.warnings)
     }
 
+    /// The same result with what reading the records took for granted, a sentence each: findings before all others
+    /// ([`FindingCode::Assumed`]), which the verdict counts and the stage keeps.
+    #[must_use]
+    pub fn assuming(self, sentences: impl IntoIterator<Item = String>) -> Self {
+        let assumed = sentences.into_iter().map(Finding::assumed);
+        Self { warnings: assumed.chain(self.warnings).collect(), ..self }
+    }
+
     /// The finding about an input that goes beyond those of the fitted records, if it does.
     #[must_use]
     pub fn extrapolation(&self, input: &[f64]) -> Option<Finding> {

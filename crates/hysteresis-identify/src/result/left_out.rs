@@ -55,8 +55,9 @@ impl LeftOutSolution {
 }
 
 impl Identification {
-    /// Fits the weights and output offsets anew without each loop, at the thresholds, input offset, dead time, dynamics and creep found, and
-    /// predicts the loop that was left out: a model that only remembers its records does worse there.
+    /// Fits the weights and output offsets anew without each loop, at the thresholds, input offset, maps, dead time, dynamics and creep found,
+    /// and predicts the loop that was left out: a model that only remembers its records does worse there. An output map is linearised at the
+    /// weights found.
     ///
     /// A loop leads from one maximum of the input to the next. Maxima are those from which the input comes down, and to
     /// which it went up, by a twentieth of its range at least. What comes before the first maximum of a record belongs
@@ -157,8 +158,9 @@ impl Pass<'_> {
         samples.clone().filter(|k| left_out.binary_search(k).is_err())
     }
 
-    /// Goes to the fitted samples of every loop, in order; `take` gets the loop, the sample and the columns there.
-    fn walk(&self, mut take: impl FnMut(usize, usize, &[f64])) {
+    /// Goes to the fitted samples of every loop, in order; `take` gets the loop, the sample, what of the output is known there beside the
+    /// columns (that of an output map, linearised at the fit) and the columns.
+    fn walk(&self, mut take: impl FnMut(usize, usize, f64, &[f64])) {
         let start = |place: usize| self.tangent.rows(self.records[place].input(), self.intervals[place], None);
         let (mut last, mut rows) = (0, start(0));
         let mut row = vec![0.0; self.tangent.columns];
@@ -167,8 +169,8 @@ impl Pass<'_> {
                 (last, rows) = (*place, start(*place));
             }
             for k in self.fitted(*place, samples) {
-                rows.write(k, &mut row);
-                take(number, k, &row);
+                let known = rows.write(k, &mut row);
+                take(number, k, known, &row);
             }
         }
     }
@@ -181,14 +183,14 @@ impl Pass<'_> {
         let mut factor = TriangularFactor::new(columns);
         let mut triangles = Vec::with_capacity(self.loops.len());
         let in_unknowns = |factor: TriangularFactor| basis.in_unknowns(factor.finish().as_ref(), own);
-        self.walk(|number, k, columns_here| {
+        self.walk(|number, k, known, columns_here| {
             let place = self.loops[number].0;
             if triangles.len() < number {
                 triangles.push(in_unknowns(std::mem::replace(&mut factor, TriangularFactor::new(columns))));
             }
             self.own.write(place, k, &mut row[..own]);
             row[own..own + n].copy_from_slice(columns_here);
-            row[columns - 1] = self.records[place].output()[k];
+            row[columns - 1] = self.records[place].output()[k] - known;
             factor.push(&row);
         });
         triangles.push(in_unknowns(factor));
@@ -200,11 +202,11 @@ impl Pass<'_> {
         let all = &solutions[0];
         let mut outputs: Vec<[Vec<f64>; 2]> = self.loops.iter().map(|_| [Vec::new(), Vec::new()]).collect();
         let (records, mut own) = (self.records.len(), vec![0.0; self.own.len()]);
-        self.walk(|number, k, columns| {
+        self.walk(|number, k, known, columns| {
             let [fitted, left_out] = &mut outputs[number];
             self.own.write(self.loops[number].0, k, &mut own);
-            fitted.push(all.output(&own, columns, records));
-            left_out.push(solutions[number + 1].output(&own, columns, records));
+            fitted.push(known + all.output(&own, columns, records));
+            left_out.push(known + solutions[number + 1].output(&own, columns, records));
         });
         let judged = outputs.into_iter().enumerate().map(|(number, outputs)| {
             let (place, samples) = self.loops[number].clone();

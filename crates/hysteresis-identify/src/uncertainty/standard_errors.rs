@@ -27,27 +27,37 @@ use crate::uncertainty::root::{Gradients, Quantity, Root};
 #[non_exhaustive]
 pub struct StandardErrors {
     /// Of the weights w_i, in output unit per input unit.
+    #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub weights: Vec<f64>,
     /// Of the weights v_i below zero; empty unless they are split.
+    #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub weights_negative: Vec<f64>,
     /// Of ra/r, rb/r and rc/r.
+    #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub ratios: [f64; 3],
     /// Of the input offset, in the unit of the input.
+    #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub input_offset: f64,
     /// Of the dead time, in seconds; in samples for records without a sampling interval.
+    #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub dead_time: f64,
     /// Of the frequency in Hz: of several modes, that of the first.
+    #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub frequency: f64,
     /// Of the damping ratio, likewise.
+    #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub damping: f64,
     /// Of frequency, damping ratio and gain of every mode, if there are several.
-    #[cfg_attr(feature = "serde", serde(default))]
+    #[cfg_attr(feature = "serde", serde(default, with = "hysteresis_control::stage::number"))]
     pub modes: Vec<[f64; 3]>,
     /// Of the lag of dynamics and dead time together, in the unit of the dead time.
+    #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub lag: f64,
     /// Of the amplitudes of creep: of gamma for log-type creep, of every c_j for other.
+    #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub creep: Vec<f64>,
     /// Of the amplitudes of the loop shift, in the unit of the output.
+    #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub loop_shift: Vec<f64>,
 }
 
@@ -117,6 +127,7 @@ pub struct Covariance {
     /// `damping[k]` and `gain[k]`, from the lowest frequency up.
     pub parameters: Vec<String>,
     /// The covariance, row by row, in the units of the parameters.
+    #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub matrix: Vec<Vec<f64>>,
 }
 

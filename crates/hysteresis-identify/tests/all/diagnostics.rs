@@ -300,8 +300,48 @@ fn thresholds_out_of_reach_are_counted() {
 #[test]
 fn full_strokes_alone_are_not_enough() {
     let input: Vec<f64> = (0..SAMPLES).map(|k| 500.0 * (number(k) / 100.0).sin()).collect();
-    let finding = only(&input, &measured(&input, 3), FindingCode::NoMinorLoops);
-    assert_eq!((finding.value, finding.limit), (0.0, 2.0));
+    let findings = found(&input, &measured(&input, 3));
+    let codes: Vec<FindingCode> = findings.iter().map(|finding| finding.code).collect();
+    assert_eq!(codes, [FindingCode::NoMinorLoops, FindingCode::RateDependenceNotTold]);
+    assert_eq!((findings[0].value, findings[0].limit), (0.0, 2.0));
+}
+
+/// Whatever the shape of the loops: what is of one speed and one frequency tells no rate; another speed, another amplitude, or rests do.
+#[test]
+fn loops_of_one_speed_do_not_tell_the_rate() {
+    let triangle = |phase: f64| 2.0 * (2.0 * (phase + 0.75).rem_euclid(1.0) - 1.0).abs() - 1.0;
+    let sine = |phase: f64| (std::f64::consts::TAU * phase).sin();
+    let shapes: [&dyn Fn(f64) -> f64; 2] = [&triangle, &sine];
+    for shape in shapes {
+        let loops = |cycles: f64| (0..3000).map(|k| 500.0 * shape(cycles * number(k) / 3000.0)).collect::<Vec<f64>>();
+        let told = |parts: &[Vec<f64>]| {
+            let input = parts.concat();
+            let codes: Vec<_> = found(&input, &measured(&input, 3)).into_iter().map(|finding| finding.code).collect();
+            assert!(codes.iter().all(|code| *code != FindingCode::IdenticalLoops || parts.len() == 1), "{codes:?}");
+            codes.contains(&FindingCode::RateDependenceNotTold)
+        };
+        for cycles in [1.0, 3.0, 30.0] {
+            assert!(told(&[loops(cycles)]), "{cycles}");
+        }
+        // A short beginning and end may be anything.
+        let short: Vec<f64> = loops(3.0).iter().take(150).map(|u| 0.2 * u).collect();
+        assert!(told(&[short, loops(3.0)]));
+        assert!(!told(&[loops(3.0), loops(9.0)]));
+        assert!(!told(&[loops(3.0), loops(3.0).iter().map(|u| 0.4 * u).collect()]));
+        let rest = vec![500.0 * shape(1.2 / 4.0); 600];
+        assert!(!told(&[loops(3.0), loops(3.0).into_iter().take(300).collect(), rest, loops(3.0)]));
+    }
+    // Of several records that have one speed each, these count in seconds.
+    let input = (0..3000).map(|k| 500.0 * triangle(number(k) / 1000.0)).collect::<Vec<f64>>();
+    let output = measured(&input, 3);
+    let at = |dt: f64| Record::new(&input, &output, 0).unwrap().sampled_every(dt).unwrap();
+    let told = |records: &[Record<'_>]| {
+        let found = diagnose(records, &paper::table_1_recovered().into(), 0.0).unwrap();
+        found.into_iter().find(|finding| finding.code == FindingCode::RateDependenceNotTold)
+    };
+    let both = told(&[at(1e-3), at(1e-3)]).unwrap();
+    assert!(both.message.contains("at about 2000.") && both.message.contains("1.0000 loops per second"), "{both:?}");
+    assert_eq!(told(&[at(1e-3), at(1e-4)]), None);
 }
 
 #[test]
@@ -384,4 +424,71 @@ fn wrong_arguments_are_named() {
     // whatever the record, an answer
     diagnose(&[record], &model, 2.9).unwrap();
     diagnose(&[Record::new(&[0.0, 1.0], &[1.0, 0.0], 0).unwrap()], &model, 0.0).unwrap();
+}
+
+/// A position of which nothing slow is left: one of these time constants, in samples.
+fn leaking(position: &[f64], samples: f64) -> Vec<f64> {
+    let (kept, mut left) = ((-1.0 / samples).exp(), 0.0);
+    let pass = |pair: &[f64]| {
+        left = kept * left + pair[1] - pair[0];
+        position[0] + left
+    };
+    std::iter::once(position[0]).chain(position.windows(2).map(pass)).collect()
+}
+
+#[test]
+fn a_position_that_leaks_is_found() {
+    let input = sweep(500.0);
+    let output = measured(&input, 3);
+    let told = |output: &[f64]| found(&input, output).into_iter().find(|finding| finding.code == FindingCode::Leakage);
+    assert_eq!(told(&output), None);
+    for samples in [500.0, 1000.0, 1500.0] {
+        let leak = told(&leaking(&output, samples)).unwrap();
+        assert!(leak.value > leak.limit && leak.record.is_none(), "{leak:?}");
+        let words: Vec<&str> = leak.message.split(' ').collect();
+        let place = words.iter().position(|word| *word == "constant").unwrap();
+        let constant: f64 = words[place + 2].parse().unwrap();
+        assert!((constant / samples - 1.0).abs() < 0.1, "{leak:?}");
+    }
+    // A lag, creep and drift are none.
+    let mut late = output.clone();
+    late.rotate_right(3);
+    let creeps: Vec<f64> = output.iter().enumerate().map(|(k, y)| y + 0.1 * number(k + 1).ln()).collect();
+    let drifts: Vec<f64> = output.iter().enumerate().map(|(k, y)| y + 1e-4 * number(k)).collect();
+    for other in [&late, &creeps, &drifts] {
+        assert_eq!(told(other), None);
+    }
+}
+
+/// A small record beside a large one is judged by what the position does in all of them.
+#[test]
+fn a_small_record_is_judged_by_the_whole_range() {
+    let input = sweep(500.0);
+    let output = measured(&input, 3);
+    let small: Vec<f64> = (0..SAMPLES).map(|k| 2.0 * (0.3 * number(k) * number(k) / number(SAMPLES)).sin()).collect();
+    let mut noise = noise(5);
+    // A tenth of a per cent of the whole range, and as much as the small signal itself.
+    let noisy: Vec<f64> = measured(&small, 4).iter().map(|y| y + 6e-3 * noise()).collect();
+    let records = |output| [Record::new(&input, output, SKIP).unwrap(), Record::new(&small, &noisy, SKIP).unwrap()];
+    let codes = |records: &[Record<'_>]| {
+        let found = diagnose(records, &paper::table_1_recovered().into(), 0.0).unwrap();
+        found.iter().map(|finding| finding.code).collect::<Vec<_>>()
+    };
+    let of_residuals = [
+        FindingCode::PoorFit,
+        FindingCode::Unrelated,
+        FindingCode::RateEffects,
+        FindingCode::Drift,
+        FindingCode::InputEffects,
+        FindingCode::AmplitudeEffects,
+        FindingCode::StartUpTransient,
+    ];
+    let judged = codes(&records(&output));
+    assert!(!judged.iter().any(|code| of_residuals.contains(code)), "{judged:?}");
+    // By itself it is all there is.
+    let alone = codes(&[Record::new(&small, &noisy, SKIP).unwrap()]);
+    assert!(alone.contains(&FindingCode::PoorFit) && alone.contains(&FindingCode::Unrelated), "{alone:?}");
+    // And what is wrong in the large one is told.
+    let wrong: Vec<f64> = output.iter().enumerate().map(|(k, y)| y + 0.1 * (0.01 * number(k)).sin()).collect();
+    assert!(codes(&records(&wrong)).contains(&FindingCode::PoorFit));
 }

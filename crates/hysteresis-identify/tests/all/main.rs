@@ -13,6 +13,7 @@ mod many;
 mod modes;
 mod no_allocation;
 mod operators;
+mod own_experiment;
 mod own_gains;
 mod quiet_record;
 mod recovery;

@@ -7,8 +7,8 @@ use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 use hysteresis_control::stage::{Stage, StageParts};
 use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Process, Ratios};
 use hysteresis_identify::{
-    AmplifierModel, DynamicsModel, Error, FindingCode, Identification, MapModel, Options, Order, Record, Setting, Stop,
-    Thresholds, identify,
+    AmplifierModel, DynamicsModel, Error, FindingCode, Identification, MapModel, Options, Order, Quality, Record,
+    Setting, Stop, Thresholds, identify,
 };
 
 const DT: f64 = 1e-4;
@@ -123,6 +123,28 @@ fn a_lag_behind_a_square_is_found_and_a_dead_time_there_stays_one() {
     let stage = Stage::new(StageParts { dead_time: 30.0 * DT, ..plain }).unwrap();
     let (_, found) = found_from(&drive, &stage, 1e-2, &options());
     assert!(found.dynamics.is_none() && (found.dead_time.unwrap() / DT - 30.0).abs() < 0.5, "{:?}", found.dead_time);
+}
+
+/// The weights of all loops are those of the fit, whatever is in front of the hysteresis and behind it; and those of the other loops
+/// predict a loop about as well as it is fitted.
+#[test]
+fn leaving_a_loop_out_knows_the_maps() {
+    let (before, behind) = (Some(bent(1.0, 0.25)), Some(saturated()));
+    for (input_map, output_map) in [(before.clone(), None), (None, behind.clone()), (before, behind)] {
+        let model = |map: &Option<_>| if map.is_some() { MapModel::Smooth } else { MapModel::None };
+        let options = Options { input_map: model(&input_map), output_map: model(&output_map), ..options() };
+        let stage = Stage::new(StageParts { input_map, output_map, ..StageParts::new(hysteresis()) }).unwrap();
+        let drive = drive();
+        let (position, found) = found_from(&drive, &stage, 1e-3, &options);
+        assert_eq!(found.output_map().is_some(), stage.parts().output_map.is_some());
+        let record = [Record::new(&drive, &position, 0).unwrap()];
+        let rows = found.leave_one_loop_out(&record).unwrap();
+        let all = Quality::pooled(&rows.iter().map(|row| row.fitted).collect::<Vec<_>>());
+        let near = (all.rmse / found.fit.rmse - 1.0).abs() < 1e-3 && all.samples == found.fit.samples;
+        assert!(near, "{} instead of {}", all.rmse, found.fit.rmse);
+        let left_out = Quality::pooled(&rows.iter().map(|row| row.left_out).collect::<Vec<_>>());
+        assert!((1.0..2.0).contains(&(left_out.rmse / all.rmse)), "{} {}", left_out.rmse, all.rmse);
+    }
 }
 
 /// Most of this search looks for maps.

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use crate::actuators::noise;
 use hysteresis_core::Process;
 use hysteresis_identify::{
     Error, Finding, FindingCode, Identification, Options, Record, RecordError, Setting, Severity, Thresholds, Verdict,
@@ -118,8 +119,16 @@ fn times_that_contradict_the_sampling_interval_are_refused() {
     let output = position(&input);
     let times: Vec<f64> = (0..SAMPLES).map(|k| 1e-3 * number(k)).collect();
     let record = Record::new(&input, &output, 0).unwrap().at_times(&times).unwrap();
-    for (dt, is_near) in [(1e-3, true), (1.4e-3, true), (0.75e-3, true), (1e-2, false), (1e-4, false), (2.1e-3, false)]
-    {
+    let all = [
+        (1e-3, true),
+        (1.005e-3, true),
+        (1.02e-3, false),
+        (1.4e-3, false),
+        (0.75e-3, false),
+        (1e-2, false),
+        (1e-4, false),
+    ];
+    for (dt, is_near) in all {
         let timed = record.sampled_every(dt).unwrap();
         let found = diagnose(&[timed], &paper::table_1_recovered().into(), 0.0);
         match found {
@@ -128,6 +137,15 @@ fn times_that_contradict_the_sampling_interval_are_refused() {
             }
             other => assert!(is_near && other.is_ok(), "{dt}: {other:?}"),
         }
+    }
+    // Times that a clock of few steps, or one that is read late, has made of the same samples; and another interval beside each.
+    let late: Vec<f64> = times.iter().zip(noise(SAMPLES, 1e-4, 11)).map(|(t, e)| t + e).collect();
+    let rounded: Vec<f64> = times.iter().map(|t| (t / 9.1e-4).floor() * 9.1e-4).collect();
+    for uneven in [&late, &rounded] {
+        let record = record.at_times(uneven).unwrap();
+        let refused =
+            |dt| diagnose(&[record.sampled_every(dt).unwrap()], &paper::table_1_recovered().into(), 0.0).is_err();
+        assert!(!refused(1e-3) && refused(1.05e-3) && refused(0.95e-3));
     }
     let options = Options { dt: Some(1e-2), ..Options::default() };
     let refused = identify(&[record], &options, &mut |_| ControlFlow::Continue(())).unwrap_err();
@@ -190,4 +208,49 @@ fn a_turned_record_is_told_whatever_the_number_of_operators() {
         let codes: Vec<FindingCode> = found.warnings.iter().map(|finding| finding.code).collect();
         assert_eq!(codes, [FindingCode::WrongSign, FindingCode::PoorFit], "{thresholds:?}");
     }
+}
+
+/// What reading took for granted comes first; the verdict counts it, and the stage keeps it.
+#[test]
+fn what_was_assumed_is_a_finding_that_the_stage_keeps() {
+    let input = drive();
+    let output = position(&input);
+    let found = fitted(Record::new(&input, &output, 0).unwrap());
+    assert_eq!(found.verdict(), Verdict::Green);
+    let said = ["no unit in 'pos': um is assumed".to_owned(), "a row is left out".to_owned()];
+    let doubtful = found.clone().assuming(said.clone());
+    assert_eq!(doubtful.verdict(), Verdict::Amber);
+    assert!(
+        doubtful.warnings.iter().zip(&said).all(|(one, said)| one.code == FindingCode::Assumed && one.message == *said)
+    );
+    let stage = doubtful.stage().unwrap();
+    let read = hysteresis_control::stage::Stage::from_json(&stage.to_json()).unwrap();
+    let kept = &read.parts().identified.as_ref().unwrap().warnings;
+    assert_eq!((kept[0].code.as_str(), &kept[1].message), ("assumed", &said[1]));
+    assert_eq!(found.clone().assuming([]), found);
+}
+
+/// A weight of zero has no standard error: that is no number, and reads back as none.
+#[cfg(feature = "serde")]
+#[test]
+fn a_result_reads_back_from_json_with_what_is_no_number() {
+    let input = drive();
+    let output = position(&input);
+    let options = Options {
+        thresholds: Thresholds::Given(vec![0.0, 100.0, 101.0, 102.0, 300.0]),
+        weights: WeightLaw::Free,
+        dead_time: Setting::Fixed(0.0),
+        smoothness: Setting::Fixed(0.0),
+        ..Options::default()
+    };
+    let records = [Record::new(&input, &output, 0).unwrap()];
+    let found = identify(&records, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    assert!(found.standard_errors.weights.iter().any(|error| error.is_nan()), "{:?}", found.standard_errors);
+    let text = serde_json::to_string(&found).unwrap();
+    let read: Identification = serde_json::from_str(&text).unwrap();
+    assert_eq!(read, found);
+    // As files of before have it.
+    let with_null = text.replace("\"nan\"", "null");
+    assert!(with_null.contains("null"));
+    assert_eq!(serde_json::from_str::<Identification>(&with_null).unwrap(), found);
 }

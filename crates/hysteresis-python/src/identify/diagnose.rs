@@ -147,6 +147,7 @@ pub(crate) fn verdict(#[py("Sequence[Finding]")] findings: &Bound<'_, PyAny>) ->
 /// >>> for found in mh.diagnose(u, actuator.forward().run(u), actuator):
 /// ...     print(found.code, found.value, found.limit)
 /// no_minor_loops 0.0 2.0
+/// rate_dependence_not_told 1.0 1.5
 /// >>> made = mh.signals.excitation(-500.0, 500.0, slew=2000.0, rate=1000)
 /// >>> y = actuator.forward().run(made.drive)
 /// >>> mh.diagnose(made.drive, y, actuator, skip=made.initialization_samples)

@@ -6,6 +6,7 @@ use hysteresis_identify::{self as identification, RecordError};
 use hysteresis_python_macros::methods;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 use serde::{Deserialize, Serialize};
 
 use super::diagnose::Finding;
@@ -14,7 +15,7 @@ use super::quality::{LeftOutLoop, Quality};
 use super::records::{GivenRecords, Interval, Skips, check_place};
 use crate::argument::Words;
 use crate::convert::arrays::read_only;
-use crate::convert::errors::{self, raise, record, warn};
+use crate::convert::errors::{self, raise, record, unexpected, warn};
 use crate::linear::creep::Creep;
 use crate::linear::dynamics::dynamics_object;
 use crate::model::models::object;
@@ -277,6 +278,41 @@ impl Identification {
     #[getter]
     fn warnings(&self) -> Vec<Finding> {
         self.found.warnings.iter().cloned().map(Finding::from).collect()
+    }
+
+    /// The same result with what reading its records took for granted: a finding `assumed` for each sentence, before all others. The
+    /// verdict counts them, and the stage keeps them.
+    ///
+    /// Parameters
+    /// ----------
+    /// sentences : list of str
+    ///     As `mpi_hyst.io` has them: the doubtful ones of `record.assumed`.
+    ///
+    /// Returns
+    /// -------
+    /// Identification
+    ///
+    /// Raises
+    /// ------
+    /// TypeError
+    ///     For what is no list of str.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=200)
+    /// >>> y = mh.paper.table_1_recovered().forward().run(u)
+    /// >>> found = mh.identify(u, y, operators=12, input_offset=0.0, dead_time=0.0)
+    /// >>> doubtful = found.assuming(["record.csv: no unit in 'pos': um is assumed"])
+    /// >>> found.verdict, doubtful.verdict, doubtful.stage.identified["warnings"][0]["code"]
+    /// ('green', 'amber', 'assumed')
+    fn assuming(&self, #[py("Sequence[str]")] sentences: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let expected = "a list of str";
+        if sentences.is_instance_of::<PyString>() {
+            return Err(unexpected("sentences", expected, sentences));
+        }
+        let given: Vec<String> = sentences.extract().map_err(|_| unexpected("sentences", expected, sentences))?;
+        Ok(Self { found: self.found.clone().assuming(given), validations: self.validations.clone() })
     }
 
     /// Whether Ctrl-C ended the search: the model is the best until then, its weights the best for its thresholds.
