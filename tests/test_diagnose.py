@@ -156,9 +156,10 @@ def test_a_measured_stack() -> None:
     told = mh.diagnose(
         records, None, found.model, skip=skips, dead_time=found.dead_time_samples or 0.0
     )
-    # 40 periods in 40 s, in which the stack drifts by 0.3 % of its range
+    # 40 periods in 40 s, in which the stack drifts by 0.3 % of its range; all of one speed
     assert [(finding.code, finding.record) for finding in told] == [
         ("identical_loops", 0),
+        ("rate_dependence_not_told", None),
         ("drift", 0),
     ]
     assert found.verdict == mh.results.verdict(told) == "amber"

@@ -65,7 +65,7 @@ def test_uneven_times_are_located_and_not_refused(tmp_path: Path) -> None:
     assert result.stdout.splitlines()[0] == "verdict: amber (time_gap)"
     assert "intervals of 0.001000 s before sample 3500 (3.550000 s)" in result.stdout
     rows = ["--rows", "3500"]
-    assert run("identify", path, *COLUMNS, *FIT, *rows).stdout.startswith("verdict: green")
+    assert "time_gap" not in run("identify", path, *COLUMNS, *FIT, *rows).stdout
 
 
 def test_no_number_without_meaning_is_printed(tmp_path: Path) -> None:

@@ -213,7 +213,7 @@ def test_a_name_that_seems_to_hold_a_unit_is_amber(tmp_path: Path) -> None:
     assert "amber" in page.read_text("utf-8") and "PosNm" in page.read_text("utf-8")
     # the stage keeps it, as everything else that makes its numbers doubtful
     loaded = mh.load(stage)
-    assert isinstance(loaded, mh.Stage)
+    assert isinstance(loaded, mh.Stage) and loaded.identified is not None
     (kept,) = (one for one in loaded.identified["warnings"] if one["code"] == "assumed")
     assert said in kept["message"] and kept["severity"] == "amber"
     result = run(*words, "--output-unit", "nm", "--strict")

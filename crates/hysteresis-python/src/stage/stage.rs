@@ -69,8 +69,8 @@ use crate::trajectories::positions::samples;
 /// ...     mh.paper.table_1_recovered(), limits=(-500.0, 500.0), dead_time=1e-4,
 /// ...     dynamics=mh.plant.SecondOrder(800.0, 0.02), creep=mh.plant.Creep.logarithmic(0.012, 0.01, 100.0, 8))
 /// >>> target = mh.signals.sine(2.5, 10.0, seconds=0.3, rate=10e3)
-/// >>> drive = stage.precompensate(target, dt=1e-4)
-/// >>> error = stage.forward(dt=1e-4).run(drive) - target
+/// >>> drive = stage.precompensate(target, dt=1e-4, lead_in=0.02)
+/// >>> error = stage.forward(dt=1e-4).run(drive)[200:] - target
 /// >>> bool(abs(error[1000:]).max() < 1e-3)  # um
 /// True
 #[pyclass(module = "mpi_hyst", frozen)]
