@@ -9,8 +9,8 @@ use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinsk
 use crate::choose::found::Found;
 use crate::choose::glitches::search_without_glitches;
 use crate::choose::linear_part::{joint_findings, untold_dead_time};
-use crate::choose::maps::untold_map;
 use crate::choose::search::{search_hysteresis, with_least_slope};
+use crate::choose::table::untold_map;
 use crate::error::Error;
 use crate::fit::joint::JointFit;
 use crate::fit::point::{Parameter, Point};

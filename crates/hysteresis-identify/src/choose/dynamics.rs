@@ -48,7 +48,7 @@ impl JointProblem<'_> {
         plain_space: &Space,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<JointFit, Error> {
-        let space = Space::new(self.records, self.options)?;
+        let space = Space::new(self.records, self.options)?.with_maps_of(plain_space);
         monitor.forget();
         let starts = starts(self.records, plain, plain_space, &space);
         self.search_starts(space, &starts, Attempts { level: 0, passes: PASSES }, monitor)
@@ -56,7 +56,8 @@ impl JointProblem<'_> {
 
     /// The best fit with a dead time in place of the dynamics, from a point near by.
     pub(crate) fn without_dynamics(&self, near: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
-        let space = Space::new(self.records, &Options { dynamics: DynamicsModel::None, ..self.options.clone() })?;
+        let options = Options { dynamics: DynamicsModel::None, ..self.options.clone() };
+        let space = Space::new(self.records, &options)?.with_maps_of(&near.space);
         let lag = near.space.linear_part(&near.fit.point).lag();
         let known = space.origin().get(Parameter::DeadTime);
         let dead_time = space.axis(Parameter::DeadTime).map_or(known, |axis| lag.clamp(axis.lower, axis.upper));
@@ -81,10 +82,10 @@ impl JointProblem<'_> {
         self.search_from(space, &point, monitor)
     }
 
-    /// The fit with the hysteresis of a point, and dynamics that are critically damped in place of its dead time.
-    pub(crate) fn at_hysteresis(&self, point: &Point) -> Result<JointFit, Error> {
-        let space = Space::new(self.records, self.options)?;
-        self.at(&space, &space.start_at_hysteresis(point))
+    /// The fit with the hysteresis of another one, and dynamics that are critically damped in place of its dead time.
+    pub(crate) fn at_hysteresis(&self, plain: &JointFit) -> Result<JointFit, Error> {
+        let space = Space::new(self.records, self.options)?.with_maps_of(&plain.space);
+        self.at(&space, &space.start_at_hysteresis(&plain.fit.point))
     }
 }
 
@@ -92,7 +93,7 @@ impl JointProblem<'_> {
 ///
 /// The dead time of that fit is the lag of everything, 2 zeta / w and what is dead time in truth: each frequency and
 /// damping is tried with the rest of it, and a few others.
-fn starts(records: &[Record<'_>], plain: &ProjectedFit, plain_space: &Space, space: &Space) -> Vec<Point> {
+pub(crate) fn starts(records: &[Record<'_>], plain: &ProjectedFit, plain_space: &Space, space: &Space) -> Vec<Point> {
     let point = |dead_time: f64| {
         let start = space.start_at_hysteresis(&plain.point).with(Parameter::DeadTime, dead_time);
         (0..space.creep_amplitudes()).fold(start, |point, number| point.with(Parameter::Creep(number), CREEP))

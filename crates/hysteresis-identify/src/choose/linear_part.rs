@@ -80,8 +80,8 @@ impl JointSearch<'_> {
         let found = self.with_amplifier_if_told(found, linear, Span { from: 0.6, to: 0.63 }, monitor)?;
         let found = self.with_modes_if_told(found, linear, monitor)?;
         monitor.begin(Span { from: 0.68, to: 0.7 });
-        let (fit, dead_time_error) = self.problem.settle_dead_time(found, monitor)?;
-        linear.dead_time_error = dead_time_error;
+        let Settled { fit, error } = self.problem.settle_dead_time(found, monitor)?;
+        linear.dead_time_error = error;
         if self.is_open {
             return self.without_needless_dynamics(fit, linear, monitor);
         }
@@ -198,9 +198,9 @@ impl JointSearch<'_> {
         let is_overdamped = fit.fit.point.get(Parameter::LogDamping) > 0.0;
         let lag = if is_told && is_overdamped { self.lag_if_told(&without, monitor)? } else { None };
         match lag {
-            Some((lag, error)) if !is_kept || self.evidence(&lag, &fit) < self.needed_evidence(&fit) => {
-                (linear.dead_time_error, linear.amplifier_instead) = (error, 0.0);
-                Ok(lag)
+            Some(lag) if !is_kept || self.evidence(&lag.fit, &fit) < self.needed_evidence(&fit) => {
+                (linear.dead_time_error, linear.amplifier_instead) = (lag.error, 0.0);
+                Ok(lag.fit)
             }
             _ if is_kept => Ok(fit),
             _ => {
@@ -210,18 +210,14 @@ impl JointSearch<'_> {
         }
     }
 
-    /// A lag of first order and the standard error of the dead time beside it, if the records tell one: a resonance that stands for it
-    /// is damped without bound, and what is fast in it must be undone by a dead time.
-    fn lag_if_told(
-        &self,
-        without: &JointFit,
-        monitor: &mut SearchMonitor<'_>,
-    ) -> Result<Option<(JointFit, Option<f64>)>, Error> {
+    /// A lag of first order and how the dead time beside it was settled, if the records tell one: a resonance that stands for it is damped
+    /// without bound, and what is fast in it must be undone by a dead time.
+    fn lag_if_told(&self, without: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<Option<Settled>, Error> {
         // The part of the work before is done: progress does not go back.
         monitor.begin(Span { from: 0.8, to: 0.8 });
-        let Some((lag, error)) = to_compare(search_lag(&self.problem, &self.plain, monitor))? else { return Ok(None) };
-        let is_told = self.evidence(without, &lag) >= self.needed_evidence(&lag);
-        Ok((is_told && is_inside(&lag)).then_some((lag, error)))
+        let Some(lag) = to_compare(search_lag(&self.problem, &self.plain, monitor))? else { return Ok(None) };
+        let is_told = self.evidence(without, &lag.fit) >= self.needed_evidence(&lag.fit);
+        Ok((is_told && is_inside(&lag.fit)).then_some(lag))
     }
 
     /// The better of a fit that is worse than one without its dynamics, a minimum among others, and of what a search from there finds.
@@ -284,8 +280,11 @@ impl JointSearch<'_> {
     /// The best until a search was stopped: at a joint point, or with the hysteresis of the plain fit.
     fn best_so_far(&self, joint: Option<&Point>) -> Result<JointFit, Error> {
         match self.best.as_ref().or(joint) {
-            Some(point) => self.problem.at(&Space::new(self.problem.records, self.problem.options)?, point),
-            None => self.problem.at_hysteresis(&self.plain.fit.point),
+            Some(point) => {
+                let space = Space::new(self.problem.records, self.problem.options)?.with_maps_of(&self.plain.space);
+                self.problem.at(&space, point)
+            }
+            None => self.problem.at_hysteresis(&self.plain),
         }
     }
 }
@@ -295,12 +294,8 @@ pub(crate) fn needed_evidence(records: &[Record<'_>], fit: &JointFit) -> f64 {
     MIN_EVIDENCE * as_f64(fit.rows(records)).ln()
 }
 
-/// The best lag of first order from a fit on, and the standard error of the dead time beside it.
-pub(crate) fn search_lag(
-    problem: &JointProblem<'_>,
-    from: &JointFit,
-    monitor: &mut SearchMonitor<'_>,
-) -> Result<(JointFit, Option<f64>), Error> {
+/// The best lag of first order from a fit on.
+fn search_lag(problem: &JointProblem<'_>, from: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<Settled, Error> {
     let options = Options { dynamics: DynamicsModel::Order(Order::First), ..problem.options.clone() };
     let problem = JointProblem { options: &options, ..*problem };
     let lag = problem.search(&from.fit, &from.space, monitor)?;
@@ -317,13 +312,8 @@ pub(crate) fn to_compare<T>(found: Result<T, Error>) -> Result<Option<T>, Error>
 
 /// Whether frequency, damping and dead time lie within the bounds of their search.
 fn is_inside(JointFit { space, fit, .. }: &JointFit) -> bool {
-    are_inside(space, &fit.point)
-}
-
-/// The same at a point of a space.
-pub(crate) fn are_inside(space: &Space, point: &Point) -> bool {
     [Parameter::LogFrequency, Parameter::LogDamping, Parameter::DeadTime].into_iter().all(|parameter| {
-        let value = point.get(parameter);
+        let value = fit.point.get(parameter);
         space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
     })
 }
@@ -371,6 +361,14 @@ const MIN_NEGATIVE_SAMPLES: f64 = 0.5;
 /// Below this, in samples, a dead time is rounding.
 const ROUNDING_SAMPLES: f64 = 1e-6;
 
+/// A fit whose dead time is settled, and how.
+struct Settled {
+    fit: JointFit,
+    /// The standard error of the dead time in samples, widened for correlated residuals, or not a number if it cannot be told at all. None
+    /// where none is searched beside dynamics.
+    error: Option<f64>,
+}
+
 impl JointProblem<'_> {
     /// The best fit with a dead time that is known, from a point near by.
     pub(crate) fn with_dead_time(
@@ -384,16 +382,11 @@ impl JointProblem<'_> {
         self.search_from(space, &point, monitor)
     }
 
-    /// The fit with no dead time, unless the records tell one; and the standard error of the dead time in samples, widened for
-    /// correlated residuals, or not a number if it cannot be told at all. No error where none is searched beside dynamics.
-    fn settle_dead_time(
-        &self,
-        found: JointFit,
-        monitor: &mut SearchMonitor<'_>,
-    ) -> Result<(JointFit, Option<f64>), Error> {
+    /// The fit with no dead time, unless the records tell one.
+    fn settle_dead_time(&self, found: JointFit, monitor: &mut SearchMonitor<'_>) -> Result<Settled, Error> {
         let searched = found.space.order().is_some() && found.space.axis(Parameter::DeadTime).is_some();
         if !searched {
-            return Ok((found, None));
+            return Ok(Settled { fit: found, error: None });
         }
         let rows = found.rows(self.records);
         let root = Root::of(&found.fit, &found.linearised, &found.space, rows);
@@ -403,15 +396,17 @@ impl JointProblem<'_> {
         let error = root.error_of(&gradients.of(Quantity::DeadTime));
         let samples = found.fit.point.get(Parameter::DeadTime) / dt;
         let deviations = samples * dt / (error * spread);
+        let error_in_samples = Some(error * spread / dt);
         if samples > 0.0 && deviations > SURE {
-            return Ok((found, Some(error * spread / dt)));
+            return Ok(Settled { fit: found, error: error_in_samples });
         }
         let none = self.with_dead_time(&found, 0.0, monitor)?;
         let gained = (none.fit.objective - found.fit.objective) / (root.deviation * spread).powi(2);
         let told = gained > MIN_EVIDENCE_OF_DEAD_TIME
             && samples.abs() > ROUNDING_SAMPLES
             && !(-MIN_NEGATIVE_SAMPLES..0.0).contains(&samples);
-        Ok((if told { found } else { none }, Some(error * spread / dt)))
+        let fit = if told { found } else { none };
+        Ok(Settled { fit, error: error_in_samples })
     }
 }
 

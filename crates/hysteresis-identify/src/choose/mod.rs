@@ -2,17 +2,17 @@
 //!
 //! `glitches` asks `search` for the best of everything that the options leave open, and again without wrong samples. `search` closes what
 //! the records cannot tell (`told`), fits the hysteresis alone, then the linear part (`linear_part`, with `dynamics` and `modes`, or what
-//! `quiet_record` tells), then the maps (`maps`), and leaves the rest to cross-validation (`structure`). Every step takes what was `found`
-//! so far and returns it with more, or with less.
+//! `quiet_record` tells). From there the `table` of terms is searched: maps, dynamics again. The rest is left to
+//! cross-validation (`structure`). Every step takes what was `found` so far and returns it with more, or with less.
 
 pub(crate) mod cross_validation;
 pub(crate) mod dynamics;
 pub(crate) mod found;
 pub(crate) mod glitches;
 pub(crate) mod linear_part;
-pub(crate) mod maps;
 pub(crate) mod modes;
 pub(crate) mod quiet_record;
 pub(crate) mod search;
 pub(crate) mod structure;
+pub(crate) mod table;
 pub(crate) mod told;

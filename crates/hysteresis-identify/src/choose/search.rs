@@ -1,19 +1,20 @@
 //! The whole search: the hysteresis alone, everything together, what of it stays, and the last descent with that.
 
-use crate::choose::found::{Found, LinearEvidence, Structure};
+use crate::choose::found::{Found, LinearEvidence, Place, Structure};
 use crate::choose::linear_part::{FoundJoint, search_joint};
-use crate::choose::maps::{Chosen, MapProblem, maps_and_lag};
 use crate::choose::quiet_record::{Told, told_by_quietest};
 use crate::choose::structure::{USUAL_SMOOTHNESS, restructured, with_operators_chosen};
+use crate::choose::table::{Candidate, Chosen, TermSearch};
 use crate::error::Error;
 use crate::fit::descent::search;
 use crate::fit::joint::{JointFit, JointProblem};
+use crate::fit::point::Point;
 use crate::fit::progress::{SearchMonitor, Span};
 use crate::fit::projection::levels;
 use crate::fit::space::Space;
 use crate::options::{Options, Setting};
 use crate::records::record::Record;
-use crate::terms::dynamics::{DynamicsModel, Order};
+use crate::terms::dynamics::DynamicsModel;
 
 /// The best of everything that was asked for; `asked` leaves nothing open that the records cannot tell.
 pub(crate) fn search_all(
@@ -45,13 +46,14 @@ fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonit
         },
     });
     let mut found = search_hysteresis(records, &if is_joint { all.hysteresis_alone() } else { all.clone() }, monitor)?;
+    let plain = found.fit.fit.point;
     if is_joint && !(found.partial && all.order().is_none()) {
         found = with_linear_part(records, all, found, asked.dynamics == DynamicsModel::Auto, monitor)?;
         found = with_dynamics_told_alone(records, asked, found, monitor)?;
     }
     if chooses && !found.partial {
         monitor.begin(Span { from: if is_joint { 0.84 } else { 0.8 }, to: if is_joint { 0.97 } else { 1.0 } });
-        found = with_structure(records, asked, found, monitor)?;
+        found = with_structure(records, asked, found, plain, monitor)?;
     }
     Ok(found)
 }
@@ -175,7 +177,8 @@ fn search_powers(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMo
         return Ok(found);
     }
     monitor.begin(Span { from: 0.8, to: 1.0 });
-    with_structure(records, asked, found, monitor)
+    let plain = found.fit.fit.point;
+    with_structure(records, asked, found, plain, monitor)
 }
 
 /// Hysteresis, a dead time, and what `beside` puts beside the operators.
@@ -225,7 +228,7 @@ fn with_linear_part(
     let basis = options.weight_basis(Space::new(records, &options)?.shift_len());
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness: found.smoothness };
     if found.partial {
-        let fit = problem.at_hysteresis(&found.fit.fit.point)?;
+        let fit = problem.at_hysteresis(&found.fit)?;
         return Ok(Found { fit, options, basis, linear: Some(LinearEvidence::default()), ..found });
     }
     let FoundJoint { fit, linear, partial } = search_joint(problem, found.fit, is_open, monitor)?;
@@ -238,19 +241,22 @@ fn with_structure(
     records: &[Record<'_>],
     asked: &Options,
     found: Found,
+    plain: Point,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
     monitor.begin_structure();
-    let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
-    let fitted = found.problem(records);
-    let maps = MapProblem { fitted, asked, smoothness: usual };
-    let (Chosen { place, untold, .. }, lag) = match maps_and_lag(&maps, &found, monitor) {
+    let smoothness = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
+    let search = TermSearch { records, asked, smoothness, plain };
+    let Chosen { candidate, untold } = match search.choose(&found, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
         chosen => chosen?,
     };
-    let mut found = Found { untold_map: untold, ..found };
-    if lag.is_some() {
-        (found.linear, found.options.dynamics) = (lag, DynamicsModel::Order(Order::First));
+    let untold_map = untold;
+    if !candidate.place.space.has_map() {
+        // Without a map what was found by longer descents stays: the rough ones of the table end elsewhere.
+        let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
+        return restructured(records, asked, Found { untold_map, ..found }, place, monitor);
     }
-    restructured(records, asked, found, place, monitor)
+    let Candidate { options, place, linear, .. } = candidate;
+    restructured(records, asked, Found { options, linear, untold_map, ..found }, place, monitor)
 }

@@ -87,8 +87,8 @@ impl Options {
         if !(tells && variety.apart_from_time) && self.loop_shift == LoopShiftModel::Auto {
             resolved.loop_shift = LoopShiftModel::None;
         }
-        // Loops that are all alike tell a map from weights as little. Conventional plays are for comparison, as they are.
-        let bends = tells && variety.amplitudes && self.model == ModelKind::Modified;
+        // Conventional plays are for comparison, as they are.
+        let bends = tells && self.model == ModelKind::Modified;
         for map in [&mut resolved.input_map, &mut resolved.output_map] {
             if !bends && *map == MapModel::Auto {
                 *map = MapModel::None;

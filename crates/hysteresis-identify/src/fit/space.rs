@@ -154,8 +154,7 @@ impl Space {
 
     /// The same hysteresis with critically damped dynamics in place of its dead time, and no creep.
     pub(crate) fn start_at_hysteresis(&self, point: &Point) -> Point {
-        let operators = [Parameter::Ra, Parameter::RbShare, Parameter::Rc, Parameter::InputOffset];
-        let start = operators.iter().fold(self.origin, |start, axis| start.with(*axis, point.get(*axis)));
+        let start = Parameter::of_hysteresis().fold(self.origin, |start, axis| start.with(axis, point.get(axis)));
         let lag = point.get(Parameter::DeadTime);
         match self.dynamics {
             Some(_) => self.critically_damped(&start, lag),
@@ -386,6 +385,15 @@ impl Space {
         Self { axes, origin: self.origin.with(parameter, value), ..self.clone() }
     }
 
+    /// The same with a dead time that is searched from 0 on.
+    pub(crate) fn without_lead(&self) -> Self {
+        let from_zero = |axis: &Axis| match axis.parameter {
+            Parameter::DeadTime => Axis { lower: axis.lower.max(0.0), ..*axis },
+            _ => *axis,
+        };
+        Self { axes: self.axes.iter().map(from_zero).collect(), ..self.clone() }
+    }
+
     /// The same with the dynamics of a point, and the dead time and the amplifier beside them.
     pub(crate) fn knowing_dynamics(&self, point: &Point) -> Self {
         let dynamics = self.axes.iter().filter(|axis| axis.parameter.is_of_dynamics());
@@ -476,6 +484,19 @@ impl Space {
         Self { output_map: Some(map), ..self.with_axes(map_axes(Parameter::OutputMap)) }
     }
 
+    /// The same without an input map.
+    pub(crate) fn without_input_map(&self) -> Self {
+        let axes = self.axes.iter().filter(|axis| !matches!(axis.parameter, Parameter::InputMap(_))).copied().collect();
+        Self { axes, has_input_map: false, ..self.clone() }
+    }
+
+    /// The same without an output map.
+    pub(crate) fn without_output_map(&self) -> Self {
+        let axes =
+            self.axes.iter().filter(|axis| !matches!(axis.parameter, Parameter::OutputMap(_))).copied().collect();
+        Self { axes, output_map: None, ..self.clone() }
+    }
+
     /// The same with its output map linear about weights at a point, if it has one.
     pub(crate) fn about(&self, point: &Point, weights: &[f64]) -> Self {
         let weights = &weights[..self.thresholds(point).len()];
@@ -485,6 +506,16 @@ impl Space {
 
     pub(crate) fn has_output_map(&self) -> bool {
         self.output_map.is_some()
+    }
+
+    pub(crate) fn has_input_map(&self) -> bool {
+        self.has_input_map
+    }
+
+    /// The same with the maps of another space.
+    pub(crate) fn with_maps_of(&self, other: &Self) -> Self {
+        let space = if other.has_input_map { self.with_input_map() } else { self.clone() };
+        other.output_map.iter().fold(space, |space, map| space.with_output_map(map.clone()))
     }
 
     fn with_axes(&self, more: impl IntoIterator<Item = Axis>) -> Self {

@@ -6,11 +6,12 @@
 //! | weights | `WeightLaw`, smoothness | none: they are linear | unknowns c, w = B c | `choose::structure` |
 //! | loop shift | `LoopShiftModel` | none: its amplitudes are linear | columns m and n | `choose::structure` |
 //! | creep | `CreepModel` | amplitudes | a filter behind the operators | `choose::structure` |
-//! | maps | `MapModel` | three coefficients each | a curve in front, or behind | `choose::maps` |
+//! | maps | `MapModel` | three coefficients each | a curve in front, or behind | `choose::table` |
 //! | dynamics, modes | `DynamicsModel`, `ModesModel` | frequency, damping, gain | a filter behind the creep | `choose::linear_part`, `choose::modes` |
 //! | amplifier | `AmplifierModel` | bandwidth | a lag in front | `choose::linear_part` |
 //!
-//! Which of them the records can tell at all says `choose::told`. What is searched, as the amplitudes of creep, are axes of
+//! Dynamics are chosen in `choose::table`, too, once there is a map. Which of all terms the records can tell says
+//! `choose::told`. What is searched, as the amplitudes of creep, are axes of
 //! `fit::point`; `fit::descent` searches them all at once.
 
 pub(crate) mod creep;

@@ -57,7 +57,7 @@ use crate::convert::errors;
 /// dynamics : "auto", None, 2 or 1
 ///     Linear dynamics behind the hysteresis: of second order, or a first-order lag. They need dt and records that reach
 ///     their frequency; a warning says if these do not tell those that were asked for. "auto" is 2, 1 or None: 1 in the
-///     place of an overdamped 2 that is not told from it, or where that predicts better beside a map.
+///     place of an overdamped 2 that is not told from it, or where that predicts better behind a map.
 /// modes : "auto", 1, 2 or 3
 ///     How many modes in parallel the second-order dynamics have: G(s) = sum_i g_i / ((s/w_i)^2 + 2 zeta_i s/w_i + 1), the gains
 ///     g_i sum to 1. "auto" begins with one, and adds a second and a third as far as the records tell them. A warning says if they
@@ -74,8 +74,9 @@ use crate::convert::errors;
 /// input_map, output_map : "auto", None or "smooth"
 ///     A rising map of the drive in front of the hysteresis, and of the position behind it, over the range of the records: the
 ///     logarithm of its slope is a cubic, all of them straight pieces in the stage. "auto" fits the one that predicts held-out
-///     stretches better by a tenth of the error, and both if the other one gains a sixth more. Loops that only decay must
-///     say more for a map than for a loop shift: see the finding `map_not_told`.
+///     stretches better by a tenth of the error, and both if the other one gains as much again. Where loops are all alike a map
+///     must halve the error, of a fit that leaves 0.5 % of the range at least. Loops that only decay must say more for a map than
+///     for a loop shift: see the finding `map_not_told`.
 /// thresholds : "uniform", "quantiles", "geometric" or array, optional
 ///     The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, growing by a constant factor, or given.
 ///     "geometric" gives small loops more operators: r_i = X / q^(n - i), i >= 1, q = min(2, 100^(1 / (n - 1))): from X / 100 on.

@@ -1,0 +1,520 @@
+//! The table of the terms that are judged by stretches of the records, and the one search over it.
+//!
+//! From what was found the search goes to the neighbour that predicts best: a model with a term more, a term less, or another variant of
+//! one, each fitted roughly from where it starts. It ends where no neighbour predicts better than chance and its cost let expect. So a
+//! term that was tried before another one was there is tried again.
+
+use std::sync::Arc;
+
+use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
+use crate::choose::dynamics::starts;
+use crate::choose::found::{Found, LinearEvidence, Place, UntoldMap};
+use crate::choose::linear_part::to_compare;
+use crate::choose::told::Variety;
+use crate::error::Error;
+use crate::fit::descent::{best_attempt, best_of_starts};
+use crate::fit::joint::JointProblem;
+use crate::fit::point::{Parameter, Point};
+use crate::fit::progress::{SearchMonitor, Span};
+use crate::fit::projection::{ProjectedFit, Projection, levels, rough};
+use crate::fit::response::hysteresis;
+use crate::fit::space::Space;
+use crate::judge::finding::{Finding, FindingCode};
+use crate::options::Options;
+use crate::records::record::Record;
+use crate::records::signal::as_f64;
+use crate::terms::dynamics::{DynamicsModel, Order};
+use crate::terms::loop_shift::LoopShiftModel;
+use crate::terms::maps::{MapModel, OutputMap};
+use crate::terms::weights::WeightBasis;
+
+/// A term, and by which factor a variant of it must lower the mean square error of prediction.
+struct Row {
+    must_gain: f64,
+    /// Whether its variants are searches of their own: then they are tried where no other term is better.
+    is_costly: bool,
+    term: &'static dyn Term,
+}
+
+/// A term of the table.
+trait Term: Sync {
+    /// The variants that may be tried from a candidate; none where nothing is left open, or the term is there.
+    fn variants(
+        &self,
+        search: &TermSearch<'_>,
+        from: &Candidate,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Vec<Variant>, Error>;
+}
+
+/// The terms. A map must gain a tenth of the error: three more unknowns and a stage that is harder to read cost something.
+///
+/// Of two neighbours that are both better than a model the one of the earlier row is taken, unless the other gains as much over it as
+/// over the model.
+const TABLE: [Row; 4] = [
+    Row { must_gain: MUST_GAIN, is_costly: false, term: &CurveInFront },
+    Row { must_gain: MUST_GAIN, is_costly: false, term: &CurveBehind },
+    Row { must_gain: 1.0, is_costly: false, term: &NoDynamics },
+    Row { must_gain: 1.0, is_costly: true, term: &DynamicsBehindMap },
+];
+
+/// By which factor a map must lower the mean square error of prediction.
+pub(crate) const MUST_GAIN: f64 = 1.2;
+
+/// Where loops are all alike, one predicts the other with any term that fits: a term must halve the error, of a fit that leaves so much of
+/// the range.
+const MUST_GAIN_OF_LIKE_LOOPS: f64 = 4.0;
+const LEAST_LEFT_OF_LIKE_LOOPS: f64 = 0.005;
+
+/// By which factor a term must lower the objective by the derivatives at the fit without it, before it is searched at all. Where
+/// there is a map in truth that is 1.4 at least, elsewhere 1.1 at most: a quarter of what it must gain is asked for.
+const MUST_PROMISE: f64 = 1.05;
+
+/// How far the searched parameters may move for that promise, in their scales.
+const REACH: f64 = 1.0;
+
+/// How many passes over the records a variant may take.
+const PASSES: usize = 12;
+
+/// How the hysteresis and a map are searched by themselves: roughly, as a few passes with everything else follow.
+const ROUNDS: [(usize, usize); 2] = [(25, 4), (6, 12)];
+
+/// So many terms are changed one after the other at most.
+const MOST_CHANGES: usize = 6;
+
+/// A model with a variant of a term, and where its search begins.
+struct Variant {
+    options: Options,
+    space: Space,
+    starts: Vec<Point>,
+    /// Whether it begins with the hysteresis that fits best by itself, too.
+    starts_alone: bool,
+    linear: Option<LinearEvidence>,
+    /// Whether it has more than the candidate that it comes from.
+    adds: bool,
+    /// Whether its dynamics were sought behind its maps.
+    was_sought: bool,
+}
+
+/// A model that was fitted roughly, and how it predicts.
+pub(crate) struct Candidate {
+    pub(crate) options: Options,
+    pub(crate) place: Place,
+    pub(crate) linear: Option<LinearEvidence>,
+    basis: WeightBasis,
+    fit: ProjectedFit,
+    was_sought: bool,
+    alone: CrossValidation,
+    /// With the best loop shift beside it, where the records do not tell one from another term.
+    shifted: Option<CrossValidation>,
+}
+
+/// What the search over the table ends with.
+pub(crate) struct Chosen {
+    pub(crate) candidate: Candidate,
+    /// The best map that is not there, as a loop shift would predict as well.
+    pub(crate) untold: Option<UntoldMap>,
+}
+
+/// Records, and what is known before terms are changed.
+pub(crate) struct TermSearch<'a> {
+    pub(crate) records: &'a [Record<'a>],
+    /// What was asked for.
+    pub(crate) asked: &'a Options,
+    /// How smooth the weights are while terms are tried.
+    pub(crate) smoothness: f64,
+    /// Where the hysteresis alone was fitted.
+    pub(crate) plain: Point,
+}
+
+impl TermSearch<'_> {
+    /// The model that no neighbour predicts better than, from what was found.
+    pub(crate) fn choose(&self, found: &Found, monitor: &mut SearchMonitor<'_>) -> Result<Chosen, Error> {
+        let given = self.with_given_maps(found, monitor)?;
+        let (mut best, mut untold, mut tries) = (given, None, 0);
+        for _ in 0..MOST_CHANGES {
+            let mut better = None;
+            for costly in [false, true] {
+                if better.is_none() {
+                    better = self.best_neighbour(&best, costly, &mut untold, &mut tries, monitor)?;
+                }
+            }
+            if better.is_none() {
+                better = self.simpler(&best, &mut tries, monitor)?;
+            }
+            let Some(better) = better else { break };
+            best = better;
+        }
+        let untold = untold.filter(|_| !best.place.space.has_map());
+        Ok(Chosen { candidate: best, untold })
+    }
+
+    /// The best of the neighbours that are better than a candidate, if there are any.
+    fn best_neighbour(
+        &self,
+        from: &Candidate,
+        costly: bool,
+        untold: &mut Option<UntoldMap>,
+        tries: &mut usize,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Option<Candidate>, Error> {
+        let mut better: Option<Candidate> = None;
+        let variety = Variety::of(self.records);
+        if !self.leaves_something(from)? || !variety.amplitudes && self.left(from) < LEAST_LEFT_OF_LIKE_LOOPS {
+            return Ok(None);
+        }
+        for row in TABLE.iter().filter(|row| row.is_costly == costly) {
+            for variant in row.term.variants(self, from, monitor)? {
+                if variant.adds && !self.is_promising(&variant, from) {
+                    continue;
+                }
+                *tries += 1;
+                let adds = variant.adds;
+                let Some(one) = to_compare(self.tried(variant, *tries, monitor))? else { continue };
+                if !one.has_own_dynamics() {
+                    continue;
+                }
+                let alike = adds && !variety.amplitudes;
+                let must_gain = if alike { MUST_GAIN_OF_LIKE_LOOPS } else { row.must_gain };
+                let is_told = from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain));
+                if is_better(&one.alone, &from.alone, must_gain) {
+                    if is_told && better.as_ref().is_none_or(|other| is_better(&one.alone, &other.alone, must_gain)) {
+                        better = Some(one);
+                    } else if !is_told && one.place.space.has_map() && !from.place.space.has_map() {
+                        *untold = Some(self.untold(&one, from));
+                    }
+                }
+            }
+        }
+        Ok(better)
+    }
+
+    /// The same without a map that what came after it made needless: with it the model does not predict better by its cost.
+    fn simpler(
+        &self,
+        from: &Candidate,
+        tries: &mut usize,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Option<Candidate>, Error> {
+        let (space, asked) = (&from.place.space, self.asked);
+        let input = (asked.input_map == MapModel::Auto && space.has_input_map()).then(|| space.without_input_map());
+        let output = (asked.output_map == MapModel::Auto && space.has_output_map()).then(|| space.without_output_map());
+        let alike = !Variety::of(self.records).amplitudes;
+        for without in [input, output].into_iter().flatten() {
+            *tries += 1;
+            let variant = from.with(without, vec![from.place.point]);
+            let Some(one) = to_compare(self.tried(variant, *tries, monitor))? else { continue };
+            let must_gain = if alike { MUST_GAIN_OF_LIKE_LOOPS } else { MUST_GAIN };
+            if !is_better(&from.alone, &one.alone, must_gain) {
+                return Ok(Some(one));
+            }
+        }
+        Ok(None)
+    }
+
+    /// What was found, with the maps that were asked for.
+    fn with_given_maps(&self, found: &Found, monitor: &mut SearchMonitor<'_>) -> Result<Candidate, Error> {
+        let Found { fit, options, linear, .. } = found;
+        let mut space = fit.space.clone();
+        if self.asked.input_map == MapModel::Smooth {
+            space = space.with_input_map();
+        }
+        if self.asked.output_map == MapModel::Smooth {
+            space = space.with_output_map(self.output_range(&fit.space, &fit.fit));
+        }
+        if !space.has_map() {
+            let place = Place { space, point: fit.fit.point };
+            let fit = |projection: &Projection<'_>, point: &Point| projection.fit(point, None);
+            return self.candidate(options.clone(), place, linear.clone(), fit);
+        }
+        let (starts, options, linear) = (vec![fit.fit.point], options.clone(), linear.clone());
+        self.tried(
+            Variant { options, space, starts, starts_alone: true, linear, adds: true, was_sought: false },
+            0,
+            monitor,
+        )
+    }
+
+    /// Where a variant leads, and how that predicts.
+    fn tried(&self, variant: Variant, tries: usize, monitor: &mut SearchMonitor<'_>) -> Result<Candidate, Error> {
+        let Variant { options, space, mut starts, starts_alone, linear, was_sought, .. } = variant;
+        if starts_alone {
+            starts.push(self.with_hysteresis_alone(&space, &options, &starts[0], monitor)?);
+        }
+        let basis = options.weight_basis(space.shift_len());
+        let projection = rough(self.records, &space, &basis, self.smoothness)?;
+        // How many will follow is not known.
+        let share = |tries: usize| 0.6 * (1.0 - 1.0 / (1.0 + as_f64(tries) / 4.0));
+        let span = Span { from: share(tries), to: share(tries + 1) };
+        let fit = best_attempt(&projection, &starts, PASSES, span, monitor)?;
+        drop(projection);
+        let place = Place { space, point: fit.point };
+        Ok(Candidate { was_sought, ..self.candidate(options, place, linear, |_, _| fit)? })
+    }
+
+    /// How the fit at a place predicts, with weights as smooth as suit it: those that are too smooth spoil one more than another.
+    fn candidate(
+        &self,
+        options: Options,
+        place: Place,
+        linear: Option<LinearEvidence>,
+        fit: impl FnOnce(&Projection<'_>, &Point) -> ProjectedFit,
+    ) -> Result<Candidate, Error> {
+        let space = &place.space;
+        let basis = options.weight_basis(space.shift_len());
+        let terms =
+            |smoothness| Terms { creep: space.creep_amplitudes(), loop_shift: LoopShiftModel::Auto, smoothness };
+        let projection = rough(self.records, space, &basis, self.smoothness)?;
+        let fit = fit(&projection, &place.point);
+        let stretches = Stretches::new(&projection, &fit);
+        let alone = stretches.under(&options, &basis).at_best(self.asked.smoothnesses(), &terms(self.smoothness));
+        drop(projection);
+        let tells_shift = Variety::of(self.records).apart_from_time;
+        let shifted = if tells_shift { None } else { self.shifted(&options, &place, &terms(alone.smoothness))? };
+        Ok(Candidate { options, place, linear, basis, fit, was_sought: false, alone, shifted })
+    }
+
+    /// How a place predicts with the best loop shift beside it.
+    fn shifted(
+        &self,
+        options: &Options,
+        Place { space, point }: &Place,
+        terms: &Terms,
+    ) -> Result<Option<CrossValidation>, Error> {
+        let options = Options { loop_shift: LoopShiftModel::Auto, ..options.clone() };
+        let space = space.with_loop_shift(self.records, options.loop_shift)?;
+        let Some(shift) = space.shift() else { return Ok(None) };
+        let basis = options.weight_basis(space.shift_len());
+        let projection = rough(self.records, &space, &basis, terms.smoothness)?;
+        let fit = projection.fit(point, None);
+        let stretches = Stretches::new(&projection, &fit);
+        let under = stretches.under(&options, &basis);
+        let of_one = shift.filters.iter().map(|filter| LoopShiftModel::Both(filter.time_constant));
+        let kinds = of_one.chain([LoopShiftModel::Auto]);
+        let tried: Vec<_> = kinds.map(|loop_shift| under.cross_validate(&Terms { loop_shift, ..*terms })).collect();
+        Ok(CrossValidation::best(&tried).cloned())
+    }
+
+    /// Whether a variant lowers the objective by the derivatives where it starts.
+    fn is_promising(&self, variant: &Variant, from: &Candidate) -> bool {
+        let basis = variant.options.weight_basis(variant.space.shift_len());
+        let Ok(projection) = rough(self.records, &variant.space, &basis, self.smoothness) else { return false };
+        let (fit, linearised) = projection.at(&from.place.point);
+        let step = linearised.step(&variant.space.step_bounds(&fit.point, REACH), &basis);
+        step.objective * MUST_PROMISE < from.fit.objective
+    }
+
+    /// Whether a fit leaves more than rounding or white noise, which no term explains.
+    fn leaves_something(&self, one: &Candidate) -> Result<bool, Error> {
+        if one.fit.is_exact() {
+            return Ok(false);
+        }
+        let problem = self.problem(&one.options, &one.basis);
+        Ok(problem.colour(&problem.at(&one.place.space, &one.place.point)?).is_coloured())
+    }
+
+    /// The root mean square of what a candidate leaves, as a share of the range.
+    fn left(&self, one: &Candidate) -> f64 {
+        one.alone.rmse / self.range()
+    }
+
+    fn range(&self) -> f64 {
+        self.records.iter().map(Record::output_range).fold(0.0, f64::max)
+    }
+
+    fn problem<'a>(&'a self, options: &'a Options, basis: &'a WeightBasis) -> JointProblem<'a> {
+        JointProblem { records: self.records, options, basis, smoothness: self.smoothness }
+    }
+
+    /// What maps would explain where a loop shift would as well.
+    fn untold(&self, with: &Candidate, without: &Candidate) -> UntoldMap {
+        let is_input = !with.place.space.has_output_map();
+        let gain = (without.typical() / with.typical()).powi(2);
+        let share = (without.alone.rmse.powi(2) - with.alone.rmse.powi(2)).sqrt() / self.range();
+        UntoldMap { is_input, gain, share }
+    }
+
+    /// A point with the hysteresis and the maps that fit best by themselves: another minimum, maybe, than the one near by.
+    fn with_hysteresis_alone(
+        &self,
+        space: &Space,
+        options: &Options,
+        point: &Point,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Point, Error> {
+        // The part of the work before is done: progress does not go back.
+        monitor.hold();
+        let alone = options.hysteresis_alone();
+        let space = Space::new(self.records, &alone)?.with_maps_of(space);
+        let basis = alone.weight_basis(space.shift_len());
+        let levels = levels(self.records, &space, &basis, self.smoothness, true)?;
+        let alone = best_of_starts(&levels[0], &ROUNDS, Span { from: 0.0, to: 0.0 }, monitor)?.point;
+        Ok(Parameter::of_hysteresis().fold(*point, |point, one| point.with(one, alone.get(one))))
+    }
+
+    /// An output map over what the hysteresis puts out.
+    fn output_range(&self, space: &Space, fit: &ProjectedFit) -> OutputMap {
+        let operators = space.operators(&fit.point);
+        let mut bounds = (f64::INFINITY, f64::NEG_INFINITY);
+        for (place, record) in self.records.iter().enumerate() {
+            let dt = space.intervals().of_record(place);
+            for h in hysteresis(&operators, &fit.weights, record.input(), 0.0, dt) {
+                bounds = (bounds.0.min(h), bounds.1.max(h));
+            }
+        }
+        OutputMap { bounds, reference: Arc::from(&fit.weights[..operators.bank.len()]) }
+    }
+}
+
+impl Candidate {
+    /// Whether frequency and damping lie within the bounds of their search, and a resonance that was sought behind a map is one: at an edge,
+    /// or overdamped, it stands for a lag or a dead time, which are tried, too.
+    fn has_own_dynamics(&self) -> bool {
+        let is_resonance = self.place.point.get(Parameter::LogDamping) < 0.0;
+        (is_resonance || !self.was_sought || self.place.space.order() != Some(Order::Second))
+            && [Parameter::LogFrequency, Parameter::LogDamping].into_iter().all(|parameter| {
+                let value = self.place.point.get(parameter);
+                self.place.space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
+            })
+    }
+
+    fn typical(&self) -> f64 {
+        self.alone.typical_error()
+    }
+
+    /// A variant of this model in another space.
+    fn with(&self, space: Space, starts: Vec<Point>) -> Variant {
+        let (options, linear) = (self.options.clone(), self.linear.clone());
+        let was_sought = self.was_sought;
+        Variant { options, space, starts, starts_alone: false, linear, adds: true, was_sought }
+    }
+}
+
+/// Whether one predicts better than another by this factor of the mean square error, and by more than chance.
+fn is_better(one: &CrossValidation, other: &CrossValidation, must_gain: f64) -> bool {
+    let pair = [other.clone(), one.clone()];
+    one.rmse < other.rmse && CrossValidation::good(&pair, must_gain).all(|place| place != 0)
+}
+
+/// A map of the position behind the hysteresis.
+struct CurveBehind;
+
+impl Term for CurveBehind {
+    fn variants(
+        &self,
+        search: &TermSearch<'_>,
+        from: &Candidate,
+        _: &mut SearchMonitor<'_>,
+    ) -> Result<Vec<Variant>, Error> {
+        if search.asked.output_map != MapModel::Auto || from.place.space.has_output_map() {
+            return Ok(Vec::new());
+        }
+        let space = from.place.space.with_output_map(search.output_range(&from.place.space, &from.fit));
+        let starts_alone = !from.place.space.has_map();
+        Ok(vec![Variant { starts_alone, was_sought: false, ..from.with(space, vec![from.place.point]) }])
+    }
+}
+
+/// A map of the drive in front of the hysteresis.
+struct CurveInFront;
+
+impl Term for CurveInFront {
+    fn variants(
+        &self,
+        search: &TermSearch<'_>,
+        from: &Candidate,
+        _: &mut SearchMonitor<'_>,
+    ) -> Result<Vec<Variant>, Error> {
+        if search.asked.input_map != MapModel::Auto || from.place.space.has_input_map() {
+            return Ok(Vec::new());
+        }
+        let space = from.place.space.with_input_map();
+        let starts_alone = !from.place.space.has_map();
+        Ok(vec![Variant { starts_alone, was_sought: false, ..from.with(space, vec![from.place.point]) }])
+    }
+}
+
+/// A dead time in place of dynamics: beside the hysteresis, and beside that which was fitted alone.
+struct NoDynamics;
+
+impl Term for NoDynamics {
+    fn variants(
+        &self,
+        search: &TermSearch<'_>,
+        from: &Candidate,
+        _: &mut SearchMonitor<'_>,
+    ) -> Result<Vec<Variant>, Error> {
+        let Place { space, point } = &from.place;
+        if search.asked.dynamics != DynamicsModel::Auto || space.order().is_none() {
+            return Ok(Vec::new());
+        }
+        let options = Options { dynamics: DynamicsModel::None, ..from.options.clone() };
+        let without = Space::new(search.records, &options)?.with_maps_of(space);
+        let lag = space.linear_part(point).lag();
+        let known = without.origin().get(Parameter::DeadTime);
+        let within =
+            |lag: f64| without.axis(Parameter::DeadTime).map_or(known, |axis| lag.clamp(axis.lower, axis.upper));
+        let here = point.with(Parameter::DeadTime, within(lag));
+        let alone = Parameter::of_hysteresis().fold(here, |point, one| point.with(one, search.plain.get(one)));
+        let alone = alone.with(Parameter::DeadTime, within(search.plain.get(Parameter::DeadTime)));
+        let linear = Some(LinearEvidence::default());
+        Ok(vec![Variant { options, linear, adds: false, ..from.with(without, vec![here, alone]) }])
+    }
+}
+
+/// Dynamics sought again behind a map: the curve that was not in the model had hidden them, or a lag.
+struct DynamicsBehindMap;
+
+impl Term for DynamicsBehindMap {
+    fn variants(
+        &self,
+        search: &TermSearch<'_>,
+        from: &Candidate,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Vec<Variant>, Error> {
+        let Place { space, point } = &from.place;
+        if search.asked.dynamics != DynamicsModel::Auto || !space.has_map() || from.was_sought {
+            return Ok(Vec::new());
+        }
+        monitor.hold();
+        let alone = from.options.hysteresis_alone();
+        let plain_space = Space::new(search.records, &alone)?.with_maps_of(space);
+        let basis = alone.weight_basis(plain_space.shift_len());
+        let lag = space.linear_part(point).lag();
+        let lag = plain_space.axis(Parameter::DeadTime).map_or(0.0, |axis| lag.clamp(axis.lower, axis.upper));
+        let projection = rough(search.records, &plain_space, &basis, search.smoothness)?;
+        let start = point.with(Parameter::DeadTime, lag);
+        let plain = best_attempt(&projection, &[start], PASSES, Span { from: 0.0, to: 0.0 }, monitor)?;
+        drop(projection);
+        let of_order = |order| {
+            let options = Options { dynamics: DynamicsModel::Order(order), ..from.options.clone() };
+            let space = Space::new(search.records, &options)?.with_maps_of(space).without_lead();
+            let starts = starts(search.records, &plain, &plain_space, &space);
+            let linear = Some(LinearEvidence::default());
+            Ok(Variant { options, linear, adds: false, was_sought: true, ..from.with(space, starts) })
+        };
+        [Order::First, Order::Second].into_iter().map(of_order).collect()
+    }
+}
+
+/// What would explain less of the range than this, rms, is not told.
+const MATTERS: f64 = 2e-3;
+
+/// A map that the records do not tell from a loop shift.
+pub(crate) fn untold_map(UntoldMap { is_input, gain, share }: UntoldMap) -> Option<Finding> {
+    let (name, option, place) = if is_input {
+        ("input_map", "--input-map", "in front of the hysteresis")
+    } else {
+        ("output_map", "--output-map", "behind the hysteresis")
+    };
+    let message = format!(
+        "a map {place} would lower the error of prediction by {:.0} %, and so would a loop shift: loops that only decay do not tell one \
+         from the other, and the result has neither",
+        100.0 * (1.0 - gain.recip().sqrt())
+    );
+    let hint = format!(
+        "add a record whose loops grow again, as those of mpi-hyst excite; or ask for the map ({option} smooth, {name}=\"smooth\" in \
+         Python), and compare on a record that was not fitted"
+    );
+    (share > MATTERS).then(|| Finding::new(FindingCode::MapNotTold, gain, MUST_GAIN, message).try_next(hint))
+}
