@@ -1,6 +1,6 @@
 //! The whole search: the hysteresis alone, everything together, what of it stays, and the last descent with that.
 
-use crate::choose::found::{Found, LinearEvidence, Place, Structure};
+use crate::choose::found::{Found, LinearEvidence, Structure};
 use crate::choose::linear_part::{FoundJoint, search_joint};
 use crate::choose::quiet_record::{Told, told_by_quietest};
 use crate::choose::structure::{USUAL_SMOOTHNESS, restructured, with_operators_chosen};
@@ -251,12 +251,6 @@ fn with_structure(
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
         chosen => chosen?,
     };
-    let untold_map = untold;
-    if !candidate.place.space.has_map() {
-        // Without a map what was found by longer descents stays: the rough ones of the table end elsewhere.
-        let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
-        return restructured(records, asked, Found { untold_map, ..found }, place, monitor);
-    }
     let Candidate { options, place, linear, .. } = candidate;
-    restructured(records, asked, Found { options, linear, untold_map, ..found }, place, monitor)
+    restructured(records, asked, Found { options, linear, untold_map: untold, ..found }, place, monitor)
 }

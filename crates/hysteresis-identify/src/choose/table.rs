@@ -73,8 +73,9 @@ const MUST_PROMISE: f64 = 1.05;
 /// How far the searched parameters may move for that promise, in their scales.
 const REACH: f64 = 1.0;
 
-/// How many passes over the records a variant may take.
+/// How many passes over the records a variant may take, and the model that they are all compared with.
 const PASSES: usize = 12;
+const PASSES_OF_FIRST: usize = 30;
 
 /// How the hysteresis and a map are searched by themselves: roughly, as a few passes with everything else follow.
 const ROUNDS: [(usize, usize); 2] = [(25, 4), (6, 12)];
@@ -170,7 +171,7 @@ impl TermSearch<'_> {
                 }
                 *tries += 1;
                 let adds = variant.adds;
-                let Some(one) = to_compare(self.tried(variant, *tries, monitor))? else { continue };
+                let Some(one) = to_compare(self.tried(variant, PASSES, *tries, monitor))? else { continue };
                 if !one.has_own_dynamics() {
                     continue;
                 }
@@ -203,7 +204,7 @@ impl TermSearch<'_> {
         for without in [input, output].into_iter().flatten() {
             *tries += 1;
             let variant = from.with(without, vec![from.place.point]);
-            let Some(one) = to_compare(self.tried(variant, *tries, monitor))? else { continue };
+            let Some(one) = to_compare(self.tried(variant, PASSES, *tries, monitor))? else { continue };
             let must_gain = if alike { MUST_GAIN_OF_LIKE_LOOPS } else { MUST_GAIN };
             if !is_better(&from.alone, &one.alone, must_gain) {
                 return Ok(Some(one));
@@ -222,21 +223,30 @@ impl TermSearch<'_> {
         if self.asked.output_map == MapModel::Smooth {
             space = space.with_output_map(self.output_range(&fit.space, &fit.fit));
         }
-        if !space.has_map() {
+        let (options, linear, starts_alone) = (options.clone(), linear.clone(), space.has_map());
+        if !space.has_map() && !self.is_open(found) {
             let place = Place { space, point: fit.fit.point };
-            let fit = |projection: &Projection<'_>, point: &Point| projection.fit(point, None);
-            return self.candidate(options.clone(), place, linear.clone(), fit);
+            return self.candidate(options, place, linear, |projection, point| projection.fit(point, None));
         }
-        let (starts, options, linear) = (vec![fit.fit.point], options.clone(), linear.clone());
-        self.tried(
-            Variant { options, space, starts, starts_alone: true, linear, adds: true, was_sought: false },
-            0,
-            monitor,
-        )
+        let first =
+            Variant { options, space, starts: vec![fit.fit.point], starts_alone, linear, adds: true, was_sought: false };
+        self.tried(first, PASSES_OF_FIRST, 0, monitor)
+    }
+
+    /// Whether a map may be added, and there is anything left that it may explain.
+    fn is_open(&self, found: &Found) -> bool {
+        let is_open = [&self.asked.input_map, &self.asked.output_map].contains(&&MapModel::Auto);
+        is_open && !found.fit.fit.is_exact() && found.problem(self.records).colour(&found.fit).is_coloured()
     }
 
     /// Where a variant leads, and how that predicts.
-    fn tried(&self, variant: Variant, tries: usize, monitor: &mut SearchMonitor<'_>) -> Result<Candidate, Error> {
+    fn tried(
+        &self,
+        variant: Variant,
+        passes: usize,
+        tries: usize,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Candidate, Error> {
         let Variant { options, space, mut starts, starts_alone, linear, was_sought, .. } = variant;
         if starts_alone {
             starts.push(self.with_hysteresis_alone(&space, &options, &starts[0], monitor)?);
@@ -246,7 +256,7 @@ impl TermSearch<'_> {
         // How many will follow is not known.
         let share = |tries: usize| 0.6 * (1.0 - 1.0 / (1.0 + as_f64(tries) / 4.0));
         let span = Span { from: share(tries), to: share(tries + 1) };
-        let fit = best_attempt(&projection, &starts, PASSES, span, monitor)?;
+        let fit = best_attempt(&projection, &starts, passes, span, monitor)?;
         drop(projection);
         let place = Place { space, point: fit.point };
         Ok(Candidate { was_sought, ..self.candidate(options, place, linear, |_, _| fit)? })
@@ -445,7 +455,8 @@ impl Term for NoDynamics {
         _: &mut SearchMonitor<'_>,
     ) -> Result<Vec<Variant>, Error> {
         let Place { space, point } = &from.place;
-        if search.asked.dynamics != DynamicsModel::Auto || space.order().is_none() {
+        // Without a map the evidence for dynamics is weighed by `linear_part`.
+        if search.asked.dynamics != DynamicsModel::Auto || space.order().is_none() || !space.has_map() {
             return Ok(Vec::new());
         }
         let options = Options { dynamics: DynamicsModel::None, ..from.options.clone() };
