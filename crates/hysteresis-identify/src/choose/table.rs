@@ -47,7 +47,7 @@ trait Term: Sync {
     ) -> Result<Vec<Variant>, Error>;
 }
 
-/// The terms. A map must gain a tenth of the error: three more unknowns and a stage that is harder to read cost something.
+/// The terms. What makes a stage harder to read must gain a tenth of the error: more unknowns cost something.
 ///
 /// Of two neighbours that are both better than a model the one of the earlier row is taken, unless the other gains as much over it as
 /// over the model.
@@ -55,10 +55,10 @@ const TABLE: [Row; 4] = [
     Row { must_gain: MUST_GAIN, is_costly: false, term: &CurveInFront },
     Row { must_gain: MUST_GAIN, is_costly: false, term: &CurveBehind },
     Row { must_gain: 1.0, is_costly: false, term: &NoDynamics },
-    Row { must_gain: 1.0, is_costly: true, term: &DynamicsBehindMap },
+    Row { must_gain: MUST_GAIN, is_costly: true, term: &DynamicsBehindMap },
 ];
 
-/// By which factor a map must lower the mean square error of prediction.
+/// By which factor a term must lower the mean square error of prediction.
 pub(crate) const MUST_GAIN: f64 = 1.2;
 
 /// Where loops are all alike, one predicts the other with any term that fits: a term must halve the error, of a fit that leaves so much of
@@ -228,8 +228,15 @@ impl TermSearch<'_> {
             let place = Place { space, point: fit.fit.point };
             return self.candidate(options, place, linear, |projection, point| projection.fit(point, None));
         }
-        let first =
-            Variant { options, space, starts: vec![fit.fit.point], starts_alone, linear, adds: true, was_sought: false };
+        let first = Variant {
+            options,
+            space,
+            starts: vec![fit.fit.point],
+            starts_alone,
+            linear,
+            adds: true,
+            was_sought: false,
+        };
         self.tried(first, PASSES_OF_FIRST, 0, monitor)
     }
 
