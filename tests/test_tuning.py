@@ -276,3 +276,21 @@ def test_a_controller_of_a_stage_has_the_filters_that_were_tuned() -> None:
     assert (controller.kp, controller.ki) == (tuning.kp, tuning.ki)
     # gains of one's own stand alone
     assert stage.controller(DT, kp=0.0, ki=10.0).filters == ()
+
+
+def test_a_controller_takes_a_tuning_of_its_stage() -> None:
+    stage = mh.Stage(MODEL, limits=(-500.0, 500.0), **FLEXURE)
+    cautious = stage.tune(DT, peak_sensitivity=1.2)
+    controller = stage.controller(DT, tuning=cautious)
+    assert (controller.kp, controller.ki) == (cautious.kp, cautious.ki)
+    assert controller.filters == tuple(one.section(DT) for one in cautious.filters)
+    assert controller.ki < stage.controller(DT).ki
+    with pytest.raises(ValueError, match=r"tuning: expected one for dt = 0.0002, got one for 0.0001"):
+        stage.controller(2.0 * DT, tuning=cautious)
+    with pytest.raises(ValueError, match=r"tuning: expected None beside kp and ki"):
+        stage.controller(DT, kp=0.0, ki=10.0, tuning=cautious)
+    other = stage.replace(dead_time=2.0 * DT)
+    with pytest.raises(ValueError, match=r"tuning: expected one of this stage, .* another stage"):
+        other.controller(DT, tuning=cautious)
+    with pytest.raises(TypeError, match=r"tuning: expected"):
+        stage.controller(DT, tuning=1.2)  # type: ignore[arg-type]

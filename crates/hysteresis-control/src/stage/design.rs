@@ -164,9 +164,21 @@ impl Stage {
         tuning: &TuningOptions,
         limits: Option<(f64, f64)>,
     ) -> Result<ControllerOptions, Error> {
-        let Tuning { kp, ki, filters, .. } = self.tune_with(tuning)?;
-        let given = self.controller_options_with_gains(tuning.dt, limits, (kp, ki))?;
-        Ok(ControllerOptions { filters: sections(&filters, tuning.dt)?, ..given })
+        self.controller_options_of(&self.tune_with(tuning)?, tuning.dt, limits)
+    }
+
+    /// [`controller_options`](Self::controller_options) with the gains and filters of a tuning of this stage for this sampling interval.
+    ///
+    /// # Errors
+    /// As for [`controller_options_with_gains`](Self::controller_options_with_gains).
+    pub fn controller_options_of(
+        &self,
+        tuning: &Tuning,
+        dt: f64,
+        limits: Option<(f64, f64)>,
+    ) -> Result<ControllerOptions, Error> {
+        let given = self.controller_options_with_gains(dt, limits, (tuning.kp, tuning.ki))?;
+        Ok(ControllerOptions { filters: sections(&tuning.filters, dt)?, ..given })
     }
 
     /// [`controller_options`](Self::controller_options) with these gains and no filters, which belong to the gains that were tuned with

@@ -1,5 +1,7 @@
 //! Dynamics whose modes are not known exactly.
 
+use core::cell::RefCell;
+
 use serde::{Deserialize, Serialize};
 
 use crate::checks::check_number;
@@ -8,7 +10,8 @@ use crate::linear::{Antiresonance, Error, LinearDynamics, Modes, SecondOrder, Se
 /// A mode with this damping ratio or more has no resonance that a feedback could miss.
 pub(crate) const DAMPED: f64 = 0.5;
 
-/// How far frequency and damping ratio of lightly damped modes may be from what is known, all of them together: damping ratios below 0.5.
+/// How far frequency and damping ratio of lightly damped modes may be from what is known: damping ratios below 0.5. Every frequency may be
+/// off by itself, so that neighbours come together or move apart; the damping ratios are off by one factor.
 ///
 /// ```
 /// use hysteresis_control::tuning::ModeUncertainty;
@@ -58,30 +61,64 @@ pub(crate) fn light_modes(dynamics: &LinearDynamics) -> Vec<SecondOrder> {
     modes(dynamics).into_iter().filter(|mode| mode.damping() < DAMPED).collect()
 }
 
-/// The dynamics as they are known, and with all their lightly damped modes at the ends of what they may be.
+/// Of more lightly damped modes than these not every combination of higher and lower frequencies is a member.
+const ALL_COMBINATIONS: usize = 3;
+
+/// The dynamics as they are known, and with their lightly damped modes at the ends of what they may be: all frequencies off by the same
+/// share, and then some higher and others lower.
 pub(crate) fn family(dynamics: &LinearDynamics, uncertainty: ModeUncertainty) -> Result<Vec<LinearDynamics>, Error> {
     let ModeUncertainty { frequency, damping } = uncertainty.check()?;
     let mut family = vec![dynamics.clone()];
-    if light_modes(dynamics).is_empty() || uncertainty == ModeUncertainty::NONE {
+    let light = light_modes(dynamics);
+    if light.is_empty() || uncertainty == ModeUncertainty::NONE {
         return Ok(family);
     }
-    for f in [1.0 - frequency, 1.0, 1.0 + frequency] {
+    let together = [-1.0, 0.0, 1.0].map(|sign| vec![sign; light.len()]);
+    let apart = if frequency > 0.0 { apart(&light) } else { Vec::new() };
+    for signs in together.into_iter().chain(apart) {
         for d in [1.0 / damping, damping] {
-            family.push(varied(dynamics, f, d)?);
+            family.push(varied(dynamics, signs.iter().map(|sign| 1.0 + sign * frequency), d)?);
         }
     }
     Ok(family)
 }
 
-/// The same with lightly damped modes of other frequencies and damping ratios, by these factors.
-fn varied(dynamics: &LinearDynamics, frequency: f64, damping: f64) -> Result<LinearDynamics, Error> {
-    let mode = |mode: &SecondOrder| {
+/// Which modes have a higher frequency and which a lower one, where not all have the same: every combination of a few modes. Of many, those
+/// in which all below a mode go one way and all others the other way, and those in which neighbours take turns.
+fn apart(light: &[SecondOrder]) -> Vec<Vec<f64>> {
+    let count = light.len();
+    let sign = |is_higher: bool| if is_higher { 1.0 } else { -1.0 };
+    if count <= ALL_COMBINATIONS {
+        let combination = |number: usize| (0..count).map(|place| sign(number >> place & 1 == 1)).collect();
+        return (1..(1 << count) - 1).map(combination).collect();
+    }
+    let rank = |mode: &SecondOrder| light.iter().filter(|other| other.frequency() < mode.frequency()).count();
+    let of_ranks = |is_higher: &dyn Fn(usize) -> bool| light.iter().map(|mode| sign(is_higher(rank(mode)))).collect();
+    let cuts = (1..count).flat_map(|cut| [of_ranks(&|rank| rank >= cut), of_ranks(&|rank| rank < cut)]);
+    let turns = [0, 1].map(|first| of_ranks(&|rank| rank % 2 == first));
+    cuts.chain(turns).collect()
+}
+
+/// The same with lightly damped modes of other frequencies, each by its own factor, and damping ratios, by one factor.
+fn varied(
+    dynamics: &LinearDynamics,
+    frequencies: impl Iterator<Item = f64>,
+    damping: f64,
+) -> Result<LinearDynamics, Error> {
+    let frequencies = RefCell::new(frequencies);
+    let by = |mode: &SecondOrder, factor: f64| {
         if mode.damping() < DAMPED {
-            SecondOrder::new(mode.frequency() * frequency, mode.damping() * damping)
+            SecondOrder::new(mode.frequency() * factor, mode.damping() * damping)
         } else {
             Ok(*mode)
         }
     };
+    // In the order of `light_modes`.
+    let next = |mode: &SecondOrder| {
+        let is_light = mode.damping() < DAMPED;
+        if is_light { frequencies.borrow_mut().next().unwrap_or(1.0) } else { 1.0 }
+    };
+    let mode = |mode: &SecondOrder| by(mode, next(mode));
     let section = |section: &Section| -> Result<LinearDynamics, Error> {
         Ok(match section {
             Section::SecondOrder(one) => mode(one)?.into(),
@@ -90,7 +127,8 @@ fn varied(dynamics: &LinearDynamics, frequency: f64, damping: f64) -> Result<Lin
                 Modes::new(modes.gains(), &varied)?.into()
             }
             Section::Antiresonance(pair) if pair.pole().damping() < DAMPED => {
-                Antiresonance::new(mode(&pair.zero())?, mode(&pair.pole())?).into()
+                let factor = next(&pair.pole());
+                Antiresonance::new(by(&pair.zero(), factor)?, by(&pair.pole(), factor)?).into()
             }
             Section::Antiresonance(pair) => (*pair).into(),
             Section::FirstOrder(lag) => (*lag).into(),

@@ -200,6 +200,38 @@ fn modes_that_need_a_notch_get_one() {
     assert_eq!(notched(0.99), [1100.0]);
 }
 
+/// A load that is heavier on one side moves neighbours apart, or together: not all modes by the same share.
+#[test]
+fn every_mode_may_be_off_by_itself() {
+    let stage = |off: &[f64], damping: f64| {
+        let known = [(600.0, 0.02), (760.0, 0.03), (1000.0, 0.02), (1500.0, 0.04)];
+        let modes: Vec<_> =
+            known.iter().zip(off).map(|((f, zeta), off)| SecondOrder::new(f * off, zeta * damping).unwrap()).collect();
+        let gains = &[1.0, 0.6, 0.5, 0.3][..modes.len()];
+        let share = gains.iter().sum::<f64>();
+        let gains: Vec<_> = gains.iter().map(|gain| gain / share).collect();
+        LinearDynamics::from(Modes::new(&gains, &modes).unwrap()).then(Delay::new(1e-4).unwrap())
+    };
+    let options = TuningOptions::new((0.7, 1.0), 1e-4, 1.7);
+    let (rises, falls) = (1.05, 0.95);
+    let apart: [&[f64]; 5] = [
+        &[rises, falls],
+        &[falls, rises],
+        &[rises, falls, rises],
+        &[rises, falls, rises, falls],
+        &[falls, falls, rises, rises],
+    ];
+    for off in apart {
+        let known = stage(&vec![1.0; off.len()], 1.0);
+        let tuning = tune(&known, &options).unwrap();
+        for (damping, slope) in [(0.5, 0.7), (0.5, 1.0), (2.0, 0.7), (2.0, 1.0)] {
+            let gains = (tuning.kp, tuning.ki);
+            let margins = loop_margins(&stage(off, damping), 1e-4, &tuning.filters, gains, slope).unwrap();
+            assert!(margins.peak_sensitivity <= 1.7 * (1.0 + 1e-9), "{off:?} {damping} {slope}: {margins:?}");
+        }
+    }
+}
+
 #[test]
 fn a_structure_can_be_asked_for() {
     let stage = LinearDynamics::from(SecondOrder::new(800.0, 0.02).unwrap()).then(Delay::new(1e-4).unwrap());

@@ -15,7 +15,7 @@ use crate::argument::{Argument, Asked};
 use crate::control::filters::as_objects;
 use crate::convert::arguments::{unknown, word};
 use crate::convert::arrays;
-use crate::convert::errors::{raise, wrong_type};
+use crate::convert::errors::{raise, value, wrong_type};
 use crate::convert::objects::{Reduced, keywords, reduce, shared};
 use crate::plant::plant::Plant;
 use crate::stage::stage::StageKeywords;
@@ -47,6 +47,17 @@ type Response = fn(&LoopFamily, &[f64], f64) -> Result<Vec<Complex64>, hysteresi
 impl Tuning {
     pub(crate) fn of(stage: Stage, options: TuningOptions) -> Result<Self, stage::Error> {
         Ok(Self { made: stage.tune_with(&options)?, stage, options })
+    }
+
+    /// Gains and filters, if they are for a stage and a sampling interval: with others the loop may be unstable.
+    pub(crate) fn of_stage(&self, stage: &Stage, dt: f64) -> PyResult<tuning::Tuning> {
+        if self.options.dt != dt {
+            return Err(value("tuning", format_args!("expected one for dt = {dt:?}, got one for {:?}", self.options.dt)));
+        }
+        if self.stage != *stage {
+            return Err(value("tuning", "expected one of this stage, as `tune` of it gives, got one of another stage"));
+        }
+        Ok(self.made.clone())
     }
 
     fn family(&self) -> PyResult<LoopFamily> {
@@ -345,9 +356,9 @@ impl Argument<'_> for Structure {
 /// peak_sensitivity : float
 ///     1.05 to 5: 1.2 is cautious, 2 is bold. The gain may grow by M / (M - 1), the phase lag by 2 arcsin(1 / (2 M)).
 /// frequency_uncertainty : float, optional
-///     How far the frequencies of lightly damped modes may be from what is known: a share either way, 0 to 0.5, the same for all modes.
-///     By default 0.05, or three standard errors of the identification where they are more. (If one mode rises while its neighbour
-///     falls, the peak may be higher than is said.)
+///     How far the frequencies of lightly damped modes may be from what is known: a share either way, 0 to 0.5, each by itself, so
+///     that neighbours may come together or move apart. By default 0.05, or three standard errors of the identification where they are
+///     more.
 /// damping_uncertainty : float, optional
 ///     By which factor their damping may be less or more, 1 to 100, the same for all. By default 2, or what three standard errors make
 ///     of it.

@@ -6,7 +6,7 @@ use hysteresis_control::feedforward::PreviewOptions;
 use hysteresis_control::filters::sections;
 use hysteresis_control::learning::{FeedbackLoop, LearningOptions, RepetitiveOptions};
 use hysteresis_control::stage::PEAK_SENSITIVITY;
-use hysteresis_control::tuning::Structure;
+use hysteresis_control::tuning::{self, Structure};
 use hysteresis_core::Sections;
 use hysteresis_python_macros::methods;
 use hysteresis_simulate::closed_loop::{Tracking, TrackingTask};
@@ -110,6 +110,8 @@ impl Stage {
     ///     through the inverse of amplifier, modes and dead time too; or drives that come with every sample.
     /// kp, ki : float, optional
     ///     Gains in V/um and V/um/s instead of tuned ones, both or none.
+    /// tuning : Tuning, optional
+    ///     Gains and filters that `tune` of this stage gave for this dt, in the place of those of `tune(dt)`.
     /// ahead : int, optional
     ///     How many samples early references come, for "preview"; by default as many as
     ///     the dynamics need: 4 more than the dead time, and more for zeros in the right half plane.
@@ -123,7 +125,7 @@ impl Stage {
     ///     `divergence_count` and `learning_phase` of the controller tell.
     /// frequency_uncertainty, damping_uncertainty : float, optional
     ///     Beside `period`: how far lightly damped modes may be from what is known, as a share of their frequency and a factor of their
-    ///     damping. Tuned gains and learning suit all of these. By default 0.05 and 2, or three standard errors of the identification where
+    ///     damping. Tuned gains and learning suit all of these; a `tuning` that is given has its own. By default 0.05 and 2, or three standard errors of the identification where
     ///     they are more.
     ///
     /// Examples
@@ -137,6 +139,9 @@ impl Stage {
     /// >>> abs(controller.terms.error) < 0.05
     /// True
     /// >>> light = stage.replace(dynamics=mh.plant.SecondOrder(800.0, 0.02), dead_time=1e-4)
+    /// >>> bold = light.tune(1e-4, peak_sensitivity=2.0)
+    /// >>> light.controller(1e-4, tuning=bold).ki == bold.ki > light.controller(1e-4).ki
+    /// True
     /// >>> controller = light.controller(1e-4, feedforward="preview", smoothing="modes")
     /// >>> step = [0.0] * 100 + [1.0] * 100  # um
     /// >>> run = mh.plant.simulate(controller, light.plant(dt=1e-4), step)
@@ -161,6 +166,7 @@ impl Stage {
         #[py(= "inverse")] feedforward: Feedforward,
         #[py(*, = None)] kp: Option<f64>,
         #[py(= None)] ki: Option<f64>,
+        #[py(= None)] tuning: Option<Bound<'_, Tuning>>,
         #[py(= None)] ahead: Option<SampleCount>,
         #[py("float | Literal['modes'] | None" = None)] smoothing: Option<Smoothing>,
         #[py(= None)] drift: Option<f64>,
@@ -169,7 +175,7 @@ impl Stage {
         #[py(= None)] damping_uncertainty: Option<f64>,
     ) -> PyResult<HybridController> {
         let wishes = Wishes {
-            gains: (kp, ki),
+            gains: self.gains((kp, ki), tuning.as_ref(), dt)?,
             ahead: ahead.map(|ahead| ahead.0),
             smoothing: match smoothing {
                 None => 0.0,
@@ -270,7 +276,7 @@ impl Stage {
         let limits = checked_limits(py, &self.0, limits)?;
         let reference = samples("reference", reference, dt)?;
         let task = TrackingTask::new(&reference, period).map_err(raise)?;
-        let wishes = Wishes { gains: (kp, ki), ..Wishes::default() };
+        let wishes = Wishes { gains: self.gains((kp, ki), None, dt)?, ..Wishes::default() };
         let mut controller = self.made_controller(py, dt, limits, feedforward.0, wishes)?;
         let mut plant = Plant::of(&self.0, dt, &converters)?;
         let tracking = Tracking::of(&mut controller.stage_controller);
@@ -332,6 +338,21 @@ impl Argument<'_> for Smoothing {
 }
 
 impl Stage {
+    /// The gains that were asked for.
+    fn gains(
+        &self,
+        given: (Option<f64>, Option<f64>),
+        tuning: Option<&Bound<'_, Tuning>>,
+        dt: f64,
+    ) -> PyResult<Gains> {
+        match (both(given)?, tuning.map(|tuning| tuning.get())) {
+            (None, None) => Ok(Gains::Tuned),
+            (Some(gains), None) => Ok(Gains::Given(gains)),
+            (Some(_), Some(_)) => Err(errors::value("tuning", "expected None beside kp and ki")),
+            (None, Some(tuning)) => tuning.of_stage(&self.0, dt).map(Gains::Of),
+        }
+    }
+
     fn made_controller(
         &self,
         py: Python<'_>,
@@ -356,9 +377,10 @@ impl Stage {
             }
         }
         let uncertainty = told(self.0.loop_uncertainty(), frequency, damping);
-        let options = match both(gains)? {
-            Some(gains) => self.0.controller_options_with_gains(dt, limits, gains),
-            None => self.0.tuning_options(dt, PEAK_SENSITIVITY).and_then(|mut asked| {
+        let options = match gains {
+            Gains::Given(gains) => self.0.controller_options_with_gains(dt, limits, gains),
+            Gains::Of(tuning) => self.0.controller_options_of(&tuning, dt, limits),
+            Gains::Tuned => self.0.tuning_options(dt, PEAK_SENSITIVITY).and_then(|mut asked| {
                 asked.uncertainty = uncertainty.modes;
                 self.0.controller_options_tuned(&asked, limits)
             }),
@@ -392,8 +414,7 @@ impl Stage {
 /// What is asked of a controller besides.
 #[derive(Default)]
 struct Wishes {
-    /// kp and ki instead of tuned ones, both or none.
-    gains: (Option<f64>, Option<f64>),
+    gains: Gains,
     /// How many samples a preview looks ahead, unless that is left to the stage.
     ahead: Option<usize>,
     /// Over how many seconds references are smoothed.
@@ -404,6 +425,16 @@ struct Wishes {
     period: Option<usize>,
     /// How far frequency and damping of modes may be from what is known, where learning is asked for.
     uncertainty: (Option<f64>, Option<f64>),
+}
+
+/// The gains of a controller.
+#[derive(Default)]
+enum Gains {
+    #[default]
+    Tuned,
+    /// kp and ki, without filters.
+    Given((f64, f64)),
+    Of(tuning::Tuning),
 }
 
 /// Gains are found together: one of them beside a tuned other one may make the loop unstable.
