@@ -28,6 +28,7 @@ STAGE = mh.Stage(
     dynamics=[RESONANCE, LAG],
     creep=mh.plant.Creep([0.01], [0.5]),
     loop_shift=mh.plant.LoopShift(0.0, 500.0, (-0.2, 0.1), 0.2, 0.5),
+    slow_gain=mh.plant.SlowGain(500.0, -0.02, 1.0, 2.0),
     noise=0.016,
 )
 U = mh.signals.decaying_triangle(500.0, 1.0, cycles=6, rate=200)
@@ -92,6 +93,7 @@ VALUES: dict[str, Callable[[], Any]] = {
     "LowPass": lambda: mh.control.LowPass(200.0, 0.7),
     "Lead": lambda: mh.control.Lead(100.0, 900.0),
     "Biquad": lambda: mh.control.Biquad([0.5, 0.5, 0.0], [-0.1, 0.0]),
+    "SlowGain": lambda: mh.plant.SlowGain(500.0, -0.02, 1.0, 2.0),
     "LoopShift": lambda: mh.plant.LoopShift(0.0, 500.0, (-0.2, 0.1), 0.2, 0.5),
     "Stage": lambda: STAGE,
     "Sine": lambda: mh.trajectories.Sine(3.0, 1.0, offset=0.5),

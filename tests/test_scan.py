@@ -23,6 +23,7 @@ SLOW = mh.Stage(
     limits=(-500.0, 500.0),
     creep=CREEP,
     loop_shift=mh.plant.LoopShift(0.0, 500.0, (0.02, 0.01), 0.5, 0.3),
+    slow_gain=mh.plant.SlowGain(500.0, -0.02, 0.0, 0.5),
     input_map=([-500.0, 0.0, 500.0], [-480.0, 0.0, 510.0]),
 )
 FAST = SLOW.replace(

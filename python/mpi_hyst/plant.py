@@ -2,7 +2,7 @@
 
 `SecondOrder`, `FirstOrder`, `Modes` and `StateSpace` describe the dynamics behind the hysteresis,
 `Creep` slow drift after a change of the drive, `LoopShift` the motion of the centre of a loop with
-its amplitude. `Plant` simulates a stage with converters, noise and limits, one drive at a time.
+its amplitude, `SlowGain` the change of its size while the drive cycles. `Plant` simulates a stage with converters, noise and limits, one drive at a time.
 `MultiAxisPlant` couples several of them, as the axes of an XY stage. `simulate` runs a controller
 on a plant, ours or any object with `read` and `write`, and returns a `Run` with the errors.
 """
@@ -18,6 +18,7 @@ from mpi_hyst._core import (
     Plant,
     Run,
     SecondOrder,
+    SlowGain,
     StateSpace,
     simulate,
 )
@@ -33,6 +34,7 @@ __all__ = [
     "Plant",
     "Run",
     "SecondOrder",
+    "SlowGain",
     "StateSpace",
     "simulate",
 ]

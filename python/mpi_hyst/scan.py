@@ -279,6 +279,7 @@ class _Axis:
             limits=stage.drive_range,
             creep=stage.creep,
             loop_shift=stage.loop_shift,
+            slow_gain=stage.slow_gain,
             input_map=stage.input_map,
             output_map=stage.output_map,
             units=stage.units,

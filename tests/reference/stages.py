@@ -1,4 +1,4 @@
-"""A whole stage in plain Python: dead time, hysteresis, loop shift, creep and one mode."""
+"""A whole stage in plain Python: dead time, hysteresis, loop shift, slow gain, creep and one mode."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from .loop_shift import LoopShift
 from .models import Model
 from .plants import second_order
+from .slow_gain import SlowGain
 
 
 class ReferenceStage:
@@ -24,10 +25,12 @@ class ReferenceStage:
         delay: int,
         dt: float,
         loop_shift: LoopShift | None = None,
+        slow_gain: SlowGain | None = None,
     ) -> None:
         """Creep as pairs of amplitude and time constant in seconds; the delay in samples."""
         self.hysteresis = hysteresis
         self.loop_shift = loop_shift
+        self.slow_gain = slow_gain
         self.mode = second_order(frequency, damping, dt)
         self.creep = [(amplitude, math.exp(-dt / tau)) for amplitude, tau in creep]
         self.lags = [0.0] * len(self.creep)
@@ -44,6 +47,8 @@ class ReferenceStage:
         displacement = self.hysteresis.step(late)
         if self.loop_shift is not None:
             displacement += self.loop_shift.step(late)
+        if self.slow_gain is not None:
+            displacement = self.slow_gain.step(late, displacement)
         for j, (_, decay) in enumerate(self.creep):
             self.lags[j] = decay * self.lags[j] + (1.0 - decay) * displacement
         self.position = self.mode.step(displacement)

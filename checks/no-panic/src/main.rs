@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 use hysteresis_core::{
     AntiWindup, Biquad, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Error, FeedForward, Filter,
-    Forward, HybridController, Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, Offsets,
+    Forward, HybridController, Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, Offsets, SlowGainTerms,
     PiecewiseLinearMap, Preview, Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios, Sections,
     StreamArray,
 };
@@ -181,7 +181,8 @@ fn quasi_static(compiled: &CompiledModel, samples: &[f64]) -> Result<(), Error> 
     let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99])?;
     let shift = LoopShiftTerms::new(0.0, 500.0, [-0.2, 0.1], 0.5, 0.9)?;
     let stage = QuasiStatic::new(compiled).with_input_map(map()?).with_output_map(map()?).with_creep(creep);
-    let stage = stage.with_loop_shift(shift);
+    let gain = SlowGainTerms::new(500.0, -0.1, 0.0, 0.9)?;
+    let stage = stage.with_loop_shift(shift).with_slow_gain(gain);
     let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((-500.0, 500.0)))?);
     let mut bracket = Bracket::new(compiled, (-500.0, 500.0))?;
     for sample in samples {

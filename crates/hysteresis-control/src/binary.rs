@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::learning::{RepetitiveOptions, RepetitiveState, Supervision};
 use crate::observer::ObserverState;
-use crate::stage::{Error, Stage, StageBytes, StageState};
+use crate::stage::{Error, SlowGainFile, Stage, StageBytes, StageState};
 use crate::stage_controller::StageControllerState;
 
 const MAGIC: [u8; 8] = *b"mpi_hyst";
@@ -187,11 +187,16 @@ fn content_of(kind: Kind, bytes: &[u8]) -> Result<&[u8], String> {
 
 impl Binary for Stage {
     fn to_bytes(&self) -> Vec<u8> {
-        pack(Kind::Stage, &StageBytes::from(self.parts()))
+        let content = StageBytes::from(self.parts());
+        match content.slow_gain() {
+            Some(gain) => pack(Kind::Stage, &(content, gain)),
+            None => pack(Kind::Stage, &content),
+        }
     }
 
     fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        unpack::<StageBytes>(Kind::Stage, bytes)?.stage()
+        let (content, gain) = unpack_grown::<StageBytes, SlowGainFile>(Kind::Stage, bytes)?;
+        content.stage(gain)
     }
 }
 

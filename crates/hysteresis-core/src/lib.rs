@@ -69,7 +69,7 @@ pub use process::Process;
 #[cfg(feature = "alloc")]
 pub use quasistatic::{
     Bracket, BracketArray, BracketState, CreepTerms, LoopShiftTerms, PiecewiseLinearMap, QuasiStatic,
-    QuasiStaticForward, QuasiStaticInverse, QuasiStaticState,
+    QuasiStaticForward, QuasiStaticInverse, QuasiStaticState, SlowGainTerms,
 };
 pub use real::Real;
 #[cfg(feature = "alloc")]

@@ -196,6 +196,9 @@ impl Header<'_> {
             }
         }
         self.count("HAS_LOOP_SHIFT", usize::from(parts.loop_shift.is_some()));
+        if let Some(gain) = &parts.slow_gain {
+            self.numbers("slow_gain", &[gain.half_range(), gain.amplitude(), gain.zero(), gain.time_constant()]);
+        }
         let (amplitudes, times) = parts
             .creep
             .as_ref()

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use hysteresis_control::linear::{Creep, Modes, SecondOrder};
-use hysteresis_control::stage::LoopShift;
+use hysteresis_control::stage::{LoopShift, SlowGain};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 
 use crate::choose::found::Found;
@@ -184,6 +184,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         spread: Spread::new(&fit, &root, &basis, &space),
         standard_errors,
         loop_shift: loop_shift(&space, &basis, &fit)?,
+        slow_gain: slow_gain(&space, &fit, &chain)?,
         weights: options.weights,
         smoothness,
         weights_validation: structure.weights_tried,
@@ -249,6 +250,13 @@ fn loop_shift(space: &Space, basis: &WeightBasis, fit: &ProjectedFit) -> Result<
     let second = amplitudes.get(1).copied().unwrap_or(0.0);
     let [filter] = &filters[..] else { return Ok(None) };
     Ok(Some(LoopShift::new(*center, *half_range, [amplitudes[0], second], filter.time_constant, filter.limit)?))
+}
+
+/// The slow gain, if there is one: about the position at which the hysteresis puts out nothing.
+fn slow_gain(space: &Space, fit: &ProjectedFit, chain: &Chain) -> Result<Option<SlowGain>, Error> {
+    let Some(gain) = space.slow_gain(&fit.point) else { return Ok(None) };
+    let zero = chain.rest_of(fit.output_offsets[0]);
+    Ok(Some(SlowGain::new(gain.half_range, gain.amplitude, zero, gain.time_constant)?))
 }
 
 fn quality(record: &Record<'_>, response: &[f64], output_offset: f64) -> Quality {

@@ -11,6 +11,7 @@ use crate::terms::dynamics::{AmplifierModel, DynamicsModel, ModesModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
 use crate::terms::operators::{ModelKind, Thresholds};
+use crate::terms::slow_gain::SlowGainModel;
 use crate::terms::weights::{WeightBasis, WeightLaw};
 
 /// The most operators: no record tells more thresholds apart.
@@ -66,6 +67,9 @@ pub struct Options {
     pub creep: CreepModel,
     /// Which loop shift to fit beside the hysteresis.
     pub loop_shift: LoopShiftModel,
+    /// Which slow gain to fit behind the hysteresis.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub slow_gain: SlowGainModel,
     /// Which amplifier to fit in front of the hysteresis.
     pub amplifier: AmplifierModel,
     /// Which map of the drive to fit in front of the hysteresis.
@@ -104,6 +108,7 @@ impl Default for Options {
             modes: ModesModel::default(),
             creep: CreepModel::default(),
             loop_shift: LoopShiftModel::default(),
+            slow_gain: SlowGainModel::default(),
             amplifier: AmplifierModel::default(),
             input_map: MapModel::default(),
             output_map: MapModel::default(),
@@ -162,7 +167,11 @@ impl Options {
     /// Whether something was asked for that counts in seconds.
     pub(crate) fn needs_seconds(&self) -> bool {
         let shifts = !matches!(self.loop_shift, LoopShiftModel::None | LoopShiftModel::Auto);
-        self.order().is_some() || self.creep.has_terms() || shifts
+        self.order().is_some() || self.creep.has_terms() || shifts || self.has_slow_gain()
+    }
+
+    fn has_slow_gain(&self) -> bool {
+        self.slow_gain != SlowGainModel::None
     }
 
     /// The order of the dynamics, if there are any; none while they are left open.
@@ -175,7 +184,8 @@ impl Options {
 
     /// Whether something is fitted besides the hysteresis and a dead time.
     pub(crate) fn is_joint(&self) -> bool {
-        self.order().is_some() || self.creep.has_terms() || self.loop_shift != LoopShiftModel::None
+        let shifts = self.loop_shift != LoopShiftModel::None;
+        self.order().is_some() || self.creep.has_terms() || shifts || self.has_slow_gain()
     }
 
     /// The same with second-order dynamics where several modes are asked for and dynamics are left open.
@@ -191,6 +201,7 @@ impl Options {
             dynamics: DynamicsModel::None,
             creep: CreepModel::None,
             loop_shift: LoopShiftModel::None,
+            slow_gain: SlowGainModel::None,
             amplifier: AmplifierModel::None,
             input_map: MapModel::None,
             output_map: MapModel::None,

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, Modes, SecondOrder};
-use hysteresis_control::stage::LoopShift;
+use hysteresis_control::stage::{LoopShift, SlowGain};
 use hysteresis_core::{CompiledModel, Model, ModifiedPrandtlIshlinskii, Offsets};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -124,6 +124,27 @@ pub(crate) mod loop_shift {
             LoopShift::new(center, half_range, amplitudes, time_constant, limit)
         };
         parts.map(shift).transpose().map_err(D::Error::custom)
+    }
+}
+
+/// A slow gain as its numbers.
+pub(crate) mod slow_gain {
+    use super::{Deserialize, Deserializer, Error, Serialize, Serializer, SlowGain};
+
+    type Parts = (f64, f64, f64, f64);
+
+    #[expect(clippy::ref_option, reason = "serde hands over the field")]
+    pub(crate) fn serialize<S: Serializer>(gain: &Option<SlowGain>, serializer: S) -> Result<S::Ok, S::Error> {
+        let parts =
+            |gain: &SlowGain| -> Parts { (gain.half_range(), gain.amplitude(), gain.zero(), gain.time_constant()) };
+        gain.as_ref().map(parts).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<SlowGain>, D::Error> {
+        let parts: Option<Parts> = Deserialize::deserialize(deserializer)?;
+        let gain =
+            |(half_range, amplitude, zero, time_constant)| SlowGain::new(half_range, amplitude, zero, time_constant);
+        parts.map(gain).transpose().map_err(D::Error::custom)
     }
 }
 

@@ -123,6 +123,8 @@ mod _core {
     #[pymodule_export]
     use crate::stage::loop_shift::LoopShift;
     #[pymodule_export]
+    use crate::stage::slow_gain::SlowGain;
+    #[pymodule_export]
     use crate::stage::stage::Stage;
     #[pymodule_export]
     use crate::stage::streams::{StageForward, StageInverse};

@@ -138,6 +138,13 @@ class Request(Files):
         help="Movement of the centre of a loop with its amplitude, with this time constant. auto: "
         "if cross-validation asks for it.  [default: auto]",
     )
+    slow_gain: float | Literal["fit", "none"] | None = option(
+        passed=("identify",),
+        metavar="SECONDS|fit|none",
+        **word_or(("fit", "none"), "a time constant in seconds", float),
+        help="Change of the size of all loops while the drive cycles, with this time constant, or "
+        "with one that is searched.  [default: none]",
+    )
     amplifier: float | Literal["auto", "none"] | None = option(
         passed=_FIT,
         metavar="HZ|auto|none",
@@ -321,7 +328,7 @@ def _check_time(records: Records, request: Request) -> None:
     """Refuse files without times for what is fitted or given in seconds."""
     if records.dt is not None:
         return
-    for name in ("dead_time", "dynamics", "modes", "creep", "loop_shift", "amplifier"):
+    for name in ("dead_time", "dynamics", "modes", "creep", "loop_shift", "slow_gain", "amplifier"):
         untimed = (1 if name == "modes" else 0.0, "auto", "none")
         if request.fit.get(name, "auto") not in untimed:
             option = f"--{name.replace('_', '-')}"

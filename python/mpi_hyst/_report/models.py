@@ -462,6 +462,10 @@ def linear_parts(stage: mh.Stage) -> list[str]:
     parts += map(_section_in_words, _sections(stage))
     if stage.loop_shift is not None:
         parts.append(_loop_shift(stage.loop_shift, stage.units[1]))
+    if stage.slow_gain is not None:
+        amplitude, tau = stage.slow_gain.amplitude, stage.slow_gain.time_constant
+        share = digits(100.0 * amplitude)
+        parts.append(f"slow gain {share} %, time constant {digits(tau)} s")
     if stage.creep is not None:
         parts.append(f"creep of {len(stage.creep.amplitudes)} terms")
     if stage.dead_time:

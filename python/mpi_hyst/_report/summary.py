@@ -97,6 +97,7 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
     )
     pairs.append(("input offset", offset + given("input offset")))
     pairs += [*_maps(found), *_dynamics(task, found), *_creep(found), *_loop_shift(found, task)]
+    pairs += _slow_gain(found)
     pairs.append(("dead time", dead_time(found) + given("dead time")))
     if found.model.not_invertible_because is not None:
         pairs.append(("not invertible", found.model.not_invertible_because))
@@ -179,6 +180,16 @@ def _loop_shift(found: mh.results.Identification, task: Task) -> list[tuple[str,
     )
     time = f"{digits(found.loop_shift.time_constant)} s"
     return [("loop shift", values), ("loop shift time constant", time)]
+
+
+def _slow_gain(found: mh.results.Identification) -> list[tuple[str, str]]:
+    """Return the amplitude of the slow gain and its time constant."""
+    if found.slow_gain is None:
+        return []
+    amplitude, tau = found.slow_gain.amplitude, found.slow_gain.time_constant
+    of_amplitude, of_tau = found.slow_gain_std
+    time = with_error(tau, of_tau, "s", scale=tau) if of_tau else f"{digits(tau)} s"
+    return [("slow gain", _percent(amplitude, of_amplitude)), ("slow gain time constant", time)]
 
 
 def dead_time(found: mh.results.Identification) -> str:

@@ -5,7 +5,7 @@ use core::error::Error;
 use hysteresis_control::feedforward::smoothing_kernel;
 use hysteresis_control::filters::{FeedbackFilter, Lead, LowPass, Notch, sections};
 use hysteresis_control::linear::{Creep, FirstOrder, LinearDynamics, Modes, SecondOrder};
-use hysteresis_control::stage::{LoopShift, Stage, StageParts};
+use hysteresis_control::stage::{LoopShift, SlowGain, Stage, StageParts};
 use hysteresis_core::{
     AntiWindup, ControllerOptions, FeedForward, HybridController, Law, ModifiedPrandtlIshlinskii, Offsets, Preview,
     Ratios, Sections,
@@ -53,9 +53,10 @@ pub(super) fn stage(random: &mut Random) -> Result<Stage, Box<dyn Error>> {
     let some = |random: &mut Random| random.once_in(3.0);
     let creep = some(random).then(|| Creep::new(&[0.02, 0.03], &[0.05, 2.0])).transpose()?;
     let shift = some(random).then(|| LoopShift::new(0.0, REACH, [-0.3, 0.2], 0.01, 0.5)).transpose()?;
+    let slow_gain = some(random).then(|| SlowGain::new(REACH, -0.02, 0.0, 1.0)).transpose()?;
     let frequency = random.between(100.0, 3000.0);
     let amplifier = some(random).then(|| FirstOrder::new(frequency)).transpose()?;
-    let parts = StageParts { dynamics: dynamics(random)?, creep, loop_shift: shift, amplifier, ..set };
+    let parts = StageParts { dynamics: dynamics(random)?, creep, loop_shift: shift, slow_gain, amplifier, ..set };
     Ok(Stage::new(StageParts { dead_time: 6.0 * DT * random.unit() * random.unit(), ..parts })?)
 }
 

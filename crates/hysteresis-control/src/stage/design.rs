@@ -19,7 +19,7 @@ const FOLLOWED_WITHIN: f64 = 1e-3;
 /// Where the feed-forward of a controller comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FeedForwardKind {
-    /// The exact inverse of maps, hysteresis, loop shift and creep, of the reference of now.
+    /// The exact inverse of maps, hysteresis, loop shift, slow gain and creep, of the reference of now.
     Inverse,
     /// The same, of a target made of references that come `ahead` samples early: through the inverse of amplifier, modes and
     /// dead time too.

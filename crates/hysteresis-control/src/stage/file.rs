@@ -8,7 +8,7 @@ use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, Pi
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{Error, Identified, LoopShift, Stage, StageParts, Units};
+use super::{Error, Identified, LoopShift, SlowGain, Stage, StageParts, Units};
 use crate::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, Section, StateSpace};
 
 /// The schema of a stage file.
@@ -57,13 +57,15 @@ struct File {
     /// Not there in files of stages without one, which older readers take then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     loop_shift: Option<LoopShiftFile>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    slow_gain: Option<SlowGainFile>,
     creep: Option<CreepFile>,
     dynamics: Vec<AnySection>,
     noise: Option<f64>,
     identified: Option<Identified>,
 }
 
-/// As bytes it has all fields but for the schema.
+/// As bytes it has all fields but for the schema, and for the slow gain, which comes behind the others.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "File")]
 struct Whole {
@@ -78,6 +80,8 @@ struct Whole {
     hysteresis: Hysteresis,
     output_map: Option<MapFile>,
     loop_shift: Option<LoopShiftFile>,
+    #[serde(skip)]
+    slow_gain: Option<SlowGainFile>,
     creep: Option<CreepFile>,
     dynamics: Vec<AnySection>,
     noise: Option<f64>,
@@ -120,6 +124,15 @@ struct LoopShiftFile {
     amplitudes: [f64; 2],
     time_constant: f64,
     limit: f64,
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SlowGainFile {
+    half_range: f64,
+    amplitude: f64,
+    zero: f64,
+    time_constant: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -206,8 +219,14 @@ impl From<&StageParts> for StageBytes {
 }
 
 impl StageBytes {
-    pub(crate) fn stage(self) -> Result<Stage, Error> {
-        self.0.stage()
+    /// What comes behind the other bytes of a stage that has it.
+    pub(crate) fn slow_gain(&self) -> Option<SlowGainFile> {
+        self.0.slow_gain
+    }
+
+    /// The stage, with what came behind.
+    pub(crate) fn stage(self, slow_gain: Option<SlowGainFile>) -> Result<Stage, Error> {
+        File { slow_gain, ..self.0 }.stage()
     }
 }
 
@@ -224,6 +243,7 @@ impl File {
             hysteresis,
             output_map: parts.output_map.as_ref().map(MapFile::from),
             loop_shift: parts.loop_shift.map(LoopShiftFile::from),
+            slow_gain: parts.slow_gain.map(SlowGainFile::from),
             creep: parts.creep.as_ref().map(CreepFile::from),
             dynamics: parts.dynamics.sections().iter().map(|section| AnySection(section.into())).collect(),
             noise: parts.noise,
@@ -238,6 +258,7 @@ impl File {
             output_map: self.output_map.map(MapFile::map).transpose()?,
             amplifier: self.amplifier_bandwidth.map(FirstOrder::new).transpose()?,
             loop_shift: self.loop_shift.map(LoopShiftFile::shift).transpose()?,
+            slow_gain: self.slow_gain.map(SlowGainFile::gain).transpose()?,
             creep: self.creep.map(CreepFile::creep).transpose()?,
             dynamics: self.dynamics.into_iter().try_fold(LinearDynamics::none(), |dynamics, section| {
                 Ok::<_, Error>(dynamics.then(section.0.section()?))
@@ -353,6 +374,23 @@ impl From<LoopShift> for LoopShiftFile {
 impl LoopShiftFile {
     fn shift(self) -> Result<LoopShift, Error> {
         Ok(LoopShift::new(self.center, self.half_range, self.amplitudes, self.time_constant, self.limit)?)
+    }
+}
+
+impl From<SlowGain> for SlowGainFile {
+    fn from(gain: SlowGain) -> Self {
+        Self {
+            half_range: gain.half_range(),
+            amplitude: gain.amplitude(),
+            zero: gain.zero(),
+            time_constant: gain.time_constant(),
+        }
+    }
+}
+
+impl SlowGainFile {
+    fn gain(self) -> Result<SlowGain, Error> {
+        Ok(SlowGain::new(self.half_range, self.amplitude, self.zero, self.time_constant)?)
     }
 }
 

@@ -1,7 +1,7 @@
 //! A whole stage in one object: what the user has on the bench.
 //!
 //! ```text
-//! limits, D/A -> dead time -> amplifier -> input map -> hysteresis -> output map -> loop shift -> creep -> modes -> sensor
+//! limits, D/A -> dead time -> amplifier -> input map -> hysteresis -> output map -> loop shift -> slow gain -> creep -> modes -> sensor
 //! ```
 //!
 //! Everything that runs is made from a [`Stage`]: its [forward model](Stage::forward), the exact
@@ -40,10 +40,10 @@ mod parts;
 mod precompensate;
 
 pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
-pub(crate) use file::StageBytes;
 pub use file::{SCHEMA, read_file};
+pub(crate) use file::{SlowGainFile, StageBytes};
 pub use forward::{StageForward, StageState};
-pub use parts::{Identified, LoopShift, RecordSource, StageParts, StageWarning, Units};
+pub use parts::{Identified, LoopShift, RecordSource, SlowGain, StageParts, StageWarning, Units};
 pub use precompensate::{PrecompensateOptions, Precompensated};
 
 use core::fmt;
@@ -81,7 +81,7 @@ use crate::linear::{Creep, LinearDynamics};
 pub struct Stage {
     parts: StageParts,
     model: CompiledModel,
-    /// gamma, H and phi, without loop shift and creep.
+    /// gamma, H and phi, without loop shift, slow gain and creep.
     rigid: QuasiStatic,
 }
 
@@ -216,7 +216,7 @@ impl Stage {
         if got < 0.0 { Err(Error::NegativeDeadTime { got }) } else { Ok(got) }
     }
 
-    /// gamma, H, phi, loop shift and creep, sampled: the stage without its fast dynamics.
+    /// gamma, H, phi, loop shift, slow gain and creep, sampled: the stage without its fast dynamics.
     ///
     /// # Errors
     /// [`Error`] unless `dt` is finite and above 0.
@@ -226,6 +226,9 @@ impl Stage {
         if let Some(shift) = &self.parts.loop_shift {
             sampled = sampled.with_loop_shift(shift.terms(dt)?);
         }
+        if let Some(gain) = &self.parts.slow_gain {
+            sampled = sampled.with_slow_gain(gain.terms(dt)?);
+        }
         if let Some(creep) = &self.parts.creep {
             let decays: Vec<f64> = creep.time_constants().iter().map(|tau| (-dt / tau).exp()).collect();
             sampled = sampled.with_creep(CreepTerms::new(creep.amplitudes(), &decays)?);
@@ -233,7 +236,7 @@ impl Stage {
         Ok(sampled)
     }
 
-    /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest at
+    /// The exact inverse of maps, hysteresis, loop shift, slow gain and creep, sample by sample, at rest at
     /// [`rest_drive`](Self::rest_drive).
     ///
     /// Modes, amplifier and dead time are not part of it: [`precompensate`](Self::precompensate) leads through those.
@@ -248,7 +251,7 @@ impl Stage {
     }
 
     /// Where the position must lie when nothing is known of the history but its limits: two streams through maps and hysteresis.
-    /// Loop shift, creep and modes are left out.
+    /// Loop shift, slow gain, creep and modes are left out.
     ///
     /// # Errors
     /// [`Error`] for a model with a negative weight, or without limits.
@@ -282,8 +285,8 @@ fn check_limits(parameter: &'static str, limits: Option<(f64, f64)>) -> Result<O
 const MOST_CREPT: f64 = 0.25;
 
 impl Stage {
-    /// The lowest and the highest slope dy/du, creep at its end included. A loop shift does not change it: the newest
-    /// drive does not enter it, and at its end it is 0.
+    /// The lowest and the highest slope dy/du, creep at its end included, and a slow gain wherever it may be. A loop shift
+    /// does not change it: the newest drive does not enter it, and at its end it is 0.
     #[must_use]
     pub fn slope_range(&self) -> (f64, f64) {
         let (mut low, mut high) = self.model.slope_range();
@@ -293,6 +296,8 @@ impl Stage {
         }
         let crept: f64 = self.parts.creep.iter().flat_map(Creep::amplitudes).sum();
         let gain = self.parts.dynamics.static_gain().abs();
+        let (smallest, largest) = self.parts.slow_gain.map_or((1.0, 1.0), |slow| slow.gains());
+        let (low, high) = (smallest * low, largest * high);
         (low * gain * (1.0 + crept).min(1.0), high * gain * (1.0 + crept).max(1.0))
     }
 
@@ -301,14 +306,15 @@ impl Stage {
     ///
     /// They are the ends of the slow loop over that range: maps, hysteresis and the static gain of the modes, at the low
     /// end after a stroke to the high one and the other way round. So the remanence is outside, though a stage that was
-    /// never driven begins there. Creep counts where it is worst, at rest at the other end, but takes no more than a
-    /// quarter of the loop from either end. What modes overshoot and what a loop shift adds in motion do not count.
+    /// never driven begins there. A slow gain counts where it is worst. Creep does so, too, at rest at the other end, but
+    /// takes no more than a quarter of the loop from either end. What modes overshoot and what a loop shift adds in motion do not count.
     #[must_use]
     pub fn position_range(&self) -> Option<(f64, f64)> {
         let (first, (from, to)) = (self.first_strokes()?, self.drive_range()?);
         let mut forward = self.rigid.forward();
         forward.step(to);
         let (low, high) = ordered((forward.step(from), forward.step(to)));
+        let (low, high) = self.behind_slow_gain((low, high), f64::max, f64::min);
         let (middle, room) = self.crept(first);
         let room = room.min(MOST_CREPT * (high - low));
         Some(self.behind_modes((low + middle + room, high + middle - room)))
@@ -325,7 +331,20 @@ impl Stage {
     fn first_strokes(&self) -> Option<(f64, f64)> {
         let (from, to) = self.drive_range()?;
         let mut forward = self.rigid.forward();
-        Some(ordered((forward.settle(from), forward.settle(to))))
+        let range = ordered((forward.settle(from), forward.settle(to)));
+        Some(self.behind_slow_gain(range, f64::min, f64::max))
+    }
+
+    /// Two positions with the slow gain for which one is lowest or highest, and the other likewise.
+    fn behind_slow_gain(
+        &self,
+        (low, high): (f64, f64),
+        of_low: fn(f64, f64) -> f64,
+        of_high: fn(f64, f64) -> f64,
+    ) -> (f64, f64) {
+        let Some(slow) = self.parts.slow_gain else { return (low, high) };
+        let (one, other) = slow.gains();
+        (of_low(slow.at(one, low), slow.at(other, low)), of_high(slow.at(one, high), slow.at(other, high)))
     }
 
     /// What creep adds after rest in the middle of these positions, and by how much more or less it may be.

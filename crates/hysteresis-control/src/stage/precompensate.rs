@@ -30,8 +30,8 @@ pub struct PrecompensateOptions<'a> {
     /// The drive at which the stage has been at rest; by default [`Stage::rest_drive`] within the limits. The hysteresis is
     /// then virgin but for the way there.
     pub start: Option<f64>,
-    /// What has been put out since that rest, oldest drive first, one per sampling interval: what hysteresis, loop shift
-    /// and creep remember. After a full stroke these are its two ends and the drive of now.
+    /// What has been put out since that rest, oldest drive first, one per sampling interval: what hysteresis, loop
+    /// shift, slow gain and creep remember. After a full stroke these are its two ends and the drive of now.
     pub history: &'a [f64],
     /// How long a smooth way from there to the beginning of the reference takes, in seconds: it is put in front of the
     /// reference. Without one the reference must begin where the stage is.

@@ -4,7 +4,7 @@ use hysteresis_control::binary::{Binary, Sampled};
 use hysteresis_control::learning::{RepetitiveControl, RepetitiveOptions, RepetitiveState, Supervision};
 use hysteresis_control::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, StateSpace};
 use hysteresis_control::stage::{
-    FeedForwardKind, Identified, LoopShift, RecordSource, Stage, StageParts, StageWarning, Units,
+    FeedForwardKind, Identified, LoopShift, RecordSource, SlowGain, Stage, StageParts, StageWarning, Units,
 };
 use hysteresis_control::{Observer, ObserverOptions, StageController, StageControllerState};
 use hysteresis_core::{
@@ -78,7 +78,7 @@ prop_compose! {
         hysteresis in hysteresis(),
         maps in prop::array::uniform2(prop::option::of(0.5..2.0)),
         amplifier in prop::option::of(100.0..5000.0),
-        shift in any::<bool>(),
+        (shift, gain) in any::<(bool, bool)>(),
         creep in prop::option::of(1_u16..5),
         order in any::<bool>(),
         (dead_time, slew, noise) in (0.0..1e-2, prop::option::of(1.0..1e6), prop::option::of(0.0..1.0)),
@@ -92,6 +92,7 @@ prop_compose! {
             output_map,
             amplifier: amplifier.map(|bandwidth| FirstOrder::new(bandwidth).unwrap()),
             loop_shift: shift.then(|| LoopShift::new(60.0, 90.0, [-0.2, 0.1], 0.02, 0.5).unwrap()),
+            slow_gain: gain.then(|| SlowGain::new(90.0, -0.02, 10.0, 30.0).unwrap()),
             creep: creep.map(|terms| Creep::logarithmic(0.012, 0.01, 100.0, terms).unwrap()),
             dynamics: if order { every_section() } else { LinearDynamics::none() },
             dead_time,
@@ -117,6 +118,7 @@ fn stage() -> Stage {
         creep: Some(Creep::logarithmic(0.012, 0.01, 100.0, 4).unwrap()),
         dynamics: SecondOrder::new(800.0, 0.1).unwrap().into(),
         loop_shift: Some(LoopShift::new(60.0, 90.0, [-0.2, 0.1], 0.02, 0.5).unwrap()),
+        slow_gain: Some(SlowGain::new(90.0, -0.02, 10.0, 30.0).unwrap()),
         amplifier: Some(FirstOrder::new(2000.0).unwrap()),
         dead_time: 2.5 * DT,
         limits: Some((-30.0, 150.0)),
@@ -134,6 +136,23 @@ fn controllers() -> Vec<StageController> {
     let preview = FeedForwardKind::Preview { ahead: 12, smoothing: 0.0 };
     let kinds = [(FeedForwardKind::Inverse, filtered), (preview, options), (FeedForwardKind::Given, options)];
     kinds.map(|(kind, options)| stage.controller(kind, &options).unwrap().into()).into()
+}
+
+/// What stages without it write is what they wrote before there was one.
+#[test]
+fn a_slow_gain_comes_behind_all_other_bytes() {
+    let with = stage();
+    let without = Stage::new(StageParts { slow_gain: None, ..with.parts().clone() }).unwrap();
+    let content = |stage: &Stage| {
+        let bytes = stage.to_bytes();
+        bytes[14..bytes.len() - 4].to_vec()
+    };
+    let (longer, shorter) = (content(&with), content(&without));
+    assert_eq!(longer.len(), shorter.len() + 4 * 8);
+    assert!(longer.starts_with(&shorter));
+    assert!(with.to_json().contains("slow_gain") && !without.to_json().contains("slow_gain"));
+    let cut = sealed(1, &longer[..longer.len() - 1]);
+    assert_eq!(Stage::from_bytes(&cut).unwrap_err().parameter(), Some("bytes"));
 }
 
 proptest! {

@@ -11,6 +11,7 @@ mod loop_shift;
 mod no_allocation;
 mod observer;
 mod scan;
+mod slow_gain;
 mod stage;
 mod stage_controller;
 mod stage_ranges;

@@ -1,8 +1,7 @@
-use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::error::{Bound, Error, check_all_finite, check_between, check_finite, check_length, check_non_negative};
+use crate::error::{Bound, Error, check_all_finite, check_between, check_finite};
 
 /// The least and the greatest half range, and the greatest limit: products with admissible drives then stay finite.
 const SCALE: (f64, f64) = (1e-50, 1e50);
@@ -48,16 +47,9 @@ pub struct LoopShiftTerms {
     decay: f64,
 }
 
-/// s, and what it follows from. Without a loop shift s is 0 for good, so all that it costs is one question per sample.
-#[derive(Clone, Debug)]
-pub(super) struct LoopShiftMemory {
-    shift: f64,
-    motion: Option<Box<Motion>>,
-}
-
 /// m, n and f, beside what moves them.
 #[derive(Clone, Copy, Debug)]
-struct Motion {
+pub(super) struct Motion {
     terms: LoopShiftTerms,
     /// (a - a^8) / 7
     square_gain: f64,
@@ -130,61 +122,9 @@ impl LoopShiftTerms {
     }
 }
 
-impl LoopShiftMemory {
-    /// At rest in the middle of the range; no terms, no shift.
-    pub(super) fn new(terms: Option<&LoopShiftTerms>) -> Self {
-        Self { shift: 0.0, motion: terms.map(|terms| Box::new(Motion::new(terms))) }
-    }
-
-    /// s: by how much the loop has shifted.
-    #[inline]
-    pub(super) fn shift(&self) -> f64 {
-        self.shift
-    }
-
-    /// Holds a drive for one sampling interval.
-    #[inline]
-    pub(super) fn hold(&mut self, drive: f64) {
-        if let Some(motion) = &mut self.motion {
-            motion.hold(drive);
-            self.shift = motion.shift();
-        }
-    }
-
-    /// The drive has been held since forever.
-    pub(super) fn settle(&mut self, drive: f64) {
-        if let Some(motion) = &mut self.motion {
-            (motion.mean_square, motion.mean_product, motion.follower) = (0.0, 0.0, motion.scaled(drive));
-        }
-        self.shift = 0.0;
-    }
-
-    /// m, n and f, or nothing.
-    pub(super) fn states(&self) -> Vec<f64> {
-        self.motion
-            .as_ref()
-            .map(|motion| vec![motion.mean_square, motion.mean_product, motion.follower])
-            .unwrap_or_default()
-    }
-
-    pub(super) fn check(&self, states: &[f64]) -> Result<(), Error> {
-        check_length("state.loop_shift", if self.motion.is_some() { 3 } else { 0 }, states.len())?;
-        check_all_finite("state.loop_shift", states)?;
-        // A mean of squares.
-        states.first().map_or(Ok(()), |mean| check_non_negative("state.loop_shift", Some(0), *mean).map(drop))
-    }
-
-    /// Continues from states that were checked.
-    pub(super) fn restore(&mut self, states: &[f64]) {
-        if let (Some(motion), [mean_square, mean_product, follower]) = (&mut self.motion, states) {
-            (motion.mean_square, motion.mean_product, motion.follower) = (*mean_square, *mean_product, *follower);
-            self.shift = motion.shift();
-        }
-    }
-}
-
 impl Motion {
-    fn new(terms: &LoopShiftTerms) -> Self {
+    /// At rest in the middle of the range.
+    pub(super) fn new(terms: &LoopShiftTerms) -> Self {
         let a = terms.decay;
         let (a2, a4) = (a * a, a * a * a * a);
         // As products, so that no digit is lost where a is nearly 1.
@@ -194,7 +134,9 @@ impl Motion {
         Self { terms: *terms, square_gain, product_gain, follower_decay: a4, mean_square, mean_product, follower }
     }
 
-    fn shift(&self) -> f64 {
+    /// s: by how much the loop has shifted.
+    #[inline]
+    pub(super) fn shift(&self) -> f64 {
         let [square, product] = self.terms.amplitudes;
         square * self.mean_square + product * self.mean_product
     }
@@ -203,11 +145,28 @@ impl Motion {
         (drive - self.terms.center) / self.terms.half_range
     }
 
-    fn hold(&mut self, drive: f64) {
+    /// Holds a drive for one sampling interval.
+    #[inline]
+    pub(super) fn hold(&mut self, drive: f64) {
         let x = self.scaled(drive);
         let behind = (x - self.follower).max(-self.terms.limit).min(self.terms.limit);
         self.mean_square = self.terms.decay * self.mean_square + self.square_gain * (behind * behind);
         self.mean_product = self.terms.decay * self.mean_product + self.product_gain * (x * behind.abs());
         self.follower = x - self.follower_decay * behind;
+    }
+
+    /// The drive has been held since forever.
+    pub(super) fn settle(&mut self, drive: f64) {
+        (self.mean_square, self.mean_product, self.follower) = (0.0, 0.0, self.scaled(drive));
+    }
+
+    /// m, n and f.
+    pub(super) fn states(&self) -> Vec<f64> {
+        vec![self.mean_square, self.mean_product, self.follower]
+    }
+
+    /// Continues from a state that was checked.
+    pub(super) fn restore(&mut self, [mean_square, mean_product, follower]: [f64; 3]) {
+        (self.mean_square, self.mean_product, self.follower) = (mean_square, mean_product, follower);
     }
 }

@@ -1,16 +1,19 @@
-//! A stage without its fast dynamics: y = creep(phi(H\[gamma(u)\]) + s), sample by sample, and its exact inverse.
+//! A stage without its fast dynamics: y = creep(g(phi(H\[gamma(u)\]) + s)), sample by sample, and its exact inverse.
 //!
-//! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, s is the loop shift that past drives
-//! have caused, and creep adds slow first-order lags. Each part may be missing.
+//! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, s is the loop shift and g the slow gain
+//! that past drives have caused, and creep adds slow first-order lags. Each part may be missing.
 
 mod bracket;
 mod creep;
 mod loop_shift;
 mod map;
+mod past_drives;
+mod slow_gain;
 mod stage;
 
 pub use bracket::{Bracket, BracketArray, BracketState};
 pub use creep::CreepTerms;
 pub use loop_shift::LoopShiftTerms;
 pub use map::PiecewiseLinearMap;
+pub use slow_gain::SlowGainTerms;
 pub use stage::{QuasiStatic, QuasiStaticForward, QuasiStaticInverse, QuasiStaticState};

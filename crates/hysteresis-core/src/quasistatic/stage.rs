@@ -1,11 +1,14 @@
 //! The parameters of a stage without its fast dynamics, and its streams: from drives to positions, and the exact inverse.
 
+use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use super::creep::{CreepMemory, CreepTerms};
-use super::loop_shift::{LoopShiftMemory, LoopShiftTerms};
+use super::loop_shift::LoopShiftTerms;
 use super::map::{MapPiece, PiecewiseLinearMap};
+use super::past_drives::PastDrives;
+use super::slow_gain::SlowGainTerms;
 use crate::engine::CompiledModel;
 use crate::error::{Error, MAX_MAGNITUDE, check_all_finite, check_finite, is_admissible};
 use crate::fingerprint::Fingerprint;
@@ -13,7 +16,7 @@ use crate::process::Process;
 use crate::real::check_within_limits;
 use crate::stream::{Forward, Inverse, StreamState, check_limits, check_model};
 
-/// The parameters of a stage without its fast dynamics, ready to run: y = creep(phi(H\[gamma(u)\]) + s).
+/// The parameters of a stage without its fast dynamics, ready to run: y = creep(g(phi(H\[gamma(u)\]) + s)).
 ///
 /// Drives u are in the unit of gamma's input, positions y in the unit of phi's output. Cloning shares the large parts.
 ///
@@ -38,6 +41,7 @@ pub struct QuasiStatic {
     input_map: Option<Arc<PiecewiseLinearMap>>,
     output_map: Option<Arc<PiecewiseLinearMap>>,
     loop_shift: Option<LoopShiftTerms>,
+    slow_gain: Option<SlowGainTerms>,
     creep: Option<Arc<CreepTerms>>,
 }
 
@@ -45,7 +49,8 @@ impl QuasiStatic {
     /// Hysteresis alone.
     #[must_use]
     pub fn new(hysteresis: &CompiledModel) -> Self {
-        Self { hysteresis: hysteresis.clone(), input_map: None, output_map: None, loop_shift: None, creep: None }
+        let hysteresis = hysteresis.clone();
+        Self { hysteresis, input_map: None, output_map: None, loop_shift: None, slow_gain: None, creep: None }
     }
 
     /// The same with the map gamma in front of the hysteresis.
@@ -84,7 +89,29 @@ impl QuasiStatic {
         self
     }
 
-    /// The same with creep behind output map and loop shift.
+    /// The same with a slow gain behind output map and loop shift, in front of the creep.
+    ///
+    /// ```
+    /// use hysteresis_core::{CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic, SlowGainTerms};
+    /// let linear = PrandtlIshlinskii::new(&[2.0], &[0.0], Offsets::default())?;
+    /// let gain = SlowGainTerms::new(5.0, -0.1, 0.0, 0.9)?;
+    /// let stage = QuasiStatic::new(&CompiledModel::new(&(&linear).into())).with_slow_gain(gain);
+    /// let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((-20.0, 20.0)))?);
+    /// assert_eq!(forward.step(5.0), 10.0);
+    /// assert!(forward.step(5.0) < 10.0); // the move to 5 V has made the gain smaller
+    /// forward.reset();
+    /// for target in [10.0, 4.0, 12.0] {
+    ///     assert!((forward.step(inverse.step(target)) - target).abs() < 1e-13);
+    /// }
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    #[must_use]
+    pub fn with_slow_gain(mut self, gain: SlowGainTerms) -> Self {
+        self.slow_gain = Some(gain);
+        self
+    }
+
+    /// The same with creep behind output map, loop shift and slow gain.
     #[must_use]
     pub fn with_creep(mut self, creep: CreepTerms) -> Self {
         self.creep = Some(Arc::new(creep));
@@ -101,6 +128,12 @@ impl QuasiStatic {
     #[must_use]
     pub fn without_loop_shift(&self) -> Self {
         Self { loop_shift: None, ..self.clone() }
+    }
+
+    /// The same without slow gain.
+    #[must_use]
+    pub fn without_slow_gain(&self) -> Self {
+        Self { slow_gain: None, ..self.clone() }
     }
 
     /// A stream from drives to positions, at rest at the input offset of the hysteresis.
@@ -138,6 +171,9 @@ impl QuasiStatic {
         if let Some(shift) = &self.loop_shift {
             hash.numbers(&shift.numbers());
         }
+        if let Some(gain) = &self.slow_gain {
+            hash.numbers(&gain.numbers());
+        }
         hash.finish()
     }
 }
@@ -146,13 +182,14 @@ impl QuasiStatic {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct QuasiStaticState {
-    /// The fingerprint of maps, hysteresis, loop shift and creep: [`QuasiStatic::fingerprint`].
+    /// The fingerprint of maps, hysteresis, loop shift, slow gain and creep: [`QuasiStatic::fingerprint`].
     pub model: u64,
     /// What the hysteresis remembers.
     pub hysteresis: StreamState,
     /// What each creep term has crept, c_j q_j, in the unit of the position.
     pub creep: Vec<f64>,
-    /// What the loop shift remembers, m, n and f of [`LoopShiftTerms`]; empty without one, and in older states.
+    /// What the loop shift remembers, m, n and f of [`LoopShiftTerms`], and behind it m and f of [`SlowGainTerms`]; nothing of
+    /// what the stage does not have.
     #[cfg_attr(feature = "serde", serde(default))]
     pub loop_shift: Vec<f64>,
     /// The last output: position (forward) or drive (inverse).
@@ -196,7 +233,7 @@ fn change_piece(
 struct Stage<H> {
     model: QuasiStatic,
     hysteresis: H,
-    loop_shift: LoopShiftMemory,
+    past: Option<Box<PastDrives>>,
     creep: CreepMemory,
     /// The lines of gamma and phi, or of their inverses, on which the last sample lay.
     on_gamma: MapPiece,
@@ -213,7 +250,7 @@ impl<H> Stage<H> {
         let piece = |map: &Option<Arc<PiecewiseLinearMap>>| map.as_deref().map_or_else(MapPiece::identity, &first);
         Self {
             hysteresis,
-            loop_shift: LoopShiftMemory::new(model.loop_shift.as_ref()),
+            past: PastDrives::new(model.loop_shift.as_ref(), model.slow_gain.as_ref()),
             creep: CreepMemory::new(model.creep.as_deref()),
             on_gamma: piece(&model.input_map),
             on_phi: piece(&model.output_map),
@@ -248,7 +285,7 @@ impl<H> Stage<H> {
             model: self.fingerprint,
             hysteresis,
             creep: self.creep.states(),
-            loop_shift: self.loop_shift.states(),
+            loop_shift: self.past.as_ref().map_or_else(Vec::new, |past| past.states()),
             last_output: self.output,
             rejected: self.rejected,
         }
@@ -261,18 +298,21 @@ impl<H> Stage<H> {
         set_state: impl FnOnce(&mut H, &StreamState) -> Result<(), Error>,
     ) -> Result<(), Error> {
         self.creep.check(&state.creep)?;
-        self.loop_shift.check(&state.loop_shift)?;
+        PastDrives::check(self.past.as_deref(), &state.loop_shift)?;
         set_state(&mut self.hysteresis, &state.hysteresis)?;
         self.creep.restore(&state.creep);
-        self.loop_shift.restore(&state.loop_shift);
+        if let Some(past) = &mut self.past {
+            past.restore(&state.loop_shift);
+        }
         (self.output, self.rejected) = (state.last_output, state.rejected);
         Ok(())
     }
 }
 
-/// The position of a stage without its fast dynamics, sample by sample: y = creep(phi(H\[gamma(u)\]) + s).
+/// The position of a stage without its fast dynamics, sample by sample: y = creep(g(phi(H\[gamma(u)\]) + s)).
 ///
-/// The position belongs to the moment at which the drive is put out; loop shift s and creep move on from sample to sample.
+/// The position belongs to the moment at which the drive is put out; loop shift s, slow gain g and creep move on from
+/// sample to sample.
 ///
 /// ```
 /// use hysteresis_core::{CreepTerms, CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
@@ -312,8 +352,8 @@ impl QuasiStaticForward {
         self.stage.rejected
     }
 
-    /// At rest since forever at a drive: the hysteresis virgin but for the way there, the loop not shifted, the creep
-    /// at its end. Returns the position. A drive that is not finite is counted and changes nothing else.
+    /// At rest since forever at a drive: the hysteresis virgin but for the way there, the loop not shifted, the
+    /// gain 1, the creep at its end. Returns the position. A drive that is not finite is counted and changes nothing else.
     pub fn settle(&mut self, drive: f64) -> f64 {
         let x = mapped(self.stage.model.input_map.as_ref(), drive, &mut self.stage.on_gamma);
         if !(is_admissible(drive) && is_admissible(x)) {
@@ -326,7 +366,9 @@ impl QuasiStaticForward {
 
     /// The drive, and so z, has been held since forever.
     fn rest_at(&mut self, z: f64, drive: f64) -> f64 {
-        self.stage.loop_shift.settle(drive);
+        if let Some(past) = &mut self.stage.past {
+            past.settle(drive);
+        }
         let h = mapped(self.stage.model.output_map.as_ref(), z, &mut self.stage.on_phi);
         self.stage.creep.settle(h);
         self.stage.output = h + self.stage.creep.crept();
@@ -379,10 +421,13 @@ impl Process for QuasiStaticForward {
             return self.stage.reject();
         }
         let z = self.stage.hysteresis.step(x);
-        let h = mapped(self.stage.model.output_map.as_ref(), z, &mut self.stage.on_phi) + self.stage.loop_shift.shift();
+        let mut h = mapped(self.stage.model.output_map.as_ref(), z, &mut self.stage.on_phi);
+        if let Some(past) = &mut self.stage.past {
+            h = past.added(h);
+            past.hold(drive);
+        }
         self.stage.output = h + self.stage.creep.crept();
         self.stage.creep.hold(h);
-        self.stage.loop_shift.hold(drive);
         self.stage.output
     }
 
@@ -394,7 +439,7 @@ impl Process for QuasiStaticForward {
             return self.stage.output;
         }
         let h = mapped(self.stage.model.output_map.as_ref(), self.stage.hysteresis.peek(x), &mut on_phi);
-        h + self.stage.loop_shift.shift() + self.stage.creep.crept()
+        self.stage.past.as_ref().map_or(h, |past| past.added(h)) + self.stage.creep.crept()
     }
 
     fn reset(&mut self) {
@@ -407,12 +452,12 @@ impl Process for QuasiStaticForward {
 }
 
 /// The exact inverse of a stage without its fast dynamics, sample by sample: the drive that brings its position to the
-/// target, u = gamma^-1(H^-1\[phi^-1(y - s - sum_j c_j q_j)\]).
+/// target, u = gamma^-1(H^-1\[phi^-1(g^-1(y - sum_j c_j q_j) - s)\]).
 ///
-/// What the position will have crept at a sample, and by how much its loop will have shifted, is known before its drive
-/// is: so the target without both is what [`Inverse`] is asked for. The drive never leaves the limits. A target out of
-/// reach puts it at a limit and sets [`saturated`](Self::saturated); creep goes on from the position that was really
-/// reached, the loop shift from the drive that was really put out.
+/// What the position will have crept at a sample, by how much its loop will have shifted and by which gain, is known
+/// before its drive is: so the target without these is what [`Inverse`] is asked for. The drive never leaves the limits.
+/// A target out of reach puts it at a limit and sets [`saturated`](Self::saturated); creep goes on from the position that was really
+/// reached, loop shift and slow gain from the drive that was really put out.
 ///
 /// ```
 /// use hysteresis_core::{CreepTerms, CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
@@ -463,14 +508,17 @@ impl QuasiStaticInverse {
     /// The position without creep, from what the hysteresis puts out now.
     fn reached(&self) -> f64 {
         let z = self.stage.hysteresis.reached();
-        self.stage.model.output_map.as_ref().map_or(z, |map| map.at(z)) + self.stage.loop_shift.shift()
+        let h = self.stage.model.output_map.as_ref().map_or(z, |map| map.at(z));
+        self.stage.past.as_ref().map_or(h, |past| past.added(h))
     }
 
-    /// Creep and loop shift go on from the position without creep and the drive that are held now.
+    /// Creep, loop shift and slow gain go on from the position without creep and the drive that are held now.
     #[inline]
     fn hold(&mut self, h: f64) {
         self.stage.creep.hold(h);
-        self.stage.loop_shift.hold(self.stage.output);
+        if let Some(past) = &mut self.stage.past {
+            past.hold(self.stage.output);
+        }
     }
 
     /// The last drive.
@@ -504,8 +552,8 @@ impl QuasiStaticInverse {
     }
 
     /// At rest since forever at a drive, or the limit nearest to it: the hysteresis virgin but for the way there, the loop
-    /// not shifted, the creep at its end. Returns the position. A drive that is not finite is counted and changes nothing
-    /// else.
+    /// not shifted, the gain 1, the creep at its end. Returns the position. A drive that is not finite is counted and
+    /// changes nothing else.
     pub fn settle(&mut self, drive: f64) -> f64 {
         if is_admissible(drive) {
             self.stage.hysteresis.reset();
@@ -519,12 +567,15 @@ impl QuasiStaticInverse {
 
     /// What the drive has been since forever is what it is now.
     fn rest(&mut self) {
-        self.stage.loop_shift.settle(self.stage.output);
+        if let Some(past) = &mut self.stage.past {
+            past.settle(self.stage.output);
+        }
         let h = self.reached();
         self.stage.creep.settle(h);
     }
 
-    /// The position of now: what the hysteresis has reached, by how much its loop has shifted, and what has crept.
+    /// The position of now: what the hysteresis has reached, by how much its loop has shifted, by which gain, and what
+    /// has crept.
     #[must_use]
     pub fn position(&self) -> f64 {
         self.reached() + self.stage.creep.crept()
@@ -603,8 +654,8 @@ impl Process for QuasiStaticInverse {
     #[inline]
     fn step(&mut self, target: f64) -> f64 {
         let h = target - self.stage.creep.crept();
-        let z =
-            unmapped(self.stage.model.output_map.as_ref(), h - self.stage.loop_shift.shift(), &mut self.stage.on_phi);
+        let rigid = self.stage.past.as_ref().map_or(h, |past| past.removed(h));
+        let z = unmapped(self.stage.model.output_map.as_ref(), rigid, &mut self.stage.on_phi);
         if !(is_admissible(target) && is_admissible(z)) {
             return self.stage.reject();
         }
@@ -621,8 +672,9 @@ impl Process for QuasiStaticInverse {
     #[inline]
     fn peek(&self, target: f64) -> f64 {
         let (mut on_gamma, mut on_phi) = (self.stage.on_gamma, self.stage.on_phi);
-        let h = target - self.stage.creep.crept() - self.stage.loop_shift.shift();
-        let z = unmapped(self.stage.model.output_map.as_ref(), h, &mut on_phi);
+        let h = target - self.stage.creep.crept();
+        let rigid = self.stage.past.as_ref().map_or(h, |past| past.removed(h));
+        let z = unmapped(self.stage.model.output_map.as_ref(), rigid, &mut on_phi);
         if !(is_admissible(target) && is_admissible(z)) {
             return self.stage.output;
         }

@@ -20,6 +20,7 @@ mod no_allocation;
 mod other_method;
 mod quasistatic;
 mod scales;
+mod slow_gain;
 mod split;
 mod support;
 mod swap;

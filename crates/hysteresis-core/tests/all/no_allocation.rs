@@ -4,7 +4,7 @@ use crate::support::models::{actuator, parametric_inverse};
 use hysteresis_core::{
     ArrayController, ArrayOptions, ArraySample, Biquad, Command, CompiledModel, ControllerOptions, CreepTerms,
     FeedForward, Forward, HybridController, Inverse, LoopShiftTerms, Mode, MultiAxisController, PiecewiseLinearMap,
-    Preview, Process, QuasiStatic, Sections, StreamArray,
+    Preview, Process, QuasiStatic, Sections, SlowGainTerms, StreamArray,
 };
 
 /// Jumps, reversals, plateaus, samples out of reach and samples that are rejected.
@@ -13,6 +13,10 @@ fn signal() -> Vec<f64> {
     samples.extend((0..5000_u32).map(|k| 600.0 * (f64::from(k) * f64::from(k) * 1e-4).sin()));
     samples.extend((0..5000_u32).map(|k| 3.2 * (f64::from(k) * f64::from(k) * 1e-4).sin()));
     samples
+}
+
+fn slow_gain() -> SlowGainTerms {
+    SlowGainTerms::new(500.0, -0.1, 0.0, 0.9).unwrap()
 }
 
 fn loop_shift() -> LoopShiftTerms {
@@ -27,7 +31,7 @@ fn the_hot_path_never_allocates() {
     let map = || PiecewiseLinearMap::new(&[-1.0, 0.0, 2.0], &[-2.0, 0.0, 1.0]).unwrap();
     let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99]).unwrap();
     let stage = QuasiStatic::new(&compiled).with_input_map(map()).with_output_map(map()).with_creep(creep);
-    let shifting = stage.clone().with_loop_shift(loop_shift());
+    let shifting = stage.clone().with_loop_shift(loop_shift()).with_slow_gain(slow_gain());
     let streams: [Box<dyn Process>; 8] = [
         Box::new(shifting.forward()),
         Box::new(shifting.inverse(limits).unwrap()),

@@ -1,8 +1,8 @@
-//! Laws of the stage without fast dynamics: maps, hysteresis, loop shift and creep, forward and inverse.
+//! Laws of the stage without fast dynamics: maps, hysteresis, loop shift, slow gain and creep, forward and inverse.
 
 use hysteresis_core::{
     Bracket, CompiledModel, CreepTerms, Error, LoopShiftTerms, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap,
-    PrandtlIshlinskii, Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios,
+    PrandtlIshlinskii, Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios, SlowGainTerms,
 };
 use proptest::prelude::*;
 
@@ -52,12 +52,20 @@ fn loop_shift() -> impl Strategy<Value = Option<LoopShiftTerms>> {
     proptest::option::weighted(0.8, terms)
 }
 
+/// Gains of any size, of drives within and beyond the half range.
+fn slow_gain() -> impl Strategy<Value = Option<SlowGainTerms>> {
+    let terms = (20.0..200.0, -0.5..=0.5, -50.0..150.0, 0.0..=1.0)
+        .prop_map(|(half_range, kappa, zero, a)| SlowGainTerms::new(half_range, kappa, zero, a).unwrap());
+    proptest::option::weighted(0.6, terms)
+}
+
 fn stage() -> impl Strategy<Value = QuasiStatic> {
-    let parts = (hysteresis(), map(-20.0, 150.0), map(-20.0, 160.0), loop_shift(), creep());
-    parts.prop_map(|(model, gamma, phi, shift, creep)| {
+    let parts = (hysteresis(), map(-20.0, 150.0), map(-20.0, 160.0), loop_shift(), slow_gain(), creep());
+    parts.prop_map(|(model, gamma, phi, shift, gain, creep)| {
         let stage =
             QuasiStatic::new(&CompiledModel::new(&model)).with_input_map(gamma).with_output_map(phi).with_creep(creep);
-        shift.into_iter().fold(stage, QuasiStatic::with_loop_shift)
+        let stage = shift.into_iter().fold(stage, QuasiStatic::with_loop_shift);
+        gain.into_iter().fold(stage, QuasiStatic::with_slow_gain)
     })
 }
 
@@ -227,6 +235,7 @@ fn with_weight(weight: f64) -> QuasiStatic {
 fn every_part_of_a_stage_is_in_its_fingerprint() {
     let creep = |decay| CreepTerms::new(&[0.01], &[decay]).unwrap();
     let shift = |gain| LoopShiftTerms::new(0.0, 10.0, [gain, 0.0], 0.5, 0.9).unwrap();
+    let slow = |kappa| SlowGainTerms::new(10.0, kappa, 0.0, 0.9).unwrap();
     let map = |top| PiecewiseLinearMap::new(&[0.0, 1.0], &[0.0, top]).unwrap();
     let stages = [
         with_weight(1.0),
@@ -235,6 +244,8 @@ fn every_part_of_a_stage_is_in_its_fingerprint() {
         with_weight(1.0).with_creep(creep(0.8)),
         with_weight(1.0).with_loop_shift(shift(-3.0)),
         with_weight(1.0).with_loop_shift(shift(-2.0)),
+        with_weight(1.0).with_slow_gain(slow(-0.3)),
+        with_weight(1.0).with_slow_gain(slow(-0.2)),
         with_weight(1.0).with_input_map(map(2.0)),
         with_weight(1.0).with_input_map(map(3.0)),
         with_weight(1.0).with_output_map(map(2.0)),

@@ -20,6 +20,7 @@ use crate::terms::dynamics::DynamicsModel;
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
 use crate::terms::operators::Thresholds;
+use crate::terms::slow_gain::SlowGainModel;
 use crate::terms::weights::WeightLaw;
 use crate::uncertainty::root::{ColouredFit, Root};
 use crate::uncertainty::standard_errors::StandardErrors;
@@ -124,6 +125,7 @@ fn of_one_record(asked: &Options) -> Options {
         smoothness: Setting::Fixed(0.0),
         creep: if asked.creep == CreepModel::Auto { CreepModel::SlowAndFast } else { asked.creep.clone() },
         loop_shift: LoopShiftModel::None,
+        slow_gain: SlowGainModel::None,
         input_map: MapModel::None,
         output_map: MapModel::None,
         ..asked.clone()

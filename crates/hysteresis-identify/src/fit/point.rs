@@ -6,6 +6,7 @@ use crate::records::record::Intervals;
 use crate::terms::creep::{CreepBasis, MAX_AMPLITUDES};
 use crate::terms::dynamics::{MAX_MODES, Order};
 use crate::terms::maps::COEFFICIENTS;
+use crate::terms::slow_gain::{GainSpace, LARGEST};
 
 /// A parameter that enters the model nonlinearly. rb is held as its share of ra, which turns ra >= rb into a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +26,9 @@ pub(crate) enum Parameter {
     OutputMap(usize),
     /// An amplitude of creep, by its number.
     Creep(usize),
+    /// The amplitude of the slow gain, and the logarithm of its time constant.
+    SlowGain,
+    SlowGainLogTime,
     /// Of a mode beside the first, by its number from 0.
     ModeLogFrequency(usize),
     ModeLogDamping(usize),
@@ -69,6 +73,8 @@ impl Parameter {
             Self::InputMap(number) => 8 + number,
             Self::OutputMap(number) => 8 + COEFFICIENTS + number,
             Self::Creep(number) => FIRST_AMPLITUDE + number,
+            Self::SlowGain => SLOW_GAIN,
+            Self::SlowGainLogTime => SLOW_GAIN + 1,
             Self::ModeLogFrequency(number) => FIRST_MODE + 3 * number,
             Self::ModeLogDamping(number) => FIRST_MODE + 3 * number + 1,
             Self::ModeGain(number) => FIRST_MODE + 3 * number + 2,
@@ -79,8 +85,11 @@ impl Parameter {
 /// Where the amplitudes of creep begin.
 const FIRST_AMPLITUDE: usize = 8 + 2 * COEFFICIENTS;
 
+/// Where the slow gain is.
+const SLOW_GAIN: usize = FIRST_AMPLITUDE + MAX_AMPLITUDES;
+
 /// Where the modes beside the first begin.
-const FIRST_MODE: usize = FIRST_AMPLITUDE + MAX_AMPLITUDES;
+const FIRST_MODE: usize = SLOW_GAIN + 2;
 
 /// How many values there are.
 const VALUES: usize = FIRST_MODE + 3 * (MAX_MODES - 1);
@@ -174,6 +183,16 @@ pub(crate) fn bandwidth_axis(intervals: &Intervals) -> Axis {
 pub(crate) fn map_axes(parameter: fn(usize) -> Parameter) -> impl Iterator<Item = Axis> {
     let (lower, upper) = (-COEFFICIENT_BOUND, COEFFICIENT_BOUND);
     (0..COEFFICIENTS).map(move |number| Axis { parameter: parameter(number), lower, upper, scale: 1.0 })
+}
+
+/// Those of a slow gain.
+pub(crate) fn gain_axes(gain: &GainSpace) -> Vec<Axis> {
+    let mut axes = vec![Axis { parameter: Parameter::SlowGain, lower: -LARGEST, upper: LARGEST, scale: 0.05 }];
+    if gain.searches_time_constant() {
+        let (lower, upper) = gain.time_constants;
+        axes.push(Axis { parameter: Parameter::SlowGainLogTime, lower: lower.ln(), upper: upper.ln(), scale: 1.0 });
+    }
+    axes
 }
 
 /// Those of frequency, damping and the amplitudes of creep.

@@ -8,6 +8,7 @@ use crate::terms::dynamics::{DynamicsFilter, LinearPart, SampledPart};
 use crate::terms::loop_shift::{ShiftColumns, ShiftLane};
 use crate::terms::maps::{Curve, DrivePath, PathLane};
 use crate::terms::operators::{OperatorBank, max, min};
+use crate::terms::slow_gain::{GainAt, GainLane};
 
 /// The operators at a point with what the drive passes before them, the output map behind them, and the loop shift.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,17 +19,24 @@ pub(crate) struct OperatorsAt {
     pub(crate) path: DrivePath,
     pub(crate) output_map: Option<Curve>,
     pub(crate) shift: Option<ShiftColumns>,
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) gain: Option<GainAt>,
 }
 
 impl OperatorsAt {
     /// Operators and nothing else.
     pub(crate) fn alone(bank: OperatorBank, input_offset: f64) -> Self {
-        Self { bank, input_offset, path: DrivePath::default(), output_map: None, shift: None }
+        Self { bank, input_offset, path: DrivePath::default(), output_map: None, shift: None, gain: None }
     }
 
-    /// Whether they need no samples between turns and rows: a loop shift and an amplifier need all.
+    /// Whether they need no samples between turns and rows: a loop shift, a slow gain and an amplifier need all.
     pub(crate) fn need_turns_alone(&self) -> bool {
-        self.shift.is_none() && self.path.keeps_turns()
+        self.shift.is_none() && self.gain.is_none() && self.path.keeps_turns()
+    }
+
+    /// Whether the slow gain is that of others: of the same voltage.
+    pub(crate) fn has_gain_of(&self, other: &Self) -> bool {
+        self.gain.is_none() || (self.gain == other.gain && self.path.bandwidth == other.path.bandwidth)
     }
 
     /// Whether the loop shift is that of others: the same columns of the same voltage.
@@ -60,6 +68,14 @@ pub(crate) struct Regressor<'a> {
     path: PathLane<'a>,
     output_map: Option<&'a Curve>,
     shift: Option<Shift<'a>>,
+    gain: Option<Gain>,
+}
+
+/// The slow gain, now and one sample earlier.
+struct Gain {
+    lane: GainLane,
+    now: f64,
+    before: f64,
 }
 
 /// The columns beside the operators, now and one sample earlier.
@@ -72,11 +88,12 @@ struct Shift<'a> {
 impl<'a> Regressor<'a> {
     /// The regressor before the record's first sample; `delay` in samples, not negative, `dt` in seconds.
     pub(crate) fn new(operators: &'a OperatorsAt, input: &'a [f64], delay: f64, dt: f64) -> Self {
-        let OperatorsAt { bank, input_offset, path, output_map, shift } = operators;
+        let OperatorsAt { bank, input_offset, path, output_map, shift, gain } = operators;
         let shift = shift.as_ref().map(|columns| {
             let rest = vec![0.0; columns.len()];
             Shift { lane: ShiftLane::new(columns, dt), now: rest.clone(), before: rest }
         });
+        let gain = gain.as_ref().map(|at| Gain { lane: GainLane::new(at, dt), now: 1.0, before: 1.0 });
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a delay is not negative")]
         let whole = delay.floor() as usize;
         let rest = vec![0.0; bank.len()];
@@ -84,7 +101,7 @@ impl<'a> Regressor<'a> {
         let (now, before) = (rest.clone(), rest);
         let input_offset = *input_offset;
         let (path, output_map) = (path.lane(dt), output_map.as_ref());
-        Self { bank, input, input_offset, whole, fraction, seen: None, now, before, path, output_map, shift }
+        Self { bank, input, input_offset, whole, fraction, seen: None, now, before, path, output_map, shift, gain }
     }
 
     /// Goes to a sample of the record, not before the last one.
@@ -99,6 +116,10 @@ impl<'a> Regressor<'a> {
                 shift.next(self.input[0]);
                 shift.before.copy_from_slice(&shift.now);
             }
+            if let Some(gain) = &mut self.gain {
+                gain.next(self.input[0]);
+                gain.before = gain.now;
+            }
         }
         let mut seen = self.seen.unwrap_or(0);
         while seen < last {
@@ -108,6 +129,9 @@ impl<'a> Regressor<'a> {
             self.bank.next(&self.before, x, &mut self.now);
             if let Some(shift) = &mut self.shift {
                 shift.next(self.path.voltage(self.input[seen]));
+            }
+            if let Some(gain) = &mut self.gain {
+                gain.next(self.path.voltage(self.input[seen]));
             }
         }
         self.seen = Some(seen);
@@ -122,6 +146,10 @@ impl<'a> Regressor<'a> {
     #[inline(always)]
     pub(crate) fn output(&mut self, weights: &[f64]) -> f64 {
         let fraction = self.fraction;
+        if self.gain.is_some() {
+            let (now, before) = self.both(weights);
+            return interpolated(now, before, fraction);
+        }
         let shift = self.shifted(weights, |now, before| interpolated(now, before, fraction));
         let Some(map) = self.output_map else {
             // Behind a linear part that has the dead time there is nothing between samples: half of the work.
@@ -134,6 +162,18 @@ impl<'a> Regressor<'a> {
         };
         let (now, before) = (self.operators(weights, |now, _| now), self.operators(weights, |_, before| before));
         shift + self.between(map.at(now).0, map.at(before).0)
+    }
+
+    /// The output now and one sample earlier, without the dead time.
+    fn both(&self, weights: &[f64]) -> (f64, f64) {
+        let mapped = |sum: f64| self.output_map.map_or(sum, |map| map.at(sum).0);
+        let (now, before) = (self.operators(weights, |now, _| now), self.operators(weights, |_, before| before));
+        let (now, before) = (
+            mapped(now) + self.shifted(weights, |now, _| now),
+            mapped(before) + self.shifted(weights, |_, before| before),
+        );
+        let (gain_now, gain_before) = self.gain.as_ref().map_or((1.0, 1.0), |gain| (gain.now, gain.before));
+        (gain_now * now, gain_before * before)
     }
 
     /// The weighed sum of a value of every column of the loop shift.
@@ -213,6 +253,14 @@ impl Regressor<'_> {
         };
         let (now, before) = (self.operators(weights, |now, _| now), self.operators(weights, |_, before| before));
         shift + map.at(before).0 - map.at(now).0
+    }
+}
+
+impl Gain {
+    fn next(&mut self, u: f64) {
+        self.before = self.now;
+        self.lane.next(u);
+        self.now = self.lane.gain();
     }
 }
 

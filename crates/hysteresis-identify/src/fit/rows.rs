@@ -13,6 +13,7 @@ use crate::terms::dynamics::{LinearPart, SampledPart};
 use crate::terms::loop_shift::{ShiftColumns, ShiftLane};
 use crate::terms::maps::{Curve, PathLane};
 use crate::terms::operators::{BLOCK, BankLanes, Runs, WeightLanes};
+use crate::terms::slow_gain::GainLane;
 
 /// How the derivative by a searched parameter is made.
 #[derive(Clone, Debug, PartialEq)]
@@ -373,6 +374,7 @@ struct Drive<'a> {
     xs: [f64; BLOCK],
     runs: Runs,
     shift: Option<(ShiftLane<'a>, Vec<[f64; BLOCK]>)>,
+    gain: Option<(GainLane, [f64; BLOCK])>,
 }
 
 struct Bank<'a> {
@@ -380,24 +382,26 @@ struct Bank<'a> {
     weights: WeightLanes,
     amplitudes: &'a [f64],
     output_map: Option<&'a Curve>,
-    /// Which of the drives it is shown, and which has its loop shift.
+    /// Which of the drives it is shown, and which have its loop shift and its slow gain.
     drive: usize,
     shift: usize,
+    gain: usize,
 }
 
 impl<'a> OperatorBlocks<'a> {
     fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64) -> Self {
         let here = &tangent.operators;
-        let mut drives = vec![Drive::new(here, dt, true)];
+        let mut drives = vec![Drive::new(here, dt, true, true)];
         let mut bank = |at: &'a OperatorsAt| {
             let (is_same_drive, is_same_shift) =
                 (at.path == here.path && at.input_offset == here.input_offset, at.has_shift_of(here));
+            let is_same_gain = at.has_gain_of(here);
             let own = drives.len();
-            if !(is_same_drive && is_same_shift) {
-                drives.push(Drive::new(at, dt, !is_same_shift));
+            if !(is_same_drive && is_same_shift && is_same_gain) {
+                drives.push(Drive::new(at, dt, !is_same_shift, !is_same_gain));
             }
             let place = |is_same: bool| if is_same { 0 } else { own };
-            Bank::new(at, &tangent.weights, place(is_same_drive), place(is_same_shift))
+            Bank::new(at, &tangent.weights, place(is_same_drive), place(is_same_shift), place(is_same_gain))
         };
         let here = bank(here);
         let mut there = Vec::new();
@@ -456,6 +460,15 @@ impl<'a> OperatorBlocks<'a> {
                 set(signals, layout.output - shifts + number, &values[..count]);
             }
         }
+        if let Some((_, gains)) = &drives[0].gain {
+            for block in signals.chunks_exact_mut(BLOCK) {
+                for (lanes, gain) in block.iter_mut().zip(&gains[..count]) {
+                    for value in lanes {
+                        *value *= gain;
+                    }
+                }
+            }
+        }
         if layout.known > layout.output {
             set(signals, layout.output, &self.output[..count]);
         }
@@ -473,10 +486,11 @@ impl<'a> OperatorBlocks<'a> {
 }
 
 impl<'a> Drive<'a> {
-    fn new(at: &'a OperatorsAt, dt: f64, has_shift: bool) -> Self {
+    fn new(at: &'a OperatorsAt, dt: f64, has_shift: bool, has_gain: bool) -> Self {
         let columns = at.shift.as_ref().filter(|_| has_shift);
         let shift = columns.map(|columns| (ShiftLane::new(columns, dt), vec![[0.0; BLOCK]; columns.len()]));
-        Self { path: at.path.lane(dt), input_offset: at.input_offset, xs: [0.0; BLOCK], runs: Runs::new(), shift }
+        let gain = at.gain.as_ref().filter(|_| has_gain).map(|gain| (GainLane::new(gain, dt), [1.0; BLOCK]));
+        Self { path: at.path.lane(dt), input_offset: at.input_offset, xs: [0.0; BLOCK], runs: Runs::new(), shift, gain }
     }
 
     fn take(&mut self, input: &[f64], samples: &[usize]) {
@@ -488,17 +502,29 @@ impl<'a> Drive<'a> {
                 lane.next(self.path.voltage(u));
                 lane.write(columns.iter_mut().map(|column| &mut column[k]));
             }
+            if let Some((lane, gains)) = &mut self.gain {
+                lane.next(self.path.voltage(u));
+                gains[k] = lane.gain();
+            }
         }
         self.runs.take(&self.xs[..count]);
     }
 }
 
 impl<'a> Bank<'a> {
-    fn new(at: &'a OperatorsAt, weights: &'a [f64], drive: usize, shift: usize) -> Self {
+    fn new(at: &'a OperatorsAt, weights: &'a [f64], drive: usize, shift: usize, gain: usize) -> Self {
         let shifts = at.shift.as_ref().map_or(0, ShiftColumns::len);
         let (weights, amplitudes) = weights.split_at(weights.len().saturating_sub(shifts));
         let weights = WeightLanes::new(weights, at.bank.len());
-        Self { lanes: BankLanes::new(&at.bank), weights, amplitudes, output_map: at.output_map.as_ref(), drive, shift }
+        Self {
+            lanes: BankLanes::new(&at.bank),
+            weights,
+            amplitudes,
+            output_map: at.output_map.as_ref(),
+            drive,
+            shift,
+            gain,
+        }
     }
 
     fn put_out(&mut self, drives: &[Drive<'_>], count: usize, z: &mut [Lanes]) {
@@ -522,6 +548,9 @@ impl<'a> Bank<'a> {
             for (amplitude, values) in self.amplitudes.iter().zip(values) {
                 sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += amplitude * value);
             }
+        }
+        if let Some((_, gains)) = &drives[self.gain].gain {
+            sums.iter_mut().zip(gains).for_each(|(sum, gain)| *sum *= gain);
         }
     }
 }

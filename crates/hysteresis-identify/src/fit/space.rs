@@ -9,7 +9,7 @@ use hysteresis_core::Ratios;
 
 use crate::error::Error;
 use crate::fit::own_columns::OwnColumns;
-use crate::fit::point::{Axis, Parameter, Point, bandwidth_axis, linear_axes, map_axes, mode_axes};
+use crate::fit::point::{Axis, Parameter, Point, bandwidth_axis, gain_axes, linear_axes, map_axes, mode_axes};
 use crate::fit::response::OperatorsAt;
 use crate::fit::rows::{Slope, Tangent};
 use crate::options::{Options, Setting};
@@ -19,6 +19,7 @@ use crate::terms::dynamics::{AmplifierModel, LinearPart, Mode, Order};
 use crate::terms::loop_shift::{LoopShiftModel, ShiftColumns};
 use crate::terms::maps::{Curve, DrivePath, OutputMap};
 use crate::terms::operators::{ModelKind, OperatorBank, Placement, spread};
+use crate::terms::slow_gain::{GainAt, GainSpace, START};
 
 /// The largest ra/r that is searched: the mirror image of an actuator with ra/r = 1/2.
 const MAX_RA: f64 = 2.0;
@@ -39,6 +40,7 @@ pub(crate) struct Space {
     dynamics: Option<Order>,
     creep: CreepBasis,
     shift: Option<ShiftColumns>,
+    gain: Option<GainSpace>,
     /// How many modes there are beside the first.
     further_modes: usize,
     has_amplifier: bool,
@@ -67,6 +69,7 @@ impl Space {
         let (low, high) = placement.bounds();
         let range = high - low;
         let shift = shift_columns(records, options.loop_shift, &intervals, (low, high))?;
+        let gain = options.slow_gain.space((low, high), intervals.longest_record(), intervals.smallest())?;
         let fixed_ratios = match (options.model, options.ratios) {
             (ModelKind::Conventional, _) => Some(Ratios::PLAY),
             (ModelKind::Modified, Setting::Fixed(ratios)) => Some(ratios),
@@ -100,6 +103,10 @@ impl Space {
         }
         let searches_negative = axes.iter().any(|axis| axis.parameter == Parameter::DeadTime && axis.lower < 0.0);
         axes.extend(linear_axes(&intervals, options.order(), &creep, options.creep.largest()));
+        if let Some(gain) = &gain {
+            axes.extend(gain_axes(gain));
+            origin = origin.with(Parameter::SlowGain, START).with(Parameter::SlowGainLogTime, gain.start.ln());
+        }
         for axis in axes.iter().filter(|axis| axis.parameter == Parameter::LogFrequency) {
             origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
         }
@@ -117,6 +124,7 @@ impl Space {
             creep,
             intervals,
             shift,
+            gain,
             further_modes: 0,
             has_amplifier: bandwidth.is_some(),
             has_input_map: false,
@@ -253,7 +261,16 @@ impl Space {
             },
             output_map: self.output_map.as_ref().map(|map| curve(map.bounds, Parameter::OutputMap)),
             shift: self.shift.clone(),
+            gain: self.slow_gain(point),
         }
+    }
+
+    /// The slow gain at a point, if there is one.
+    pub(crate) fn slow_gain(&self, point: &Point) -> Option<GainAt> {
+        let gain = self.gain.as_ref()?;
+        let known = (!gain.searches_time_constant()).then_some(gain.start);
+        let time_constant = known.unwrap_or_else(|| point.get(Parameter::SlowGainLogTime).exp());
+        Some(gain.at(point.get(Parameter::SlowGain), time_constant))
     }
 
     /// Of the amplifier, if there is one.

@@ -38,7 +38,7 @@ impl Survey {
         let thresholds = chain.operators.bank.thresholds().to_vec();
         // The operators alone, whether their weights are split or not.
         let tangent = Tangent {
-            operators: OperatorsAt { shift: None, output_map: None, ..chain.operators.clone() },
+            operators: OperatorsAt { shift: None, gain: None, output_map: None, ..chain.operators.clone() },
             linear: chain.linear.clone(),
             columns: thresholds.len(),
             weights: Vec::new(),

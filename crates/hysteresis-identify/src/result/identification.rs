@@ -3,7 +3,7 @@
 use faer::Mat;
 use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, LinearDynamics, Modes};
 use hysteresis_control::stage;
-use hysteresis_control::stage::{Identified, LoopShift, Stage, StageParts, StageWarning};
+use hysteresis_control::stage::{Identified, LoopShift, SlowGain, Stage, StageParts, StageWarning};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, PiecewiseLinearMap, Ratios};
 
 use crate::choose::cross_validation::CrossValidation;
@@ -44,6 +44,9 @@ pub struct Identification {
     /// The loop shift, if there is one.
     #[cfg_attr(feature = "serde", serde(with = "crate::saved::loop_shift"))]
     pub loop_shift: Option<LoopShift>,
+    /// The slow gain, if it was asked for.
+    #[cfg_attr(feature = "serde", serde(default, with = "crate::saved::slow_gain"))]
+    pub slow_gain: Option<SlowGain>,
     /// What the output lags the input besides, in seconds; none for records without a sampling interval.
     pub dead_time: Option<f64>,
     /// The same in samples; none for records of several sampling intervals.
@@ -309,6 +312,7 @@ impl Identification {
         StageParts {
             creep: self.creep.clone(),
             loop_shift: self.loop_shift,
+            slow_gain: self.slow_gain,
             dynamics: self.linear_dynamics(),
             input_map: self.input_map(),
             output_map: self.output_map(),

@@ -6,6 +6,7 @@
 //! | weights | `WeightLaw`, smoothness | none: they are linear | unknowns c, w = B c | `choose::structure` |
 //! | loop shift | `LoopShiftModel` | none: its amplitudes are linear | columns m and n | `choose::structure` |
 //! | creep | `CreepModel` | amplitudes | a filter behind the operators | `choose::structure` |
+//! | slow gain | `SlowGainModel` | amplitude, time constant | a factor of all columns | asked for alone |
 //! | maps | `MapModel` | three coefficients each | a curve in front, or behind | `choose::table` |
 //! | dynamics, modes | `DynamicsModel`, `ModesModel` | frequency, damping, gain | a filter behind the creep | `choose::linear_part`, `choose::modes` |
 //! | amplifier | `AmplifierModel` | bandwidth | a lag in front | `choose::linear_part` |
@@ -19,4 +20,5 @@ pub(crate) mod dynamics;
 pub(crate) mod loop_shift;
 pub(crate) mod maps;
 pub(crate) mod operators;
+pub(crate) mod slow_gain;
 pub(crate) mod weights;

@@ -44,6 +44,9 @@ pub(crate) enum Quantity {
     /// Dead time and lags of amplifier and dynamics together.
     Lag,
     Creep(usize),
+    /// The amplitude of the slow gain, and its time constant.
+    SlowGain,
+    SlowGainTime,
 }
 
 /// A quantity as a sum of fitted parameters, unknowns of the weights first, each with its factor. Known ones are left out.
@@ -98,6 +101,11 @@ impl Gradients<'_> {
             }
             Quantity::Gain(mode) => self.searched(&[(Parameter::ModeGain(mode - 1), 1.0)]),
             Quantity::Creep(number) => self.searched(&[(Parameter::Creep(number), 1.0)]),
+            Quantity::SlowGain => self.searched(&[(Parameter::SlowGain, 1.0)]),
+            Quantity::SlowGainTime => {
+                let parameter = Parameter::SlowGainLogTime;
+                self.searched(&[(parameter, point.get(parameter).exp())])
+            }
             Quantity::Lag => self.searched(&self.slopes_of_lag()),
         }
     }

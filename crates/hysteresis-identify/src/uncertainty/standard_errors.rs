@@ -59,6 +59,9 @@ pub struct StandardErrors {
     /// Of the amplitudes of the loop shift, in the unit of the output.
     #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub loop_shift: Vec<f64>,
+    /// Of the amplitude of the slow gain, and of its time constant in seconds; zero without one.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub slow_gain: [f64; 2],
 }
 
 /// Bit for bit, so that equal results are equal where there is no error to tell.
@@ -69,7 +72,7 @@ impl PartialEq for StandardErrors {
             let lists = lists.chain(&errors.loop_shift).chain(errors.modes.iter().flatten());
             let Self { input_offset, dead_time, frequency, damping, lag, .. } = errors;
             let single = [input_offset, dead_time, frequency, damping, lag];
-            lists.chain(&errors.ratios).chain(single).map(|e| e.to_bits()).collect::<Vec<_>>()
+            lists.chain(&errors.ratios).chain(&errors.slow_gain).chain(single).map(|e| e.to_bits()).collect::<Vec<_>>()
         };
         let lengths =
             |errors: &Self| [errors.weights.len(), errors.creep.len(), errors.loop_shift.len(), errors.modes.len()];
@@ -110,6 +113,7 @@ impl StandardErrors {
             lag: of(Quantity::Lag),
             creep: (0..space.creep_amplitudes()).map(|number| of(Quantity::Creep(number))).collect(),
             loop_shift,
+            slow_gain: [Quantity::SlowGain, Quantity::SlowGainTime].map(of),
         }
     }
 }
@@ -123,7 +127,7 @@ impl StandardErrors {
 #[non_exhaustive]
 pub struct Covariance {
     /// The names, in the order of the rows: `weights[i]`, `weights_negative[i]`, `ra`, `rb`, `rc`, `input_offset`,
-    /// `dead_time`, `frequency`, `damping`, `creep[j]`, and `output_offset` of the first record. Several modes have `frequency[k]`,
+    /// `dead_time`, `frequency`, `damping`, `creep[j]`, `slow_gain`, `slow_gain_time_constant`, and `output_offset` of the first record. Several modes have `frequency[k]`,
     /// `damping[k]` and `gain[k]`, from the lowest frequency up.
     pub parameters: Vec<String>,
     /// The covariance, row by row, in the units of the parameters.
@@ -182,7 +186,9 @@ fn quantities(fit: &ProjectedFit, basis: &WeightBasis, space: &Space) -> Vec<(St
         one.into_iter().map(|(name, quantity)| (name.to_owned(), quantity)).collect()
     };
     let creep = (0..space.creep_amplitudes()).map(|j| (format!("creep[{j}]"), Quantity::Creep(j)));
-    (0..fit.weights.len()).map(weight).chain(single).chain(dynamics).chain(creep).collect()
+    let gain = [("slow_gain", Quantity::SlowGain), ("slow_gain_time_constant", Quantity::SlowGainTime)];
+    let gain = gain.into_iter().map(|(name, quantity)| (name.to_owned(), quantity));
+    (0..fit.weights.len()).map(weight).chain(single).chain(dynamics).chain(creep).chain(gain).collect()
 }
 
 /// What the covariance of all parameters makes of an output, linearised at the fit.

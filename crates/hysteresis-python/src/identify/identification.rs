@@ -20,6 +20,7 @@ use crate::linear::creep::Creep;
 use crate::linear::dynamics::dynamics_object;
 use crate::model::models::object;
 use crate::stage::loop_shift::LoopShift;
+use crate::stage::slow_gain::SlowGain;
 use crate::stage::stage::{Stage, points};
 
 /// What `identify` found: the model, what follows it, and how well all of it fits.
@@ -98,6 +99,12 @@ impl Identification {
     #[getter]
     fn loop_shift(&self) -> Option<LoopShift> {
         self.found.loop_shift.map(LoopShift)
+    }
+
+    /// The slow gain, if it was asked for.
+    #[getter]
+    fn slow_gain(&self) -> Option<SlowGain> {
+        self.found.slow_gain.map(SlowGain)
     }
 
     /// What the output lags the input besides, in seconds; None for records without dt.
@@ -239,6 +246,12 @@ impl Identification {
     #[getter]
     fn loop_shift_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         read_only(py, self.found.standard_errors.loop_shift.iter().copied())
+    }
+
+    /// Standard errors of the amplitude of the slow gain and of its time constant in seconds; 0 for what was given.
+    #[getter]
+    fn slow_gain_std(&self) -> (f64, f64) {
+        self.found.standard_errors.slow_gain.into()
     }
 
     /// The names of what was estimated, in the order of `covariance`.

@@ -3,7 +3,7 @@
 use hysteresis_core::Ratios;
 use hysteresis_identify::{
     self as identification, AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, Loss, MapModel, ModelKind,
-    ModesModel, Options, Setting, Stop, WeightLaw,
+    ModesModel, Options, Setting, SlowGainModel, Stop, WeightLaw,
 };
 use hysteresis_python_macros::function;
 use pyo3::prelude::*;
@@ -17,7 +17,7 @@ use crate::convert::errors;
 
 /// Fits a model to measured records.
 ///
-/// y = output_offset + G[creep[sum_i w_i z_i + s]], z_i the operators at u - input_offset, s the loop shift, G the linear dynamics
+/// y = output_offset + G[creep[g (sum_i w_i z_i + s)]], z_i the operators at u - input_offset, s the loop shift, g the slow gain, G the linear dynamics
 /// and a dead time; y(k) is read at the moment at which u(k) is put out. Weights are non-negative least squares, exact at every
 /// step of a search over everything else. Every record starts from the virgin state, at rest at its first input, and has its
 /// own output offset.
@@ -68,6 +68,9 @@ use crate::convert::errors;
 /// loop_shift : "auto", None or float
 ///     How far the centre of a loop moves with its amplitude, of this time constant in seconds: see `plant.LoopShift`. It
 ///     holds at the rates of the records only.
+/// slow_gain : None, "fit" or float
+///     How the size of all loops changes while the drive cycles, of this time constant in seconds, or of one that is searched:
+///     see `plant.SlowGain`. About 30 s for piezo stacks; it is told by records that last at least as long.
 /// amplifier : "auto", None or float
 ///     The amplifier in front of the hysteresis, a first-order lag: of this bandwidth in Hz. "auto" fits one beside second-order
 ///     dynamics if the records tell its lag from a dead time.
@@ -137,6 +140,7 @@ pub(crate) fn identify(
     #[py(field = "auto")] modes: ModesModel,
     #[py(field = "auto")] creep: CreepModel,
     #[py(field = "auto")] loop_shift: LoopShiftModel,
+    #[py(field = None)] slow_gain: SlowGainModel,
     #[py(field = "auto")] amplifier: AmplifierModel,
     #[py(field = "auto")] input_map: MapModel,
     #[py(field = "auto")] output_map: MapModel,

@@ -3,7 +3,7 @@
 use hysteresis_core::Ratios;
 use hysteresis_identify::{
     AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, Loss, MapModel, ModelKind, ModesModel, Order, Setting,
-    Thresholds, WeightLaw,
+    SlowGainModel, Thresholds, WeightLaw,
 };
 use hysteresis_python_macros::py;
 use pyo3::IntoPyObjectExt;
@@ -240,6 +240,24 @@ impl Argument<'_> for LoopShiftModel {
         match value.extract() {
             Ok(time_constant) => Ok(Self::Both(time_constant)),
             Err(_) => Err(unexpected(name, "None, \"auto\" or a time constant in seconds", value)),
+        }
+    }
+}
+
+#[py("Literal['fit'] | float | None")]
+impl Argument<'_> for SlowGainModel {
+    const TAKES_NONE: bool = true;
+
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if value.is_none() {
+            return Ok(Self::None);
+        }
+        if is_word(value, "fit") {
+            return Ok(Self::Fit);
+        }
+        match value.extract() {
+            Ok(time_constant) => Ok(Self::TimeConstant(time_constant)),
+            Err(_) => Err(unexpected(name, "None, \"fit\" or a time constant in seconds", value)),
         }
     }
 }

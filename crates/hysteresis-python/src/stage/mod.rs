@@ -3,6 +3,7 @@
 mod design;
 pub(crate) mod files;
 pub(crate) mod loop_shift;
+pub(crate) mod slow_gain;
 #[expect(clippy::module_inception, reason = "the class `Stage`")]
 pub(crate) mod stage;
 pub(crate) mod streams;

@@ -15,6 +15,7 @@ use pyo3::types::{PyDict, PyType};
 use pythonize::pythonize;
 
 use super::loop_shift::LoopShift;
+use super::slow_gain::SlowGain;
 use crate::argument::{Argument, Asked, Class};
 use crate::convert::arrays::{PASS, check_room, vector};
 use crate::convert::errors::{raise, unexpected, value, warn, wrong_type};
@@ -50,6 +51,8 @@ use crate::trajectories::positions::samples;
 /// creep : Creep, optional
 /// loop_shift : LoopShift, optional
 ///     What motion of the drive adds behind the output map, in front of the creep.
+/// slow_gain : SlowGain, optional
+///     How the size of all loops changes while the drive cycles, behind the loop shift, in front of the creep.
 /// input_map, output_map : (array, array), optional
 ///     The points (x, y) of a strictly monotone piecewise-linear map in front of the hysteresis, and of one behind it.
 /// noise : float, optional
@@ -93,6 +96,7 @@ impl Stage {
         #[py(field, "Dynamics | Any | None" = None)] dynamics: Option<LinearDynamics>,
         #[py(field, "Creep | None" = None)] creep: Option<linear::Creep>,
         #[py(field, "LoopShift | None" = None)] loop_shift: Option<stage::LoopShift>,
+        #[py(field, "SlowGain | None" = None)] slow_gain: Option<stage::SlowGain>,
         #[py(field, "MapPoints | None" = None)] input_map: Option<PiecewiseLinearMap>,
         #[py(field, "MapPoints | None" = None)] output_map: Option<PiecewiseLinearMap>,
         #[py(field = None)] noise: Option<f64>,
@@ -148,6 +152,12 @@ impl Stage {
     #[getter]
     fn loop_shift(&self) -> Option<LoopShift> {
         self.0.parts().loop_shift.map(LoopShift)
+    }
+
+    /// The slow gain, or None.
+    #[getter]
+    fn slow_gain(&self) -> Option<SlowGain> {
+        self.0.parts().slow_gain.map(SlowGain)
     }
 
     /// The points (x, y) of the map in front of the hysteresis, or None.
@@ -343,6 +353,7 @@ impl Stage {
         let range =
             self.0.drive_range().map_or(String::new(), |(low, high)| format!(", drive {low} to {high} {drive}"));
         let shift = if parts.loop_shift.is_some() { ", loop shift" } else { "" };
+        let gain = if parts.slow_gain.is_some() { ", slow gain" } else { "" };
         let creep = if parts.creep.is_some() { ", creep" } else { "" };
         let dynamics = match parts.dynamics.order() {
             0 => "no dynamics".to_string(),
@@ -351,7 +362,7 @@ impl Stage {
         let (operators, dead_time) = (self.0.model().operators(), 1e3 * parts.dead_time);
         format!(
             "<Stage: {operators} operators, {drive} to {position}{range}, {dynamics}, dead time {dead_time:.4} \
-             ms{shift}{creep}>"
+             ms{shift}{gain}{creep}>"
         )
     }
 
@@ -381,7 +392,7 @@ fn dictionary<'py>(py: Python<'py>, identified: &Identified) -> PyResult<Bound<'
 }
 
 /// The keywords of the constructor.
-const KEYWORDS: [&str; 11] = [
+const KEYWORDS: [&str; 12] = [
     "limits",
     "slew",
     "dead_time",
@@ -389,6 +400,7 @@ const KEYWORDS: [&str; 11] = [
     "dynamics",
     "creep",
     "loop_shift",
+    "slow_gain",
     "input_map",
     "output_map",
     "noise",
@@ -430,6 +442,7 @@ pub(crate) struct StageKeywords {
     pub(crate) dynamics: Option<LinearDynamics>,
     pub(crate) creep: Option<linear::Creep>,
     pub(crate) loop_shift: Option<stage::LoopShift>,
+    pub(crate) slow_gain: Option<stage::SlowGain>,
     pub(crate) input_map: Option<PiecewiseLinearMap>,
     pub(crate) output_map: Option<PiecewiseLinearMap>,
     pub(crate) noise: Option<f64>,
@@ -448,6 +461,7 @@ impl StageKeywords {
             dynamics: self.dynamics.unwrap_or_else(LinearDynamics::none),
             creep: self.creep,
             loop_shift: self.loop_shift,
+            slow_gain: self.slow_gain,
             input_map: self.input_map,
             output_map: self.output_map,
             noise: self.noise,
