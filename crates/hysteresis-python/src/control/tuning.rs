@@ -11,7 +11,7 @@ use pyo3::types::{PyTuple, PyType};
 use pythonize::{depythonize, pythonize};
 use serde::{Deserialize, Serialize};
 
-use crate::argument::{Argument, Asked};
+use crate::argument::{Argument, Asked, Class};
 use crate::control::filters::as_objects;
 use crate::convert::arguments::{unknown, word};
 use crate::convert::arrays;
@@ -39,6 +39,10 @@ pub(crate) struct Tuning {
     /// For which stage, and what was asked for.
     stage: Stage,
     options: TuningOptions,
+}
+
+impl Class for Tuning {
+    const CALLED: &'static str = "a Tuning, as mh.control.tune and stage.tune give";
 }
 
 /// What a family makes of frequencies and a slope.

@@ -17,10 +17,10 @@ use crate::convert::errors;
 
 /// Fits a model to measured records.
 ///
-/// y = output_offset + G[creep[g (sum_i w_i z_i + s)]], z_i the operators at u - input_offset, s the loop shift, g the slow gain, G the linear dynamics
-/// and a dead time; y(k) is read at the moment at which u(k) is put out. Weights are non-negative least squares, exact at every
-/// step of a search over everything else. Every record starts from the virgin state, at rest at its first input, and has its
-/// own output offset.
+/// y = output_offset + G[creep[g (sum_i w_i z_i + s)]], z_i the operators at u - input_offset, s the loop shift, g the slow
+/// gain, G the linear dynamics and a dead time; y(k) is read at the moment at which u(k) is put out. Weights are non-negative
+/// least squares, exact at every step of a search over everything else. Every record starts from the virgin state, at rest at
+/// its first input, and has its own output offset.
 ///
 /// What is "auto" is left to cross-validation: stretches of the records are predicted from fits to the others, and the simplest
 /// model that predicts as well as the best stays.
