@@ -131,23 +131,26 @@ pub(crate) struct TermSearch<'a> {
 impl TermSearch<'_> {
     /// The model that no neighbour predicts better than, from what was found.
     pub(crate) fn choose(&self, found: &Found, monitor: &mut SearchMonitor<'_>) -> Result<Chosen, Error> {
-        let given = self.with_given_maps(found, monitor)?;
-        let (mut best, mut untold, mut tries) = (given, None, 0);
-        for _ in 0..MOST_CHANGES {
+        let (mut path, mut untold, mut tries) = (vec![self.with_given_maps(found, monitor)?], None, 0);
+        while path.len() <= MOST_CHANGES {
+            let best = &path[path.len() - 1];
             let mut better = None;
             for costly in [false, true] {
                 if better.is_none() {
-                    better = self.best_neighbour(&best, costly, &mut untold, &mut tries, monitor)?;
+                    better = self.best_neighbour(best, costly, &mut untold, &mut tries, monitor)?;
                 }
             }
             if better.is_none() {
-                better = self.simpler(&best, &mut tries, monitor)?;
+                better = self.simpler(best, &mut tries, monitor)?;
             }
             let Some(better) = better else { break };
-            best = better;
+            path.push(better);
         }
-        let untold = untold.filter(|_| !best.place.space.has_map());
-        Ok(Chosen { candidate: best, untold })
+        // Without a map the dynamics are those that `linear_part` weighed.
+        let has_map = path[path.len() - 1].place.space.has_map();
+        let candidate = path.swap_remove(if has_map { path.len() - 1 } else { 0 });
+        let untold = untold.filter(|_| !candidate.place.space.has_map());
+        Ok(Chosen { candidate, untold })
     }
 
     /// The best of the neighbours that are better than a candidate, if there are any.
@@ -190,7 +193,7 @@ impl TermSearch<'_> {
         Ok(better)
     }
 
-    /// The same without a map that what came after it made needless: with it the model does not predict better by its cost.
+    /// The same without a map that the dynamics behind it made needless: with it the model does not predict better by its cost.
     fn simpler(
         &self,
         from: &Candidate,
@@ -201,6 +204,9 @@ impl TermSearch<'_> {
         let input = (asked.input_map == MapModel::Auto && space.has_input_map()).then(|| space.without_input_map());
         let output = (asked.output_map == MapModel::Auto && space.has_output_map()).then(|| space.without_output_map());
         let alike = !Variety::of(self.records).amplitudes;
+        if !from.was_sought {
+            return Ok(None);
+        }
         for without in [input, output].into_iter().flatten() {
             *tries += 1;
             let variant = from.with(without, vec![from.place.point]);
@@ -462,8 +468,7 @@ impl Term for NoDynamics {
         _: &mut SearchMonitor<'_>,
     ) -> Result<Vec<Variant>, Error> {
         let Place { space, point } = &from.place;
-        // Without a map the evidence for dynamics is weighed by `linear_part`.
-        if search.asked.dynamics != DynamicsModel::Auto || space.order().is_none() || !space.has_map() {
+        if search.asked.dynamics != DynamicsModel::Auto || space.order().is_none() {
             return Ok(Vec::new());
         }
         let options = Options { dynamics: DynamicsModel::None, ..from.options.clone() };
