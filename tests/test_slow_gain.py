@@ -222,7 +222,8 @@ def test_identify_finds_the_gain(asked: Any) -> None:
     assert 0.0 < of_amplitude < 0.05 * abs(gain.amplitude)
     assert gain.time_constant == pytest.approx(truth.time_constant, abs=4.0 * of_tau)
     assert (of_tau > 0.0) == (asked == "fit")
-    assert gain.zero == pytest.approx(0.0, abs=0.05)
+    # A play that no drive moves and the offset are told together alone: what that moves stays below the noise.
+    assert 0.5 * abs(truth.amplitude) * abs(gain.zero) < 0.01
     assert found.fit.rmse < 0.0102
     assert mh.identify(u, y, **PLAIN).fit.rmse > 0.05
     # The stage does what the fit predicts.
