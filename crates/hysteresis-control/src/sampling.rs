@@ -3,6 +3,9 @@
 use core::fmt;
 use std::borrow::Cow;
 
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex64;
+
 /// The longest signal, excitation or trajectory, in samples: 2^27. That is 1 GiB of numbers, 3.7 hours at 10 kHz.
 pub const MAX_SAMPLES: u32 = 1 << 27;
 
@@ -147,6 +150,45 @@ pub fn reserve<T>(parameter: &'static str, samples: u32) -> Result<Vec<T>, Error
         Ok(()) => Ok(room),
         Err(_) => Err(Error::OutOfMemory { parameter, samples }),
     }
+}
+
+/// One period of a sum of cosines, 2 cos(2 pi l n / samples + phase) over `lines` of (l, phase), with n from 0 to samples - 1: an
+/// inverse Fourier transform.
+///
+/// It stands here as every crate that plans a transform compiles all algorithms of all lengths, which takes longer than the crate.
+///
+/// ```
+/// use hysteresis_control::sampling::cosines;
+/// let period = cosines(4, &[(1, 0.0)])?;
+/// assert!(period.iter().zip([2.0, 0.0, -2.0, 0.0]).all(|(got, expected)| (got - expected).abs() < 1e-15));
+/// # Ok::<(), hysteresis_control::sampling::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Whole`] for a line that is not above 0 and below half of the samples, [`Error::OutOfMemory`] for more samples than fit.
+pub fn cosines(samples: u32, lines: &[(u32, f64)]) -> Result<Vec<f64>, Error> {
+    lines.iter().try_for_each(|(line, _)| check_line(*line, samples))?;
+    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(samples as usize);
+    let mut spectrum = inverse.make_input_vec();
+    for (line, phase) in lines {
+        spectrum[*line as usize] = Complex64::from_polar(1.0, *phase);
+    }
+    let mut period: Vec<f64> = reserve("samples", samples)?;
+    period.resize(samples as usize, 0.0);
+    inverse.process(&mut spectrum, &mut period).expect("both have the lengths of the plan, and the mean is real");
+    Ok(period)
+}
+
+/// A line of the spectrum of a period that is neither its mean nor half of the sampling rate.
+///
+/// # Errors
+/// [`Error::Whole`] for another one.
+pub fn check_line(line: u32, samples: u32) -> Result<(), Error> {
+    if line > 0 && 2 * u64::from(line) < u64::from(samples) {
+        return Ok(());
+    }
+    let expected = format!("whole numbers above 0, below half of the {samples} samples of a period");
+    Err(Error::whole("lines", expected, line))
 }
 
 #[cfg(test)]

@@ -8,12 +8,12 @@
 
 use core::f64::consts::{PI, TAU};
 
-use hysteresis_control::sampling::{check_count, check_finite, check_number, check_positive, check_whole, reserve};
+use hysteresis_control::sampling::{
+    check_count, check_finite, check_line, check_number, check_positive, check_whole, cosines, reserve,
+};
 use rand_distr::{Distribution, StandardUniform};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex64;
 
 pub use hysteresis_control::sampling::Error;
 
@@ -291,26 +291,13 @@ impl Multisine {
         if let Some(twice) = seen.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(Error::whole("lines", "every line once", twice[0]));
         }
-        match seen.iter().find(|line| **line == 0 || 2 * u64::from(**line) >= u64::from(self.samples)) {
-            None => Ok(()),
-            Some(line) => {
-                let expected = format!("whole numbers above 0, below half of the {} samples of a period", self.samples);
-                Err(Error::whole("lines", expected, *line))
-            }
-        }
+        seen.iter().try_for_each(|line| check_line(*line, self.samples))
     }
 
     /// One period with a peak of 1.
     fn period(&self) -> Result<Vec<f64>, Error> {
-        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(self.samples as usize);
-        let mut spectrum = inverse.make_input_vec();
-        for (line, phase) in self.lines.iter().zip(self.phases()) {
-            spectrum[*line as usize] = Complex64::from_polar(1.0, phase);
-        }
-        let mut period: Vec<f64> = reserve("samples", self.samples)?;
-        period.resize(self.samples as usize, 0.0);
-        #[expect(clippy::expect_used, reason = "both have the lengths of the plan, and the mean is real")]
-        inverse.process(&mut spectrum, &mut period).expect("lengths of the plan");
+        let lines: Vec<(u32, f64)> = self.lines.iter().copied().zip(self.phases()).collect();
+        let mut period = cosines(self.samples, &lines)?;
         let peak = period.iter().fold(0.0, |peak: f64, x| peak.max(x.abs()));
         for x in &mut period {
             *x /= peak;
