@@ -189,8 +189,9 @@ bench-many: $(PACKAGE) $(TOOLS) ## time and accuracy of identifying 4096 actuato
 bench-read: $(PACKAGE) $(TOOLS) ## time and memory of reading a CSV of 1 GB beside polars; READ="--size 0.3" for 0.3 GB
 	$(BIN)/python benches/python/read.py $(READ)
 
+# Only what others link: for a Rust library too, all crates below would be compiled to machine code once more.
 capi: ## the C library, its header and its pkg-config file, in the folder CAPI (target/capi)
-	cargo build --quiet --release -p hysteresis-capi
+	cargo rustc --quiet --release -p hysteresis-capi --lib --crate-type=staticlib,cdylib
 	mkdir -p $(CAPI)/include $(CAPI)/lib/pkgconfig
 	cp crates/hysteresis-capi/include/mpi_hyst.h $(CAPI)/include
 	for library in libmpi_hyst.a libmpi_hyst.so libmpi_hyst.dylib; do \

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.metadata
 import re
+import subprocess
 import sys
 import zipfile
 from pathlib import Path
@@ -29,6 +30,21 @@ def test_the_licences_are_those_of_the_linked_crates(monkeypatch: pytest.MonkeyP
     assert len(make_licences.linked()) > 50
     stale = "make licences writes it anew"
     assert make_licences.FILE.read_text("utf-8") == make_licences.written(), stale
+
+
+def crates_with_features(package: str) -> set[str]:
+    """Return what a library stands on, each crate with the features that are asked of it."""
+    asked = ["cargo", "tree", "--locked", f"--package={package}", "--edges=normal,build"]
+    shown = ["--prefix=none", "--no-dedupe", "--format={p}|{f}"]
+    told = subprocess.run([*asked, *shown], cwd=ROOT, check=True, capture_output=True, text=True)
+    return set(told.stdout.splitlines())
+
+
+@pytest.mark.parametrize("library", ["hysteresis-capi", "hysteresis-fmu"])
+def test_all_libraries_stand_on_the_same_compiled_crates(library: str) -> None:
+    others = crates_with_features(library) - crates_with_features("hysteresis-python")
+    # With other features a crate, and all that stand on it, would be built once more.
+    assert {line.split()[0] for line in others} == {library, "one-build"}, others
 
 
 def toml(name: str) -> dict[str, Any]:
