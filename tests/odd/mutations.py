@@ -322,10 +322,30 @@ def number_names(draw: random.Random, text: Text) -> None:
         text.lines[len(text.preamble) : text.first] = [text.separator.join("012")]
 
 
+def clock_without_unit(draw: random.Random, text: Text) -> None:
+    """A file that is as it was written loses the unit of its time, which is a long one."""
+    place = next((at for at, unit in enumerate(text.units) if unit in ("s", "ms")), None)
+    if place is None or text.lines != text.written() or not text.has_header:
+        return
+    begins, day = draw.choice([(46348.5, 1.0), (739943.25, 1.0), (0.0, 1.0), (0.0, 24.0)])
+    for row, time in zip(text.rows, T, strict=True):
+        row[place] = repr(float(begins + time * day / 86400.0))
+    before, name = text.written()[len(text.preamble)], text.names[place]
+    text.lines = text.written()
+    if text.notation is not None:
+        called = NOTATIONS[text.notation](name, text.units[place])
+        text.lines[len(text.preamble)] = before.replace(called, name)
+        text.notation = None
+    else:
+        text.units[place] = "-"
+        text.lines = text.written()
+
+
 MUTATIONS = (
     drop_cell, drop_name, add_name, move_header, other_separator, comma_for_separator,
     comma_in_a_row, quotation_mark, lines_above, blank_lines, comment_out, word_for_number, cut_end,
     nul_bytes, drop_rows, double_row, swap_rows, spaces, empty_column, odd_unit, number_names,
+    clock_without_unit,
 )  # fmt: skip
 
 

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from mpi_hyst._io.cells import MISSING, is_like_a_number, number
+from mpi_hyst._io.clocks import even_step
 
 # As pandas writes the number of a column, that of a whole or of a real index.
 COUNT = re.compile(r"(0|[1-9]\d*)(\.0)?")
 _LARGEST = 1000  # number of a column
 _FEWEST = 3  # rows that tell how a column goes on
 _NEAR = 20  # of them
-_SAME = 1e-6  # of a step
 _MOST = 0.7  # of the rows that are written otherwise: %g writes whole numbers short
 _JUMP = 3.0  # largest steps
 
@@ -48,13 +48,10 @@ def may_be_names(first: Sequence[str], below: Sequence[Sequence[str]], decimal: 
         known = [one for one in column[:_NEAR] if one is not None]
         if len(known) < _FEWEST:
             continue
-        steps = [b - a for a, b in pairwise(known)]
-        usual, before = steps[0], known[0] - value
-        most = max(map(abs, steps))
-        if usual > 0.0 and max(steps) - min(steps) <= _SAME * usual:
+        if even_step(known):
             # A clock tells it alone.
-            return abs(before - usual) > _SAME * usual
-        leaps = leaps or abs(before) > _JUMP * most > 0.0
+            return not even_step([value, *known])
+        leaps = leaps or abs(known[0] - value) > _JUMP * _largest_step(known) > 0.0
     # One number alone may be a whole one among others.
     written = len(first) > 1 and all(
         decimal not in cell and sum(decimal in row[index] for row in below) > _MOST * len(below)
@@ -79,15 +76,16 @@ def goes_on(first: Sequence[str], below: Sequence[Sequence[str]], decimal: str) 
         known = [value for value in column if value is not None]
         if len(known) < _FEWEST:
             continue
-        steps = [abs(b - a) for a, b in pairwise(known)]
-        even = max(steps[:_NEAR]) - min(steps[:_NEAR]) <= _SAME * max(steps[:_NEAR])
-        step = abs(float(cell) - known[0])
-        if even and steps[0] > 0.0:
+        if even_step(known[:_NEAR]):
             # A clock tells it alone.
-            return abs(step - steps[0]) <= _SAME * steps[0] and known[0] > float(cell)
-        if step > _JUMP * max(steps):
+            return even_step([float(cell), *known[:_NEAR]]) > 0.0
+        if abs(float(cell) - known[0]) > _JUMP * _largest_step(known):
             return False
     return len(first) == 1
+
+
+def _largest_step(values: Sequence[float]) -> float:
+    return max(abs(b - a) for a, b in pairwise(values))
 
 
 def _columns(rows: Sequence[Sequence[str]], count: int, decimal: str) -> list[list[float | None]]:

@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from mpi_hyst._io.cells import Clock
+from mpi_hyst._io.clocks import hardly_seconds
 from mpi_hyst._io.formats import opened_file
 from mpi_hyst._io.formats.arrays import read_object
 from mpi_hyst._io.record import Assumption, Columns, Level, ReadError, find, key, there_are
@@ -418,10 +419,7 @@ def _assumed(
         if index == clock:
             if quantity.time_unit:
                 continue
-            what = f"is in {quantity.suffix!r}" if quantity.suffix else "has no unit"
-            level: Level = "doubtful" if quantity.suffix else "assumed"
-            said = f"time column {quantity.column} {what}: seconds are assumed; --time-unit"
-            yield Assumption("units", said, level, index)
+            yield replace(clock_doubt(quantity, values), column=index)
             continue
         if (doubt := unit_doubt(quantity)) is not None:
             yield replace(doubt, column=index)
@@ -431,6 +429,16 @@ def _assumed(
             yield Assumption("roles", said, "doubtful", index)
     said = "no column is the time" if clock is None else f"the time is {table.names[clock]}"
     yield Assumption("roles", said)
+
+
+def clock_doubt(quantity: Quantity, values: Samples) -> Assumption:
+    """Return what is assumed of a time without a unit of time, and whether it is doubtful."""
+    unlikely = f"is in {quantity.suffix!r}" if quantity.suffix else hardly_seconds(values)
+    what = unlikely or "has no unit: seconds are assumed; --time-unit"
+    if quantity.suffix:
+        what += ": seconds are assumed; --time-unit"
+    level: Level = "doubtful" if unlikely else "assumed"
+    return Assumption("units", f"time column {quantity.column} {what}", level)
 
 
 def unit_doubt(
