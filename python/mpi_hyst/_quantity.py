@@ -211,7 +211,7 @@ def _may_be_an_axis(name: str, unit: str, column: str) -> bool:
     """Whether a letter may name an axis: `PosFbk(A)`, but not `I (A)` nor `Current(A)`."""
     if unit not in ("A", "C") or not column.endswith(f"{name}({unit})"):
         return False
-    words = _tokens(name)
+    words = words_of(name)
     of_current = any(word.lower() in _OF_QUANTITY or word.lower() in _AMPERES for word in words)
     return not (of_current or _SYMBOL.fullmatch(name))
 
@@ -252,7 +252,7 @@ def _last(column: str, mark_before: str = "") -> tuple[str, str] | None:
     return (name, unit) if unit else None
 
 
-def _tokens(column: str) -> list[str]:
+def words_of(column: str) -> list[str]:
     """Return the words of a name: `PosNm`, `pos_nm2` and `pos-nm` have two each."""
     words: list[str] = []
     for word in re.split(r"[^\w%°]+|_|(?<=[^\W\d_])(?=\d)|(?<=\d)(?=[^\W\d_])", column):
@@ -422,7 +422,7 @@ class Quantity:
         `PosNm` may be in nm, and `Sensor voltage` in V.
         """
         used = self.suffix
-        words = _tokens(self.column.strip().replace("µ", "u").replace("μ", "u"))
+        words = words_of(self.column.strip().replace("µ", "u").replace("μ", "u"))
         found = [word for word in words if _says_a_unit(word)]
         # What is written like a unit says more than the word of a quantity.
         found.sort(key=lambda word: word.lower() in _OF_QUANTITY)

@@ -12,6 +12,7 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from mpi_hyst._io.factors import Setting, factors_told
 from mpi_hyst._io.record import Assumption, Level, ReadError, TimeOrderError
 from mpi_hyst._quantity import is_like_a_unit, known_unit
 from mpi_hyst._text import digits
@@ -77,6 +78,7 @@ class ArrayTable:
         other: Mapping[str, str] | None = None,
         assumed: Sequence[Assumption] = (),
         called: Mapping[str, str] | None = None,
+        settings: Sequence[Setting] = (),
     ) -> None:
         """Take what loads each column, and the rows of those that hold numbers.
 
@@ -120,7 +122,9 @@ class ArrayTable:
             },
             **(other or {}),
         }
-        self.assumed: list[Assumption] = list(assumed)
+        places = {self.names[index]: index for index in self.numeric}
+        beside = [one for one in settings if one.name not in places]
+        self.assumed: list[Assumption] = [*assumed, *factors_told(beside, places)]
 
     def _why_other(self, one: str, common: tuple[int, float]) -> str:
         """Say why a column is not one of those that belong together."""
@@ -398,13 +402,19 @@ def of_arrays(
     other: Mapping[str, str] | None = None,
     assumed: Sequence[Assumption] = (),
     called: Mapping[str, str] | None = None,
+    settings: Sequence[Setting] = (),
 ) -> ArrayTable:
-    """Make a table of arrays by their names; those of two dimensions have several columns."""
+    """Make a table of arrays by their names; those of two dimensions have several columns.
+
+    Settings beside them are no columns, but may say their units.
+    """
     columns: dict[str, Load] = {}
     others = dict(other or {})
     said = list(assumed)
     of_columns: dict[str, str] = {}
-    texts = {name: found for name, one in arrays.items() if (found := texts_of(one)) is not None}
+    beside = {one.name: np.asarray(one.value) for one in settings if not one.column}
+    few = {**arrays, **beside}
+    texts = {name: found for name, one in few.items() if (found := texts_of(one)) is not None}
     for name, array in arrays.items():
         if array.dtype.names is None and axes(array) > 2:
             others[name or "the array"] = too_many_axes(array.shape, array.dtype)
@@ -432,4 +442,5 @@ def of_arrays(
         other=others,
         assumed=said,
         called=called,
+        settings=[*settings, *(Setting(name, array) for name, array in arrays.items())],
     )
