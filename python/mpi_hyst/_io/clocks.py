@@ -24,15 +24,27 @@ _ROUND = (1.0, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0)
 _NEAR = 2e-3  # share of a round number
 _USUAL_RATE = 500.5  # Hz: below it cameras and loggers have any whole rate
 _OVER, _HEAD = 50, 10_000  # samples: times are rounded, and the first ones tell it
-_SAME = 1e-6  # of a step
+_SAME, _ROUNDED = 1e-6, 0.05  # of a step: exact, and written with a few digits
+_RUNS = 10  # samples that make a clock
+_FEW_BEFORE = 5  # rows that may stand above it
+_LEAP = 3.0  # steps
 
 
-def even_step(values: Sequence[float]) -> float:
+def even_step(values: Sequence[float], same: float = _SAME) -> float:
     """Return the step of numbers that run like a clock; 0 if they do not."""
     steps = [b - a for a, b in pairwise(values)]
-    if not steps or steps[0] <= 0.0 or max(steps) - min(steps) > _SAME * max(steps):
+    if not steps or steps[0] <= 0.0 or max(steps) - min(steps) > same * max(steps):
         return 0.0
     return steps[0]
+
+
+def rows_before(values: Sequence[float]) -> int | None:
+    """Return how many first numbers do not lead to the clock behind them; None without a clock."""
+    for first in range(min(_FEW_BEFORE, len(values) - _RUNS) + 1):
+        if step := even_step(values[first : first + _RUNS], _ROUNDED):
+            leap = values[first] - values[first - 1] if first else step
+            return 0 if 0.0 < leap <= _LEAP * step else first
+    return None
 
 
 def hardly_seconds(times: Samples) -> str:

@@ -23,7 +23,8 @@ from mpi_hyst._io.cells import (
     number,
     split,
 )
-from mpi_hyst._io.first_row import COUNT, goes_on, is_word, may_be_names
+from mpi_hyst._io.clocks import rows_before
+from mpi_hyst._io.first_row import COUNT, goes_on, is_word, may_be_names, may_be_settings
 from mpi_hyst._io.marks import Marks, marks_of, unparted, why_pairs
 from mpi_hyst._io.names import (
     are_names,
@@ -404,10 +405,9 @@ class Layout:
             found = replace(found, units={**found.units, 0: "s"})
             what = f"time: {steps[0]:g} s + {steps[1]:g} s x {found.names[0]}, which counts samples"
             self.said.append(Assumption("dialect", what, "assumed", 0))
-        if self.marks.said:
-            self.said.append(Assumption("dialect", self.marks.said, "assumed"))
+        self.said += self.marks.told()
         self._say_shift(found)
-        self._say_first(header, first)
+        self._say_first(found)
         self._say_gaps(header, first)
         return self._with_preamble(self._in_rows(found), first, header)
 
@@ -570,8 +570,9 @@ class Layout:
                     Assumption("dialect", f"{said}: a name may be missing", "doubtful")
                 )
 
-    def _say_first(self, header: int | None, first: int) -> None:
+    def _say_first(self, found: Dialect) -> None:
         """Say if the first row may be a setting, or a header of numbers."""
+        header, first = found.header, found.first
         row = self.rows.get(first, [])[: self.width]
         below = [cells for place, cells in self.rows.items() if place > first and self.fits(cells)]
         words = [row[index] for index in self.numeric if index < len(row) and is_word(row[index])]
@@ -582,6 +583,32 @@ class Layout:
         if header is None and may_be_names(row, below, self.decimal or "."):
             said = f"line {first + 1}, {', '.join(row)}: taken for a row, though it may be names"
             self.said.append(Assumption("dialect", f"{said}; --skip-lines {first + 1}", "doubtful"))
+        elif header is not None and may_be_settings(row, below, self.decimal or "."):
+            said = f"line {first + 1}, {', '.join(row)}: taken for a row, though it is far from "
+            said += "the next ones and may hold settings; leave out that line"
+            self.said.append(Assumption("dialect", said, "doubtful"))
+        else:
+            self._say_clock(found)
+
+    def _say_clock(self, found: Dialect) -> None:
+        """Say which first rows do not lead to the first clock that runs behind them."""
+        lines = [n for n, cells in self.rows.items() if n >= found.first and self.fits(cells)]
+        for index in self.numeric:
+            name, unit = found.names[index], found.units.get(index, "")
+            values = [number(self.rows[n][index], self.decimal or ".") for n in lines]
+            known = [value for value in values if value is not None]
+            if Quantity(name, unit).suffix not in ("", *SECONDS) or len(known) < len(values):
+                continue
+            if (count := rows_before(known)) is None:
+                continue
+            if count:
+                top, last, next_ = lines[0] + 1, lines[count - 1] + 1, lines[count] + 1
+                which = f"line {top} does" if count == 1 else f"lines {top} to {last} do"
+                way = f"--skip-lines {last}" if found.header is None else "leave them out"
+                said = f"{which} not go on as column {name} does from line {next_} on, and may "
+                said += f"hold settings; {way}"
+                self.said.append(Assumption("dialect", said, "doubtful"))
+            return
 
     def _say_gaps(self, header: int | None, first: int) -> None:
         """Say if names are parted at single blanks, and wider gaps part another number of them."""

@@ -53,11 +53,34 @@ def may_be_names(first: Sequence[str], below: Sequence[Sequence[str]], decimal: 
             return not even_step([value, *known])
         leaps = leaps or abs(known[0] - value) > _JUMP * _largest_step(known) > 0.0
     # One number alone may be a whole one among others.
-    written = len(first) > 1 and all(
+    return leaps or (len(first) > 1 and _written(first, below, decimal))
+
+
+def may_be_settings(first: Sequence[str], below: Sequence[Sequence[str]], decimal: str) -> bool:
+    """Whether a first row of whole numbers below names is hardly one of the rows below.
+
+    All of them are far from the next ones, and written otherwise. Zeros are where a record begins.
+    """
+    if (
+        len(below) < _FEWEST
+        or not all(map(COUNT.fullmatch, first))
+        or not _written(first, below, decimal)
+    ):
+        return False
+    leaps = []
+    for cell, column in zip(first, _columns(below, len(first), decimal), strict=True):
+        known = [one for one in column[:_NEAR] if one is not None]
+        far = len(known) >= _FEWEST and abs(known[0] - float(cell)) > _JUMP * _largest_step(known)
+        leaps.append(far)
+    return all(leaps) and any(float(cell) for cell in first)
+
+
+def _written(first: Sequence[str], below: Sequence[Sequence[str]], decimal: str) -> bool:
+    """Whether a row of whole numbers stands above rows that have decimals."""
+    return all(
         decimal not in cell and sum(decimal in row[index] for row in below) > _MOST * len(below)
         for index, cell in enumerate(first)
     )
-    return leaps or written
 
 
 def goes_on(first: Sequence[str], below: Sequence[Sequence[str]], decimal: str) -> bool:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mpi_hyst._io.cells import PARTED, is_like_a_number, is_number
+from mpi_hyst._io.record import Assumption, Level
 
 THOUSANDS = (".", ",", "'", " ")
 """What may part thousands."""
@@ -30,6 +31,13 @@ class Marks:
     refused: str = ""
     """Why no number can be read, in the words of one cell."""
     cell: str = ""
+    doubt: str = ""
+    """Which numbers are read, though their mark may part thousands."""
+
+    def told(self) -> list[Assumption]:
+        """Return what is uncertain, as what was assumed."""
+        levels: tuple[tuple[str, Level], ...] = ((self.said, "assumed"), (self.doubt, "doubtful"))
+        return [Assumption("dialect", text, level) for text, level in levels if text]
 
 
 def marks_of(columns: Sequence[Sequence[str]], thousands: str | None) -> Marks:
@@ -52,7 +60,11 @@ def marks_of(columns: Sequence[Sequence[str]], thousands: str | None) -> Marks:
     if all(both):
         said = f"{both[0]!r} and {both[1]!r}: one of both marks parts thousands"
         return Marks(".", "", f"{said}; --thousands '.' or --thousands ',' says which", both[0])
-    return Marks(_counted(cells))
+    mark = _counted(cells)
+    cell = next((one for one in cells if mark and PARTED[mark].fullmatch(one)), "")
+    said = f"{cell!r} may be {cell.replace(mark, '')}: a decimal mark is taken, as in all cells"
+    option = f"--thousands none if it is one, --thousands {mark!r} if not"
+    return Marks(mark, doubt=f"{said}; {option}" if cell else "")
 
 
 def _counted(cells: Sequence[str]) -> str:

@@ -324,8 +324,7 @@ class TextTable:
             raise ReadError(f"{self.source}, {refused}")
         decimal = layout.decimal
         self._dialect = replace(self._dialect, decimal=decimal or ".")
-        if layout.marks.said:
-            self.assumed.append(Assumption("dialect", layout.marks.said, "assumed"))
+        self.assumed += layout.marks.told()
         mark = "comma" if decimal == "," else "point"
         said = f"decimal mark: a {mark}, as in line {self._number}, the first with one"
         self.assumed.append(Assumption("dialect", said))
@@ -391,7 +390,7 @@ class TextTable:
         why = ""
         if not quotes_are_closed(line, self._dialect.delimiter):
             why = ": a quotation mark is not closed"
-        elif self._dialect.delimiter == "," and got > width:
+        elif self._dialect.delimiter == "," and got > width and self._decimal != ".":
             bare = [cell for cell in cells if cell]
             if all(is_number(cell, ".") and "." not in cell for cell in bare):
                 twice = "twice as many cells as names, " if got == 2 * width else ""
