@@ -58,7 +58,7 @@ _WORDS = {
     **dict.fromkeys(("millim\u00e8tres", "mil\u00edmetros"), "mm"),
     **dict.fromkeys(("celsius", "deg c"), "degC"),
     **dict.fromkeys(("degree", "degrees", "grad"), "deg"),
-    **{"voltage": "V", "percent": "%", "count": "counts", "cts": "counts"},
+    **{"voltage": "V", "vdc": "V", "percent": "%", "count": "counts", "cts": "counts"},
     **{"arcsecond": "arcsec", "arcseconds": "arcsec", "\u00e5ngstr\u00f6m": "angstrom"},
     **{"angstroms": "angstrom", "msec": "ms", "usec": "us", "nsec": "ns", "minute": "min"},
     **{"minutes": "min", "minuten": "min", "minutos": "min", "hour": "h", "hours": "h"},
@@ -238,6 +238,9 @@ def _last(column: str, mark_before: str = "") -> tuple[str, str] | None:
     unit = "" if word.lower() in _OF_QUANTITY else _unit(bare) or _WORDS.get(bare.lower(), "")
     # A unit of its own, as the name says in words, goes before what the letters may be.
     is_time = name.strip().lower() in TIME_NAMES
+    *before, prefix = re.split(r"[\s_-]+", name)
+    if before and unit and prefix.lower() in _PREFIXES:
+        return name.removesuffix(prefix).rstrip(" _-"), known_unit(_PREFIXES[prefix.lower()] + unit)
     if mark == "_":
         # `x_bar` is a mean.
         if (unit in _ONLY_OF_TIME and not is_time) or (unit == "bar" and name in ("x", "y", "u")):

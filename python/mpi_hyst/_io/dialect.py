@@ -12,7 +12,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 
 from mpi_hyst._io.cells import (
     MISSING,
@@ -38,6 +38,7 @@ from mpi_hyst._io.names import (
 from mpi_hyst._io.preamble import Preamble, settings_beside
 from mpi_hyst._io.record import Assumption
 from mpi_hyst._quantity import SECONDS, Quantity, known_unit
+from mpi_hyst._text import digits
 
 DELIMITERS = {
     "\t": "tabs",
@@ -49,6 +50,7 @@ DELIMITERS = {
 _FIRST_ROWS = 20  # rows that tell a column of stamps
 _MOST_STAMPS = 0.9  # of them; one may be that of a line above the table
 _OF_RIGOL = re.compile(r"(start|increment|t0|tinc|t_?inc\w*)\b.*", re.IGNORECASE)
+_START_OR_STEP = re.compile(r"(?P<start>start|t0)|increment|t_?inc", re.IGNORECASE)
 _OF_REMARKS = re.compile(r"(comment|remark|note|kommentar|bemerkung)s?\b", re.IGNORECASE)
 # A text of more columns than rows has its channels in rows.
 _WIDE, _CHANNELS = 4, 32
@@ -385,7 +387,7 @@ class Layout:
     def dialect(self) -> Dialect:
         """Return what was found."""
         names, units, header, first = self._top()
-        steps = self._steps(units) if header is not None else None
+        steps = self._steps(names, units)
         found = Dialect(
             delimiter=self.delimiter,
             decimal=self.decimal,
@@ -626,16 +628,39 @@ class Layout:
 
     # What else the lines above tell.
 
-    def _steps(self, units: Sequence[str]) -> tuple[float, float] | None:
+    def _steps(self, names: Sequence[str], units: Sequence[str]) -> tuple[float, float] | None:
         """Return start and step of a column that counts samples, as one kind of scope writes."""
-        if self.header is None or self.header[2] is None or 0 not in self.numeric:
+        told = self._start_and_step()
+        if told is None:
             return None
-        names, below = trimmed(self.rows[self.header[0]]), self.rows[self.header[2]]
-        told = {name.lower(): cell for name, cell in zip(names, below, strict=False)}
-        start, step = (number(told.get(name, ""), ".") for name in ("start", "increment"))
-        if units[:1] and units[0].lower() == "sequence" and start is not None and step is not None:
-            return start, step
+        values = [number(cells[0], ".") for cells in self.data[:_FIRST_ROWS]]
+        counts = 0 in self.numeric and all(value == k for k, value in enumerate(values))
+        if (units[:1] and units[0].lower() == "sequence") or (counts and names[0] in ("X", "")):
+            return told
+        quantities = [
+            Quantity(*pair) for pair in zip_longest(names, units[: len(names)], fillvalue="")
+        ]
+        if not self.stamped and not any(one.is_time or one.time_unit for one in quantities):
+            said = f"the header tells steps of {digits(told[1])} s, and no column counts them: "
+            self.said.append(Assumption("dialect", f"{said}--rate {1.0 / told[1]:g}", "assumed"))
         return None
+
+    def _start_and_step(self) -> tuple[float, float] | None:
+        """Return what a header says of start and step: beside its names, or in the row below."""
+        if self.header is None:
+            return None
+        place, _, units = self.header
+        cells = trimmed(self.rows[place])
+        below = self.rows[units] if units is not None else []
+        told: dict[str, float] = {}
+        for name, cell in zip_longest(cells, below[: len(cells)], fillvalue=""):
+            key, _, value = name.partition("=")
+            found = _START_OR_STEP.fullmatch(key.strip())
+            known = number(value or cell, ".") if found is not None else None
+            if found is not None and known is not None:
+                told["start" if found["start"] else "step"] = known
+        start, step = told.get("start"), told.get("step")
+        return None if start is None or step is None or step <= 0.0 else (start, step)
 
     def _with_preamble(self, found: Dialect, first: int, header: int | None) -> Dialect:
         """Take names and units that instruments write in rows of their own above the table."""

@@ -161,7 +161,7 @@ def _joined(paths: Sequence[Path], options: TextOptions, *, is_directory: bool) 
     begins: dict[Path, str] = {}
     for path in paths:
         with opened_file(path, options) as table:
-            begins[path] = getattr(table, "begins", "")
+            begins[path] = table.begins
             indices = list(numeric(table))
             loaded = table.load(indices, None, None, lambda *_: None)
             for index, values in zip(indices, loaded, strict=True):

@@ -45,6 +45,8 @@ class Table(Protocol):
     """What the other columns hold, for a person."""
     assumed: list[Assumption]
     """What was taken for granted until now; reading may add to it."""
+    begins: str
+    """The time at which the table says that it begins, as text; empty if it does not."""
 
     def load(
         self, indices: Sequence[int], rows: int | None, time: int | None, wrong: Wrong
@@ -88,6 +90,7 @@ class ArrayTable:
         self.source: str = source
         self.path: Path | None = path
         self.format: str = format_name
+        self.begins: str = ""
         self._clocks = dict(clocks or {})
         self._columns, self._sizes = dict(columns), dict(sizes)
         kinds = {name: self._kind(name) for name in self._sizes}
