@@ -182,6 +182,9 @@ def _unknown(column: str) -> str:
         is_one = re.fullmatch(r"[^\W\d_]+", word) is not None
         if is_one and not _REMARK.fullmatch(word) and not known_unit(word):
             return within
+    if column.endswith((" /", " [", " (")):
+        # What stood behind it is lost.
+        return column[-1]
     words = re.split(r"[\s_,;:()\[\]-]+", column)
     return next((word for word in words[1:] if _NEARLY.fullmatch(word)), "")
 

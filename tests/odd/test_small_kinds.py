@@ -42,6 +42,12 @@ def test_units_of_two_words_are_units(name: str, unit: str, tmp_path: Path) -> N
     assert record.quantity(name).suffix == unit and not told(record, path)
 
 
+def test_a_unit_that_is_lost_behind_a_name_is_told(tmp_path: Path) -> None:
+    path = written(tmp_path / "record.csv", "time / s,cmd /,gauge / um\n" + BODY)
+    (said,) = told(mh.io.read(path), path)
+    assert "no unit taken from 'cmd /', though it holds '/'" in said
+
+
 @pytest.mark.parametrize("mark", ["", "# "])
 def test_a_sensitivity_of_a_column_in_volts_is_told(mark: str, tmp_path: Path) -> None:
     line = f"{mark}Gauge sensitivity: 3 um/V\n"

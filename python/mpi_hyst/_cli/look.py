@@ -62,7 +62,7 @@ def look(request: Request) -> None:
     """Show format, columns and sampling of a file, and guess drive, position and time.
 
     The last line is the command to run next. Formats: text (CSV and others), NumPy, MATLAB, HDF5,
-    TDMS, LabVIEW measurements.
+    TDMS, LabVIEW measurements, workbooks (.xlsx).
     """
     say(run(request))
 

@@ -18,11 +18,10 @@ from mpi_hyst._types import Samples
 SHORTEST, LONGEST = 5e-6, 0.5  # seconds between samples
 # Numbers of days, as Excel and MATLAB count them, from 1970 on.
 _ERAS = (25_569.0, 62_000.0), (719_529.0, 770_000.0)
-_STEP_OF_DAYS = 1e-3
+_SHORT = 1e-3  # steps that a longer unit may have
 _LONG = ("min", "h", "d")
 _ROUND = (1.0, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0)
 _NEAR = 2e-3  # share of a round number
-_USUAL_RATE = 500.5  # Hz: below it cameras and loggers have any whole rate
 _OVER, _HEAD = 50, 10_000  # samples: times are rounded, and the first ones tell it
 _SAME, _ROUNDED = 1e-6, 0.05  # of a step: exact, and written with a few digits
 _RUNS = 10  # samples that make a clock
@@ -57,23 +56,16 @@ def hardly_seconds(times: Samples) -> str:
     begins, said = float(first[0]), f"has no unit and steps of {digits(step)}"
     if step <= 0.0:
         return ""
-    if any(low <= begins < high for low, high in _ERAS) and step < _STEP_OF_DAYS:
+    if any(low <= begins < high for low, high in _ERAS) and step < _SHORT:
         day = f"and begins at {digits(begins)}, as numbers of days do"
         return f"{said} {day}, hardly seconds: --time-unit d"
-    units = [unit for unit in _LONG if _is_round(step * SECONDS[unit]) and step < _STEP_OF_DAYS]
-    if units and not _is_usual(step):
+    units = [unit for unit in _LONG if _is_round(step * SECONDS[unit]) and step < _SHORT]
+    if units and not (_is_round(step) or _is_round(1.0 / step)):
         every = f"{digits(step * SECONDS[units[0]])} s if that is in {units[0]}"
         return f"{said}, {every}, hardly seconds: --time-unit {units[0]}"
     if SHORTEST <= step < LONGEST:
         return ""
     return f"{said}, hardly seconds: --time-unit{' ms' if step >= LONGEST else ''}"
-
-
-def _is_usual(step: float) -> bool:
-    """Whether a step in seconds is one of those that records have."""
-    rate = 1.0 / step
-    is_whole = abs(rate - round(rate)) <= _NEAR * rate
-    return _is_round(step) or _is_round(rate) or (is_whole and rate < _USUAL_RATE)
 
 
 def _is_round(value: float) -> bool:
