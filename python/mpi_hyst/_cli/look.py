@@ -14,12 +14,13 @@ from mpi_hyst._cli.identify_records import is_missing, too_long
 from mpi_hyst._cli.options import FILE, OfText, argument, command, group, option
 from mpi_hyst._cli.outputs import Output, check_figure, check_outputs, write_outputs
 from mpi_hyst._cli.terminal import CommandError, require_report_packages, say
+from mpi_hyst._io.clock_doubts import clock_doubt
 from mpi_hyst._io.clocks import LONGEST
-from mpi_hyst._io.read import clock_doubt, numeric, opened, take, unit_doubt
+from mpi_hyst._io.read import opened, take, unit_doubt
 from mpi_hyst._io.record import ReadError
 from mpi_hyst._io.roles import Guess, guess, time_index
 from mpi_hyst._io.source import PLAIN, TextOptions
-from mpi_hyst._io.table import Table
+from mpi_hyst._io.table import Table, numeric
 from mpi_hyst._quantity import SECONDS, Quantity
 from mpi_hyst._report import canvas, traces
 from mpi_hyst._text import digits, text_pairs, text_table

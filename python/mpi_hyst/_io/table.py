@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpi_hyst._io.factors import Setting, factors_told
-from mpi_hyst._io.record import Assumption, Level, ReadError, TimeOrderError
+from mpi_hyst._io.record import Assumption, Level, ReadError, TimeOrderError, there_are
 from mpi_hyst._quantity import is_like_a_unit, known_unit
 from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
@@ -52,6 +52,19 @@ class Table(Protocol):
         self, indices: Sequence[int], rows: int | None, time: int | None, wrong: Wrong
     ) -> list[Samples]:
         """Read columns. `wrong` is called for each number that is none, which then is NaN."""
+
+
+def numeric(table: Table) -> Sequence[int]:
+    """Return the columns of numbers; a table without is refused."""
+    if not table.numeric:
+        told = [
+            f"{name} is {what}" if " x " in what else f"{name}: {what}"
+            for name, what in table.other.items()
+            if " x " in what or "(expected" in what
+        ]
+        said = "; ".join([f"no numeric column; {there_are(table.names)}", *told])
+        raise ReadError(f"{table.source}: {said}")
+    return table.numeric
 
 
 @dataclass(frozen=True)
