@@ -355,7 +355,8 @@ def thousands(draw: random.Random, text: Text) -> None:
     """A program parts thousands, in a file that is as it was written."""
     del draw
     units = [unit in ("mV", "nm") for unit in text.units]
-    if text.lines != text.written() or text.separator == "," or not any(units):
+    parted = any(set(",'") & set(cell) for row in text.rows for cell in row)
+    if text.lines != text.written() or text.separator == "," or parted or not any(units):
         return
     whole = {at: all(float(row[at]).is_integer() for row in text.rows) for at in range(3)}
     for row in text.rows:

@@ -48,6 +48,15 @@ def test_a_unit_that_is_lost_behind_a_name_is_told(tmp_path: Path) -> None:
     assert "no unit taken from 'cmd /', though it holds '/'" in said
 
 
+@pytest.mark.parametrize("name", ["Time (s),Drive,Gauge (nm)", "Time,Drive (V),Gauge (um)"])
+def test_a_name_without_a_unit_beside_names_with_units_is_told(name: str, tmp_path: Path) -> None:
+    path = written(tmp_path / "record.csv", f"{name}\n{BODY}")
+    (said,) = told(mh.io.read(path), path)
+    assert "all other names have one in brackets: it may be lost" in said
+    path = written(path, f"Time,Drive,Gauge (nm)\n{BODY}")
+    assert not told(mh.io.read(path), path)
+
+
 @pytest.mark.parametrize("mark", ["", "# "])
 def test_a_sensitivity_of_a_column_in_volts_is_told(mark: str, tmp_path: Path) -> None:
     line = f"{mark}Gauge sensitivity: 3 um/V\n"

@@ -411,6 +411,7 @@ class Layout:
         self._say_shift(found)
         self._say_first(found)
         self._say_gaps(header, first)
+        self._say_lost_unit(found)
         return self._with_preamble(self._in_rows(found), first, header)
 
     def _top(self) -> tuple[Sequence[str], Sequence[str], int | None, int]:
@@ -625,6 +626,18 @@ class Layout:
             said = f"line {header + 1} has {count} names with wide gaps between them, and "
             said += f"{self.width} words: names may be shifted"
             self.said.append(Assumption("dialect", said, "doubtful"))
+
+    def _say_lost_unit(self, found: Dialect) -> None:
+        """Say if all names have a unit in brackets but for one."""
+        names = {index: found.names[index] for index in found.numeric}
+        without = [n for n, name in names.items() if not re.search(r"[\[(].+[\])]", name)]
+        quantities = [Quantity(name) for index, name in names.items() if index not in without]
+        if len(without) != 1 or len(quantities) < 2 or not all(one.suffix for one in quantities):
+            return
+        name = names[without[0]]
+        if without[0] not in found.units and not Quantity(name).suffix:
+            said = f"no unit in {name!r}, and all other names have one in brackets: it may be lost"
+            self.said.append(Assumption("units", said, "doubtful", without[0]))
 
     # What else the lines above tell.
 
