@@ -117,6 +117,8 @@ def test_factors_of_several_channels_are_told(tmp_path: Path) -> None:
     assert "gains 20, 1" in said
     (said,) = doubts(npz(tmp_path, {"calibration": "2.5 um/V"}))
     assert "calibration 2.5 um/V" in said
+    for text in ("2026-03-01", "by AB", "1.0"):
+        assert not doubts(npz(tmp_path, {"calibration": text}))
 
 
 def test_a_factor_is_about_its_column(tmp_path: Path) -> None:

@@ -23,6 +23,8 @@ _WORD = re.compile(
 # What readers of other projects apply themselves, and what is of the clock.
 _APPLIED = re.compile(r"(scale_factor|add_offset|NI_.*|wf_.*)")
 _COUNTED = ("count", "counts", "lsb", "bit", "bits", "digit", "digits", "step", "steps")
+# The number that a text begins with: none that goes on as a date.
+_LEADING = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(?![\d.-])")
 _MOST = 16  # values of a setting
 _LONGEST = 40  # characters of one that is a text
 
@@ -91,5 +93,5 @@ def _shown(value: Any, neutral: float) -> str:
         return ", ".join(f"{one:g}" for one in values) if changes else ""
     texts = array.reshape(-1).tolist() if array.dtype.kind in "USO" else []
     text = str(texts[0]).strip() if len(texts) == 1 else ""
-    is_told = re.match(r"[-+]?[\d.]", text) is not None and text != f"{neutral:g}"
-    return text[:_LONGEST] if is_told else ""
+    found = _LEADING.match(text)
+    return "" if found is None or (found[0] == text and float(text) == neutral) else text[:_LONGEST]
