@@ -314,7 +314,7 @@ _NO_UNIT_IN_A_NAME = (
 
 
 _TOLD = re.compile(r"[\[({<](?P<within>[^\])}>]*)[\])}>]|(?P<word>[^\s:=;,|()\[\]{}<>\"]+)")
-_SAYS_NEXT = re.compile(r"([:=;,\t]|\b(in|en|em))\s*$", re.IGNORECASE)
+_SAYS_NEXT = re.compile(r"([:=;,|\t]|\b(in|en|em))\s*$", re.IGNORECASE)
 _OF_UNIT = re.compile(r"\b(unit|einheit|unité|unidad)", re.IGNORECASE)
 
 

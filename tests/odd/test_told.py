@@ -82,6 +82,9 @@ TEXTS: dict[str, tuple[str, str, str, str]] = {
     ),
     "a range": (f"# Travel 100 um\ntime_s,drive_v,gauge_nm\n{BODY}", RIGHT, "nm", ""),
     "a conversion": (f"# 30 um = 10 V\n{NAMES}{BODY}", DOUBTFUL, "", "'30 um = 10 V'"),
+    "units above settings": (
+        f"s|V|V\n0.01|100\ntime|drive|gauge\n{BODY}".replace(",", "|"), DOUBTFUL, "", "holds 'V'"
+    ),
     # Units of each channel in one row.
     "channels in a cell": (f"Vertical Units,CH1:V CH2:nm\nTime,CH1,CH2\n{BODY}", RIGHT, "nm", ""),
     "channels in cells": (
