@@ -12,6 +12,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise, zip_longest
 
 from mpi_hyst._io.cells import (
@@ -242,12 +243,13 @@ class Layout:
     def _first_whole_row(self) -> int:
         """Return the line of the first row with a number in every numeric column."""
         rows = [place for place, cells in self.rows.items() if self.fits(cells)]
-        if self._keys_are_beside():
+        if self._keys_are_beside:
             rows = [place for place in rows if not self.rows[place][0]]
         counts = {place: self._numbers(self.rows[place]) for place in rows}
         most = max(counts.values(), default=0)
         return next(place for place in rows if counts[place] == most)
 
+    @cached_property
     def _keys_are_beside(self) -> bool:
         """Whether the first column is empty in the rows, and above them says what others are."""
         return 10 * sum(row[0] == "" for row in self.data) > 9 * len(self.data)
@@ -257,7 +259,7 @@ class Layout:
         first = self.rows[place][0]
         # Settings may also stand beside rows, with their values in columns of their own.
         is_key = bool(first) and not is_like_a_number(first)
-        return is_key and 1 in self.numeric and self._keys_are_beside()
+        return is_key and 1 in self.numeric and self._keys_are_beside
 
     # The header.
 
@@ -324,7 +326,7 @@ class Layout:
         """
         cells = self.rows[place]
         names = trimmed(cells)
-        if cells[0] and self._keys_are_beside():
+        if cells[0] and self._keys_are_beside:
             # What it says is about the other columns: `TraceName,CH1,CH2` above `,0.1,0.2`.
             return None
         if len(cells) == self.full and len(names) >= self.width:
@@ -364,7 +366,7 @@ class Layout:
             return None
         row = self.rows[first]
         cells = row[: self.width]
-        begins = 1 if cells and not cells[0] and not self._keys_are_beside() else 0
+        begins = 1 if cells and not cells[0] and not self._keys_are_beside else 0
         digits = cells[begins:]
         if not digits or not all(COUNT.fullmatch(cell) for cell in digits):
             return None
@@ -491,7 +493,7 @@ class Layout:
     def _other_text(self, first: int) -> tuple[int, list[str]] | None:
         """Return a header whose names are parted otherwise than the numbers."""
         above = [place for place in self.rows if place < first]
-        if not above or self._keys_are_beside():
+        if not above or self._keys_are_beside:
             return None
         place = above[-1]
         text = self.lines[place].strip() if place < len(self.lines) else ""
