@@ -39,7 +39,8 @@ _SAMPLE_CHARACTERS = 4_000_000
 _ABOVE = 100  # lines above a table in which its header is
 _NEAR_ROWS = 5
 _LAST_ROWS = 20  # that tell how long a last number should be
-_SMALLEST, _LARGEST = 1 << 16, 1 << 22  # bytes of a block of rows
+# Bytes of a block of rows. Behind a row that is not plain the rest of a block is read again.
+_SMALLEST, _LARGEST = 1 << 16, 1 << 20
 _WORTH_A_BLOCK = 200  # rows
 
 
