@@ -47,7 +47,9 @@ def marks_of(columns: Sequence[Sequence[str]], thousands: str | None) -> Marks:
         return Marks(_BESIDE.get(thousands) or _counted(cells))
     proved = {mark: any(_proves(cell, mark) for cell in cells) for mark in ".,"}
     if proved["."] != proved[","]:
-        return Marks("." if proved["."] else ",")
+        mark = "." if proved["."] else ","
+        doubt = _doubt_of_a_column(columns, mark) if thousands is None else ""
+        return Marks(mark, doubt=doubt)
     if thousands is not None or proved["."]:
         return Marks(_counted(cells))
     for mark in ".,":
@@ -65,6 +67,19 @@ def marks_of(columns: Sequence[Sequence[str]], thousands: str | None) -> Marks:
     said = f"{cell!r} may be {cell.replace(mark, '')}: a decimal mark is taken, as in all cells"
     option = f"--thousands none if it is one, --thousands {mark!r} if not"
     return Marks(mark, doubt=f"{said}; {option}" if cell else "")
+
+
+def _doubt_of_a_column(columns: Sequence[Sequence[str]], mark: str) -> str:
+    """Say which column may have parted thousands where other columns prove the decimal mark.
+
+    Who writes zeros behind a decimal mark, as in 7,500, writes 0,000 and not 0 beside it.
+    """
+    for column in columns:
+        found = _are_thousands(column, mark)
+        if found and any(mark in cell and cell.endswith("0") for cell in column):
+            said = f"{found[0]!r} {found[1]} may be {found[0].replace(mark, '')}: a decimal mark"
+            return f"{said} is taken, as in other columns; --thousands none if it is one"
+    return ""
 
 
 def _counted(cells: Sequence[str]) -> str:
