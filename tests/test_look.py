@@ -287,7 +287,8 @@ def test_look_refuses(there: Path, arguments: list[str], said: str) -> None:
     [
         (lambda cell: cell.replace("-", "−"), "'−1000.0' (expected the sign - below zero)"),
         (lambda cell: f'"{cell.replace(".", ",")}"', "(expected a decimal point)"),
-        (lambda cell: f"{cell}V", ""),
+        (lambda cell: f"{cell}V", "(expected a number without 'V': units stand above the rows)"),
+        (lambda cell: f"{cell}?", ""),
     ],
 )
 def test_a_column_that_is_not_read_says_why(

@@ -58,7 +58,7 @@ _WORDS = {
     **dict.fromkeys(("millim\u00e8tres", "mil\u00edmetros"), "mm"),
     **dict.fromkeys(("celsius", "deg c"), "degC"),
     **dict.fromkeys(("degree", "degrees", "grad"), "deg"),
-    **{"voltage": "V", "percent": "%", "count": "counts", "cts": "counts"},
+    **{"voltage": "V", "vdc": "V", "percent": "%", "count": "counts", "cts": "counts"},
     **{"arcsecond": "arcsec", "arcseconds": "arcsec", "\u00e5ngstr\u00f6m": "angstrom"},
     **{"angstroms": "angstrom", "msec": "ms", "usec": "us", "nsec": "ns", "minute": "min"},
     **{"minutes": "min", "minuten": "min", "minutos": "min", "hour": "h", "hours": "h"},
@@ -182,6 +182,9 @@ def _unknown(column: str) -> str:
         is_one = re.fullmatch(r"[^\W\d_]+", word) is not None
         if is_one and not _REMARK.fullmatch(word) and not known_unit(word):
             return within
+    if column.endswith((" /", " [", " (")):
+        # What stood behind it is lost.
+        return column[-1]
     words = re.split(r"[\s_,;:()\[\]-]+", column)
     return next((word for word in words[1:] if _NEARLY.fullmatch(word)), "")
 
@@ -211,7 +214,7 @@ def _may_be_an_axis(name: str, unit: str, column: str) -> bool:
     """Whether a letter may name an axis: `PosFbk(A)`, but not `I (A)` nor `Current(A)`."""
     if unit not in ("A", "C") or not column.endswith(f"{name}({unit})"):
         return False
-    words = _tokens(name)
+    words = words_of(name)
     of_current = any(word.lower() in _OF_QUANTITY or word.lower() in _AMPERES for word in words)
     return not (of_current or _SYMBOL.fullmatch(name))
 
@@ -238,6 +241,9 @@ def _last(column: str, mark_before: str = "") -> tuple[str, str] | None:
     unit = "" if word.lower() in _OF_QUANTITY else _unit(bare) or _WORDS.get(bare.lower(), "")
     # A unit of its own, as the name says in words, goes before what the letters may be.
     is_time = name.strip().lower() in TIME_NAMES
+    *before, prefix = re.split(r"[\s_-]+", name)
+    if before and unit and prefix.lower() in _PREFIXES:
+        return name.removesuffix(prefix).rstrip(" _-"), known_unit(_PREFIXES[prefix.lower()] + unit)
     if mark == "_":
         # `x_bar` is a mean.
         if (unit in _ONLY_OF_TIME and not is_time) or (unit == "bar" and name in ("x", "y", "u")):
@@ -252,7 +258,7 @@ def _last(column: str, mark_before: str = "") -> tuple[str, str] | None:
     return (name, unit) if unit else None
 
 
-def _tokens(column: str) -> list[str]:
+def words_of(column: str) -> list[str]:
     """Return the words of a name: `PosNm`, `pos_nm2` and `pos-nm` have two each."""
     words: list[str] = []
     for word in re.split(r"[^\w%°]+|_|(?<=[^\W\d_])(?=\d)|(?<=\d)(?=[^\W\d_])", column):
@@ -307,8 +313,8 @@ _NO_UNIT_IN_A_NAME = (
 )
 
 
-_TOLD = re.compile(r"[\[({<](?P<within>[^\])}>]*)[\])}>]|(?P<word>[^\s:=;,()\[\]{}<>\"]+)")
-_SAYS_NEXT = re.compile(r"([:=;,\t]|\b(in|en|em))\s*$", re.IGNORECASE)
+_TOLD = re.compile(r"[\[({<](?P<within>[^\])}>]*)[\])}>]|(?P<word>[^\s:=;,|()\[\]{}<>\"]+)")
+_SAYS_NEXT = re.compile(r"([:=;,|\t]|\b(in|en|em))\s*$", re.IGNORECASE)
 _OF_UNIT = re.compile(r"\b(unit|einheit|unité|unidad)", re.IGNORECASE)
 
 
@@ -422,7 +428,7 @@ class Quantity:
         `PosNm` may be in nm, and `Sensor voltage` in V.
         """
         used = self.suffix
-        words = _tokens(self.column.strip().replace("µ", "u").replace("μ", "u"))
+        words = words_of(self.column.strip().replace("µ", "u").replace("μ", "u"))
         found = [word for word in words if _says_a_unit(word)]
         # What is written like a unit says more than the word of a quantity.
         found.sort(key=lambda word: word.lower() in _OF_QUANTITY)

@@ -322,10 +322,65 @@ def number_names(draw: random.Random, text: Text) -> None:
         text.lines[len(text.preamble) : text.first] = [text.separator.join("012")]
 
 
+def clock_without_unit(draw: random.Random, text: Text) -> None:
+    """A file that is as it was written loses the unit of its time, which is a long one."""
+    place = next((at for at, unit in enumerate(text.units) if unit in ("s", "ms")), None)
+    if place is None or text.lines != text.written() or not text.has_header:
+        return
+    begins, day = draw.choice([(46348.5, 1.0), (739943.25, 1.0), (0.0, 1.0), (0.0, 24.0)])
+    for row, time in zip(text.rows, T, strict=True):
+        row[place] = repr(float(begins + time * day / 86400.0))
+    before, name = text.written()[len(text.preamble)], text.names[place]
+    text.lines = text.written()
+    if text.notation is not None:
+        called = NOTATIONS[text.notation](name, text.units[place])
+        text.lines[len(text.preamble)] = before.replace(called, name)
+        text.notation = None
+    else:
+        text.units[place] = "-"
+        text.lines = text.written()
+
+
+def settings_in_rows(draw: random.Random, text: Text) -> None:
+    """A row of constants, above the header or below it, as wide as the rows or not."""
+    count = draw.choice([3, 3, 3, 2, 4, 5])
+    cells = [draw.choice(["136", "0.01", "5", "7.5", "100", "3"]) for _ in range(count)]
+    if text.comma:
+        cells = [cell.replace(".", ",") for cell in cells]
+    place = draw.choice([len(text.preamble), text.first])
+    text.lines.insert(place, text.separator.join(cells))
+
+
+def thousands(draw: random.Random, text: Text) -> None:
+    """A program parts thousands, in a file that is as it was written."""
+    del draw
+    units = [unit in ("mV", "nm") for unit in text.units]
+    parted = any(set(",'") & set(cell) for row in text.rows for cell in row)
+    if text.lines != text.written() or text.separator == "," or parted or not any(units):
+        return
+    whole = {at: all(float(row[at]).is_integer() for row in text.rows) for at in range(3)}
+    for row in text.rows:
+        for place, is_large in enumerate(units):
+            if is_large:
+                value = float(row[place])
+                row[place] = f"{value:,.0f}" if whole[place] else f"{value:,.3f}"
+    if text.comma:
+        # `written` makes commas of the points that are left.
+        text.rows = [[cell.replace(",", "'") for cell in row] for row in text.rows]
+    text.lines = text.written()
+
+
+def time_begins_anew(draw: random.Random, text: Text) -> None:
+    """The first rows are those of another record: the last ones of this."""
+    count = draw.randrange(1, 5)
+    text.lines[text.first : text.first] = text.lines[-count:]
+
+
 MUTATIONS = (
     drop_cell, drop_name, add_name, move_header, other_separator, comma_for_separator,
     comma_in_a_row, quotation_mark, lines_above, blank_lines, comment_out, word_for_number, cut_end,
     nul_bytes, drop_rows, double_row, swap_rows, spaces, empty_column, odd_unit, number_names,
+    clock_without_unit, settings_in_rows, thousands, time_begins_anew,
 )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import mpi_hyst as mh
 from mpi_hyst._cli.options import Sampled
 from mpi_hyst._cli.terminal import CommandError, note
+from mpi_hyst._io.clocks import LONGEST
 from mpi_hyst._io.read import read_trajectory, unit_doubt
 from mpi_hyst._io.record import TimeOrderError
 from mpi_hyst._quantity import Quantity, with_unit
@@ -20,9 +21,8 @@ from mpi_hyst._types import Samples
 from mpi_hyst.io import Assumption, Columns
 
 _AVERAGED = 50  # samples
-# Seconds. Steps outside are hardly those of a record of hysteresis.
-_SHORTEST, _LONGEST = 1e-7, 0.5
-_SLOWEST = 60.0
+# Seconds. Steps outside are those of no record of hysteresis.
+_SHORTEST, _SLOWEST = 1e-7, 60.0
 
 
 class UnevenTimesError(CommandError):
@@ -157,7 +157,7 @@ def _check_unit(columns: Columns, dt: float) -> None:
     """Refuse a time without a unit whose steps are hardly those of a record in seconds."""
     column = columns.time_column
     assert column is not None
-    if not columns.quantity(column).time_unit and not _SHORTEST <= dt < _LONGEST:
+    if not columns.quantity(column).time_unit and not _SHORTEST <= dt < LONGEST:
         raise CommandError(
             f"{columns.source}: time column {column} has no unit and steps of {digits(dt)}, "
             "hardly seconds: say what it is with --time-unit s or --time-unit ms, or leave it "

@@ -14,11 +14,13 @@ from mpi_hyst._cli.identify_records import is_missing, too_long
 from mpi_hyst._cli.options import FILE, OfText, argument, command, group, option
 from mpi_hyst._cli.outputs import Output, check_figure, check_outputs, write_outputs
 from mpi_hyst._cli.terminal import CommandError, require_report_packages, say
-from mpi_hyst._io.read import numeric, opened, take, unit_doubt
+from mpi_hyst._io.clock_doubts import clock_doubt
+from mpi_hyst._io.clocks import LONGEST
+from mpi_hyst._io.read import opened, take, unit_doubt
 from mpi_hyst._io.record import ReadError
 from mpi_hyst._io.roles import Guess, guess, time_index
 from mpi_hyst._io.source import PLAIN, TextOptions
-from mpi_hyst._io.table import Table
+from mpi_hyst._io.table import Table, numeric
 from mpi_hyst._quantity import SECONDS, Quantity
 from mpi_hyst._report import canvas, traces
 from mpi_hyst._text import digits, text_pairs, text_table
@@ -28,7 +30,6 @@ from mpi_hyst.io import Columns
 _MOST_PANELS = 6
 _GAP = 1.5  # steps: a longer one lacks samples
 _UNEVEN = 0.1  # of a step: identify refuses more
-_SLOWEST = 0.5  # seconds; a longer step is hardly one of a record of hysteresis
 _SHOWN = 3  # gaps
 _ROUNDING = 1e-4  # % of a step
 
@@ -62,7 +63,7 @@ def look(request: Request) -> None:
     """Show format, columns and sampling of a file, and guess drive, position and time.
 
     The last line is the command to run next. Formats: text (CSV and others), NumPy, MATLAB, HDF5,
-    TDMS, LabVIEW measurements.
+    TDMS, LabVIEW measurements, workbooks (.xlsx).
     """
     say(run(request))
 
@@ -109,7 +110,7 @@ class Sampling:
     @property
     def unit_is_doubtful(self) -> bool:
         """Whether the unit is not said, and the steps are too long for seconds."""
-        return not self.quantity.time_unit and self.step >= _SLOWEST
+        return not self.quantity.time_unit and self.step >= LONGEST
 
     def facts(self) -> list[tuple[str, str]]:
         """Return what to know about the sampling, as names and values. Rows count from 0."""
@@ -292,8 +293,8 @@ def _assumed(record: Record) -> str:
     ]
     clock = record.guesses.get("time")
     if clock is not None and not record.columns.quantity(clock.column).time_unit:
-        said = f"time column {clock.column} has no unit: seconds are assumed; --time-unit"
-        pairs.append(("units", said))
+        one = clock_doubt(record.columns.quantity(clock.column), record.columns[clock.column])
+        pairs.append(("units", f"{'doubtful: ' if one.level == 'doubtful' else ''}{one.text}"))
     for role, default, flag in _UNITS:
         if role in record.guesses:
             quantity = record.columns.quantity(record.guesses[role].column)

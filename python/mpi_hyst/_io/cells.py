@@ -27,8 +27,8 @@ _FORTRAN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
 
 _STAMP = re.compile(
     r"((?P<a>\d{1,4})(?P<mark>[-/.])(?P<b>\d{1,2}|[a-z]{3})(?P=mark)(?P<c>\d{1,4})(T|\s+))?"
-    r"(?P<hour>\d{1,2}):(?P<minute>\d{2})(:(?P<second>\d{2}([.,]\d+)?))?"
-    r"\s*(?P<half>[ap]m)?\s*(?P<zone>z|[+-]\d{2}:?\d{2})?",
+    r"(?P<hour>\d{1,2}):(?P<minute>\d{2})(:(?P<second>\d{2}([.,]\d+|:\d{3,})?))?"
+    r"\s*(?P<half>[ap]m)?\s*\[?(utc|gmt)?(?P<zone>z|[+-]\d{2}:?\d{2})?\]?",
     re.IGNORECASE,
 )
 # Of an hour that is not told, as spreadsheets write times with fractions.
@@ -37,6 +37,7 @@ _MINUTES = re.compile(r"(?P<minute>\d{1,2}):(?P<second>\d{2}[.,]\d+)")
 _DURATION = re.compile(
     r"(?P<value>[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?)\s*(?P<unit>[^\W\d_]+)"
 )
+_WITH_MORE = re.compile(r"(?P<value>[+-]?[\d.,]+([eE][+-]?\d+)?)\s*(?P<more>%|[^\W\d_]{1,12})")
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _DAY, _HOUR = 86400.0, 3600.0
 
@@ -132,7 +133,21 @@ def why_no_number(cell: str, decimal: str) -> str:
         return f"not a number: {shown!r} (expected a decimal {point})"
     if is_number(bare, ".") or is_number(bare, ","):
         return f"not a number: {shown!r} (expected no separators of thousands{WAY})"
-    return f"not a number: {shown!r}"
+    expected = _why_more(text, decimal)
+    return f"not a number: {shown!r}" + (f" (expected {expected})" if expected else "")
+
+
+def _why_more(text: str, decimal: str) -> str:
+    """Return what is expected in place of a number or a stamp with something more."""
+    if re.fullmatch(r"[+-]?0x[0-9a-f]+", text, re.IGNORECASE):
+        return "a decimal number, no hexadecimal one"
+    found = _WITH_MORE.fullmatch(text)
+    if found is not None and is_number(found["value"], decimal):
+        return f"a number without {found['more']!r}: units stand above the rows"
+    stamp = _STAMP.match(text)
+    if stamp is not None and re.fullmatch(r"\s*[A-Za-z_/]+", text[stamp.end() :]):
+        return "a zone as Z or +01:00; --time none --rate HZ leaves the times out"
+    return ""
 
 
 def is_stamp(cell: str) -> bool:
@@ -238,7 +253,7 @@ def _parts(cell: str, month_first: bool | None = None) -> tuple[int, float, floa
 
 
 def _number(text: str) -> float:
-    return float(text.replace(",", "."))
+    return float(re.sub("[,:]", ".", text))
 
 
 def _day(

@@ -12,7 +12,8 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from functools import cached_property
+from itertools import pairwise, zip_longest
 
 from mpi_hyst._io.cells import (
     MISSING,
@@ -23,7 +24,8 @@ from mpi_hyst._io.cells import (
     number,
     split,
 )
-from mpi_hyst._io.first_row import COUNT, goes_on, is_word, may_be_names
+from mpi_hyst._io.clocks import rows_before
+from mpi_hyst._io.first_row import COUNT, goes_on, is_word, may_be_names, may_be_settings
 from mpi_hyst._io.marks import Marks, marks_of, unparted, why_pairs
 from mpi_hyst._io.names import (
     are_names,
@@ -37,6 +39,7 @@ from mpi_hyst._io.names import (
 from mpi_hyst._io.preamble import Preamble, settings_beside
 from mpi_hyst._io.record import Assumption
 from mpi_hyst._quantity import SECONDS, Quantity, known_unit
+from mpi_hyst._text import digits
 
 DELIMITERS = {
     "\t": "tabs",
@@ -48,6 +51,7 @@ DELIMITERS = {
 _FIRST_ROWS = 20  # rows that tell a column of stamps
 _MOST_STAMPS = 0.9  # of them; one may be that of a line above the table
 _OF_RIGOL = re.compile(r"(start|increment|t0|tinc|t_?inc\w*)\b.*", re.IGNORECASE)
+_START_OR_STEP = re.compile(r"(?P<start>start|t0)|increment|t_?inc", re.IGNORECASE)
 _OF_REMARKS = re.compile(r"(comment|remark|note|kommentar|bemerkung)s?\b", re.IGNORECASE)
 # A text of more columns than rows has its channels in rows.
 _WIDE, _CHANNELS = 4, 32
@@ -239,12 +243,13 @@ class Layout:
     def _first_whole_row(self) -> int:
         """Return the line of the first row with a number in every numeric column."""
         rows = [place for place, cells in self.rows.items() if self.fits(cells)]
-        if self._keys_are_beside():
+        if self._keys_are_beside:
             rows = [place for place in rows if not self.rows[place][0]]
         counts = {place: self._numbers(self.rows[place]) for place in rows}
         most = max(counts.values(), default=0)
         return next(place for place in rows if counts[place] == most)
 
+    @cached_property
     def _keys_are_beside(self) -> bool:
         """Whether the first column is empty in the rows, and above them says what others are."""
         return 10 * sum(row[0] == "" for row in self.data) > 9 * len(self.data)
@@ -254,7 +259,7 @@ class Layout:
         first = self.rows[place][0]
         # Settings may also stand beside rows, with their values in columns of their own.
         is_key = bool(first) and not is_like_a_number(first)
-        return is_key and 1 in self.numeric and self._keys_are_beside()
+        return is_key and 1 in self.numeric and self._keys_are_beside
 
     # The header.
 
@@ -321,7 +326,7 @@ class Layout:
         """
         cells = self.rows[place]
         names = trimmed(cells)
-        if cells[0] and self._keys_are_beside():
+        if cells[0] and self._keys_are_beside:
             # What it says is about the other columns: `TraceName,CH1,CH2` above `,0.1,0.2`.
             return None
         if len(cells) == self.full and len(names) >= self.width:
@@ -361,7 +366,7 @@ class Layout:
             return None
         row = self.rows[first]
         cells = row[: self.width]
-        begins = 1 if cells and not cells[0] and not self._keys_are_beside() else 0
+        begins = 1 if cells and not cells[0] and not self._keys_are_beside else 0
         digits = cells[begins:]
         if not digits or not all(COUNT.fullmatch(cell) for cell in digits):
             return None
@@ -384,7 +389,7 @@ class Layout:
     def dialect(self) -> Dialect:
         """Return what was found."""
         names, units, header, first = self._top()
-        steps = self._steps(units) if header is not None else None
+        steps = self._steps(names, units)
         found = Dialect(
             delimiter=self.delimiter,
             decimal=self.decimal,
@@ -404,11 +409,11 @@ class Layout:
             found = replace(found, units={**found.units, 0: "s"})
             what = f"time: {steps[0]:g} s + {steps[1]:g} s x {found.names[0]}, which counts samples"
             self.said.append(Assumption("dialect", what, "assumed", 0))
-        if self.marks.said:
-            self.said.append(Assumption("dialect", self.marks.said, "assumed"))
+        self.said += self.marks.told()
         self._say_shift(found)
-        self._say_first(header, first)
+        self._say_first(found)
         self._say_gaps(header, first)
+        self._say_lost_unit(found)
         return self._with_preamble(self._in_rows(found), first, header)
 
     def _top(self) -> tuple[Sequence[str], Sequence[str], int | None, int]:
@@ -488,7 +493,7 @@ class Layout:
     def _other_text(self, first: int) -> tuple[int, list[str]] | None:
         """Return a header whose names are parted otherwise than the numbers."""
         above = [place for place in self.rows if place < first]
-        if not above or self._keys_are_beside():
+        if not above or self._keys_are_beside:
             return None
         place = above[-1]
         text = self.lines[place].strip() if place < len(self.lines) else ""
@@ -570,8 +575,9 @@ class Layout:
                     Assumption("dialect", f"{said}: a name may be missing", "doubtful")
                 )
 
-    def _say_first(self, header: int | None, first: int) -> None:
+    def _say_first(self, found: Dialect) -> None:
         """Say if the first row may be a setting, or a header of numbers."""
+        header, first = found.header, found.first
         row = self.rows.get(first, [])[: self.width]
         below = [cells for place, cells in self.rows.items() if place > first and self.fits(cells)]
         words = [row[index] for index in self.numeric if index < len(row) and is_word(row[index])]
@@ -582,6 +588,32 @@ class Layout:
         if header is None and may_be_names(row, below, self.decimal or "."):
             said = f"line {first + 1}, {', '.join(row)}: taken for a row, though it may be names"
             self.said.append(Assumption("dialect", f"{said}; --skip-lines {first + 1}", "doubtful"))
+        elif header is not None and may_be_settings(row, below, self.decimal or "."):
+            said = f"line {first + 1}, {', '.join(row)}: taken for a row, though it is far from "
+            said += "the next ones and may hold settings; leave out that line"
+            self.said.append(Assumption("dialect", said, "doubtful"))
+        else:
+            self._say_clock(found)
+
+    def _say_clock(self, found: Dialect) -> None:
+        """Say which first rows do not lead to the first clock that runs behind them."""
+        lines = [n for n, cells in self.rows.items() if n >= found.first and self.fits(cells)]
+        for index in self.numeric:
+            name, unit = found.names[index], found.units.get(index, "")
+            values = [number(self.rows[n][index], self.decimal or ".") for n in lines]
+            known = [value for value in values if value is not None]
+            if Quantity(name, unit).suffix not in ("", *SECONDS) or len(known) < len(values):
+                continue
+            if (count := rows_before(known)) is None:
+                continue
+            if count:
+                top, last, next_ = lines[0] + 1, lines[count - 1] + 1, lines[count] + 1
+                which = f"line {top} does" if count == 1 else f"lines {top} to {last} do"
+                way = f"--skip-lines {last}" if found.header is None else "leave them out"
+                said = f"{which} not go on as column {name} does from line {next_} on, and may "
+                said += f"hold settings; {way}"
+                self.said.append(Assumption("dialect", said, "doubtful"))
+            return
 
     def _say_gaps(self, header: int | None, first: int) -> None:
         """Say if names are parted at single blanks, and wider gaps part another number of them."""
@@ -597,18 +629,53 @@ class Layout:
             said += f"{self.width} words: names may be shifted"
             self.said.append(Assumption("dialect", said, "doubtful"))
 
+    def _say_lost_unit(self, found: Dialect) -> None:
+        """Say if all names have a unit in brackets but for one."""
+        names = {index: found.names[index] for index in found.numeric}
+        without = [n for n, name in names.items() if not re.search(r"[\[(].+[\])]", name)]
+        quantities = [Quantity(name) for index, name in names.items() if index not in without]
+        if len(without) != 1 or len(quantities) < 2 or not all(one.suffix for one in quantities):
+            return
+        name = names[without[0]]
+        if without[0] not in found.units and not Quantity(name).suffix:
+            said = f"no unit in {name!r}, and all other names have one in brackets: it may be lost"
+            self.said.append(Assumption("units", said, "doubtful", without[0]))
+
     # What else the lines above tell.
 
-    def _steps(self, units: Sequence[str]) -> tuple[float, float] | None:
+    def _steps(self, names: Sequence[str], units: Sequence[str]) -> tuple[float, float] | None:
         """Return start and step of a column that counts samples, as one kind of scope writes."""
-        if self.header is None or self.header[2] is None or 0 not in self.numeric:
+        told = self._start_and_step()
+        if told is None:
             return None
-        names, below = trimmed(self.rows[self.header[0]]), self.rows[self.header[2]]
-        told = {name.lower(): cell for name, cell in zip(names, below, strict=False)}
-        start, step = (number(told.get(name, ""), ".") for name in ("start", "increment"))
-        if units[:1] and units[0].lower() == "sequence" and start is not None and step is not None:
-            return start, step
+        values = [number(cells[0], ".") for cells in self.data[:_FIRST_ROWS]]
+        counts = 0 in self.numeric and all(value == k for k, value in enumerate(values))
+        if (units[:1] and units[0].lower() == "sequence") or (counts and names[0] in ("X", "")):
+            return told
+        quantities = [
+            Quantity(*pair) for pair in zip_longest(names, units[: len(names)], fillvalue="")
+        ]
+        if not self.stamped and not any(one.is_time or one.time_unit for one in quantities):
+            said = f"the header tells steps of {digits(told[1])} s, and no column counts them: "
+            self.said.append(Assumption("dialect", f"{said}--rate {1.0 / told[1]:g}", "assumed"))
         return None
+
+    def _start_and_step(self) -> tuple[float, float] | None:
+        """Return what a header says of start and step: beside its names, or in the row below."""
+        if self.header is None:
+            return None
+        place, _, units = self.header
+        cells = trimmed(self.rows[place])
+        below = self.rows[units] if units is not None else []
+        told: dict[str, float] = {}
+        for name, cell in zip_longest(cells, below[: len(cells)], fillvalue=""):
+            key, _, value = name.partition("=")
+            found = _START_OR_STEP.fullmatch(key.strip())
+            known = number(value or cell, ".") if found is not None else None
+            if found is not None and known is not None:
+                told["start" if found["start"] else "step"] = known
+        start, step = told.get("start"), told.get("step")
+        return None if start is None or step is None or step <= 0.0 else (start, step)
 
     def _with_preamble(self, found: Dialect, first: int, header: int | None) -> Dialect:
         """Take names and units that instruments write in rows of their own above the table."""

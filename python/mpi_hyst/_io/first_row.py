@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from mpi_hyst._io.cells import MISSING, is_like_a_number, number
+from mpi_hyst._io.clocks import even_step
 
 # As pandas writes the number of a column, that of a whole or of a real index.
 COUNT = re.compile(r"(0|[1-9]\d*)(\.0)?")
 _LARGEST = 1000  # number of a column
 _FEWEST = 3  # rows that tell how a column goes on
 _NEAR = 20  # of them
-_SAME = 1e-6  # of a step
 _MOST = 0.7  # of the rows that are written otherwise: %g writes whole numbers short
 _JUMP = 3.0  # largest steps
 
@@ -48,19 +48,39 @@ def may_be_names(first: Sequence[str], below: Sequence[Sequence[str]], decimal: 
         known = [one for one in column[:_NEAR] if one is not None]
         if len(known) < _FEWEST:
             continue
-        steps = [b - a for a, b in pairwise(known)]
-        usual, before = steps[0], known[0] - value
-        most = max(map(abs, steps))
-        if usual > 0.0 and max(steps) - min(steps) <= _SAME * usual:
+        if even_step(known):
             # A clock tells it alone.
-            return abs(before - usual) > _SAME * usual
-        leaps = leaps or abs(before) > _JUMP * most > 0.0
+            return not even_step([value, *known])
+        leaps = leaps or abs(known[0] - value) > _JUMP * _largest_step(known) > 0.0
     # One number alone may be a whole one among others.
-    written = len(first) > 1 and all(
+    return leaps or (len(first) > 1 and _written(first, below, decimal))
+
+
+def may_be_settings(first: Sequence[str], below: Sequence[Sequence[str]], decimal: str) -> bool:
+    """Whether a first row of whole numbers below names is hardly one of the rows below.
+
+    All of them are far from the next ones, and written otherwise. Zeros are where a record begins.
+    """
+    if (
+        len(below) < _FEWEST
+        or not all(map(COUNT.fullmatch, first))
+        or not _written(first, below, decimal)
+    ):
+        return False
+    leaps = []
+    for cell, column in zip(first, _columns(below, len(first), decimal), strict=True):
+        known = [one for one in column[:_NEAR] if one is not None]
+        far = len(known) >= _FEWEST and abs(known[0] - float(cell)) > _JUMP * _largest_step(known)
+        leaps.append(far)
+    return all(leaps) and any(float(cell) for cell in first)
+
+
+def _written(first: Sequence[str], below: Sequence[Sequence[str]], decimal: str) -> bool:
+    """Whether a row of whole numbers stands above rows that have decimals."""
+    return all(
         decimal not in cell and sum(decimal in row[index] for row in below) > _MOST * len(below)
         for index, cell in enumerate(first)
     )
-    return leaps or written
 
 
 def goes_on(first: Sequence[str], below: Sequence[Sequence[str]], decimal: str) -> bool:
@@ -79,15 +99,16 @@ def goes_on(first: Sequence[str], below: Sequence[Sequence[str]], decimal: str) 
         known = [value for value in column if value is not None]
         if len(known) < _FEWEST:
             continue
-        steps = [abs(b - a) for a, b in pairwise(known)]
-        even = max(steps[:_NEAR]) - min(steps[:_NEAR]) <= _SAME * max(steps[:_NEAR])
-        step = abs(float(cell) - known[0])
-        if even and steps[0] > 0.0:
+        if even_step(known[:_NEAR]):
             # A clock tells it alone.
-            return abs(step - steps[0]) <= _SAME * steps[0] and known[0] > float(cell)
-        if step > _JUMP * max(steps):
+            return even_step([float(cell), *known[:_NEAR]]) > 0.0
+        if abs(float(cell) - known[0]) > _JUMP * _largest_step(known):
             return False
     return len(first) == 1
+
+
+def _largest_step(values: Sequence[float]) -> float:
+    return max(abs(b - a) for a, b in pairwise(values))
 
 
 def _columns(rows: Sequence[Sequence[str]], count: int, decimal: str) -> list[list[float | None]]:

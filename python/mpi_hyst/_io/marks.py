@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mpi_hyst._io.cells import PARTED, is_like_a_number, is_number
+from mpi_hyst._io.record import Assumption, Level
 
 THOUSANDS = (".", ",", "'", " ")
 """What may part thousands."""
@@ -30,6 +31,13 @@ class Marks:
     refused: str = ""
     """Why no number can be read, in the words of one cell."""
     cell: str = ""
+    doubt: str = ""
+    """Which numbers are read, though their mark may part thousands."""
+
+    def told(self) -> list[Assumption]:
+        """Return what is uncertain, as what was assumed."""
+        levels: tuple[tuple[str, Level], ...] = ((self.said, "assumed"), (self.doubt, "doubtful"))
+        return [Assumption("dialect", text, level) for text, level in levels if text]
 
 
 def marks_of(columns: Sequence[Sequence[str]], thousands: str | None) -> Marks:
@@ -39,7 +47,9 @@ def marks_of(columns: Sequence[Sequence[str]], thousands: str | None) -> Marks:
         return Marks(_BESIDE.get(thousands) or _counted(cells))
     proved = {mark: any(_proves(cell, mark) for cell in cells) for mark in ".,"}
     if proved["."] != proved[","]:
-        return Marks("." if proved["."] else ",")
+        mark = "." if proved["."] else ","
+        doubt = _doubt_of_a_column(columns, mark) if thousands is None else ""
+        return Marks(mark, doubt=doubt)
     if thousands is not None or proved["."]:
         return Marks(_counted(cells))
     for mark in ".,":
@@ -52,7 +62,24 @@ def marks_of(columns: Sequence[Sequence[str]], thousands: str | None) -> Marks:
     if all(both):
         said = f"{both[0]!r} and {both[1]!r}: one of both marks parts thousands"
         return Marks(".", "", f"{said}; --thousands '.' or --thousands ',' says which", both[0])
-    return Marks(_counted(cells))
+    mark = _counted(cells)
+    cell = next((one for one in cells if mark and PARTED[mark].fullmatch(one)), "")
+    said = f"{cell!r} may be {cell.replace(mark, '')}: a decimal mark is taken, as in all cells"
+    option = f"--thousands none if it is one, --thousands {mark!r} if not"
+    return Marks(mark, doubt=f"{said}; {option}" if cell else "")
+
+
+def _doubt_of_a_column(columns: Sequence[Sequence[str]], mark: str) -> str:
+    """Say which column may have parted thousands where other columns prove the decimal mark.
+
+    Who writes zeros behind a decimal mark, as in 7,500, writes 0,000 and not 0 beside it.
+    """
+    for column in columns:
+        found = _are_thousands(column, mark)
+        if found and any(mark in cell and cell.endswith("0") for cell in column):
+            said = f"{found[0]!r} {found[1]} may be {found[0].replace(mark, '')}: a decimal mark"
+            return f"{said} is taken, as in other columns; --thousands none if it is one"
+    return ""
 
 
 def _counted(cells: Sequence[str]) -> str:

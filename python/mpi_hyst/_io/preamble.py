@@ -21,6 +21,7 @@ from mpi_hyst._quantity import (
     is_like_a_unit,
     known_unit,
     units_told,
+    words_of,
 )
 
 _OF_NAMES = re.compile(r"(waveform|trace ?name|source|channels?|signals?|names?)\b", re.IGNORECASE)
@@ -158,7 +159,11 @@ class Preamble:
                 what = f"{factor[0].strip()!r} is not applied; mend the numbers, or say their unit"
                 self._say(place, what, level="doubtful", stage="units")
             told = conversion(text)
-            if told and self._is_missing(""):
+            if told and (about := self._converted(text, told)) is not None:
+                unit = Quantity(self.names[about], self.units.get(about, "")).suffix
+                what = f"{told!r} is not applied: {self.names[about]} is in {unit}; {_OPTIONS}"
+                self._say(place, what, about, "doubtful", "units")
+            elif told and self._is_missing(""):
                 what = f"{told!r} is not applied: a column without a unit may be in either"
                 self._say(place, f"{what}; {_OPTIONS}", level="doubtful", stage="units")
             if place not in self.used:
@@ -194,6 +199,18 @@ class Preamble:
             clock = self._clock() if told[0] in SECONDS else None
             options = _OPTIONS if clock is None else "--time-unit"
             self._say(place, f"{what}; {options}", clock, "doubtful", "units")
+
+    def _converted(self, text: str, told: str) -> int | None:
+        """Return the column that a conversion names, if it is in the unit that is converted."""
+        words = [word.lower() for word in words_of(text)]
+        of_unit = [known_unit(word) for word in re.findall(r"[^\W\d_]+", told)]
+        for index in self.numeric:
+            name = self.names[index] if index < len(self.names) else ""
+            quantity = Quantity(name, self.units.get(index, ""))
+            own = [word.lower() for word in words_of(quantity.name)]
+            if own and set(own) <= set(words) and quantity.suffix == of_unit[-1] != "":
+                return index
+        return None
 
     def _of_one(self, text: str) -> tuple[int, str] | None:
         """Return the column of which a text says the unit, and that unit."""

@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import pairwise
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
-from mpi_hyst._io.cells import Clock
+from mpi_hyst._io.clock_doubts import (
+    clock_doubt,
+    clocks_apart,
+    other_clocks,
+    told_by,
+    unused_clocks,
+    witness_of,
+)
 from mpi_hyst._io.formats import opened_file
 from mpi_hyst._io.formats.arrays import read_object
+from mpi_hyst._io.joined import joined, joined_files
 from mpi_hyst._io.record import Assumption, Columns, Level, ReadError, find, key, there_are
 from mpi_hyst._io.roles import looks_like_a_time, time_index
 from mpi_hyst._io.source import PLAIN, TextOptions
-from mpi_hyst._io.table import ArrayTable, Table, Wrong, of_arrays, refusal
+from mpi_hyst._io.table import Table, Wrong, numeric, refusal
 from mpi_hyst._quantity import SECONDS, Quantity
-from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
 
 _Names = Sequence[str | int]
@@ -124,126 +128,13 @@ def opened(source: str | PathLike[str] | Any, options: TextOptions = PLAIN) -> I
         yield read_object(source)
     elif (parts := joined_files(Path(source))) is not None:
         try:
-            yield _joined(parts, options, is_directory=Path(source).is_dir())
+            yield joined(parts, options, is_directory=Path(source).is_dir())
         except ReadError as error:
             where = "of a directory, " if Path(source).is_dir() else ""
             raise ReadError(f"{source}: files {where}that are joined: {error}") from error
     else:
         with opened_file(Path(source), options) as table:
             yield table
-
-
-def joined_files(path: Path) -> list[Path] | None:
-    """Return the files of a directory, or those of `a.txt+b.txt`; None of one file."""
-    if path.is_dir():
-        files = sorted(one for one in path.iterdir() if one.is_file())
-        files = [one for one in files if not one.name.startswith(".")]
-        return files if files else None
-    if path.exists() or "+" not in str(path):
-        return None
-    parts = [Path(one.strip()) for one in str(path).split("+")]
-    # `data/a.txt+b.txt` are beside each other.
-    parts = [one if one.exists() else parts[0].parent / one for one in parts]
-    return parts if all(one.is_file() for one in parts) else None
-
-
-def _joined(paths: Sequence[Path], options: TextOptions, *, is_directory: bool) -> Table:
-    """Join files of single channels: columns that all of them share are there once.
-
-    A column alone in its file is called as in its header, or else like its file.
-    """
-    columns: list[tuple[Path, str, str, Samples]] = []
-    said: list[Assumption] = []
-    if is_directory:
-        paths, notes = _without_notes(paths, options)
-        said += notes
-    begins: dict[Path, str] = {}
-    for path in paths:
-        with opened_file(path, options) as table:
-            begins[path] = getattr(table, "begins", "")
-            indices = list(numeric(table))
-            loaded = table.load(indices, None, None, lambda *_: None)
-            for index, values in zip(indices, loaded, strict=True):
-                unit = table.units.get(index, "") or Quantity(table.names[index]).suffix
-                columns.append((path, table.names[index], unit, values))
-            said += [one for one in table.assumed if one.level != "said"]
-    rows = {values.size for *_, values in columns}
-    if len(rows) > 1:
-        counts = ", ".join(dict.fromkeys(f"{path} {values.size}" for path, *_, values in columns))
-        raise ReadError(f"expected files of as many rows each, got {counts}")
-    shared = {
-        index for index, (path, *_, values) in enumerate(columns)
-        if len(paths) > 1 and bool((np.diff(values) > 0.0).all()) and all(
-            any(other == one and np.array_equal(values, more) for other, *_, more in columns)
-            for one in paths
-        )
-    }  # fmt: skip
-    kept: dict[str, tuple[str, Samples]] = {}
-    own = [index for index in range(len(columns)) if index not in shared]
-    names = [columns[index][1] for index in own]
-    for index, (path, name, unit, values) in enumerate(columns):
-        if index in shared:
-            called = name if not name.isdigit() else "time"
-            kept.setdefault(called, (unit, values))
-            continue
-        alone = sum(columns[one][0] == path for one in own) == 1
-        if not alone:
-            called = f"{path.stem}/{name}"
-        else:
-            called = name if names.count(name) == 1 and not name.isdigit() else path.stem
-        kept[called] = (unit, values)
-    leaves = [(one.rpartition("/")[2], unit) for one, (unit, _) in kept.items()]
-    if sum(Quantity(leaf, unit).is_time for leaf, unit in leaves) > 1:
-        raise ReadError(f"the times of {' and '.join(map(str, paths))} differ: read them apart")
-    what = " + ".join(map(str, paths))
-    said += _starts(begins)
-    said.append(Assumption("bytes", f"{len(paths)} files are joined, row by row", "assumed"))
-    return of_arrays(
-        what, None, what, {one: values for one, (_, values) in kept.items()},
-        {one: unit for one, (unit, _) in kept.items()}, assumed=said,
-    )  # fmt: skip
-
-
-def _starts(begins: Mapping[Path, str]) -> Iterator[Assumption]:
-    """Say if files that are joined tell different times above their tables."""
-    told = {path: stamp for path, stamp in begins.items() if stamp}
-    if len(set(told.values())) < 2:
-        return
-    (one, first), (other, second) = next((a, b) for a, b in pairwise(told.items()) if a[1] != b[1])
-    clock = Clock((first, second))
-    # Between a date and a time of the day a file may have commas.
-    times = [clock.seconds(re.sub(r"[,;]\s*(?=\d+:)", " ", stamp)) for stamp in (first, second)]
-    apart = ""
-    if times[0] is not None and times[1] is not None:
-        apart = f", {digits(1e3 * abs(times[1] - times[0]))} ms apart"
-    said = (
-        f"{one.name} tells {first}, {other.name} tells {second}{apart}: rows are joined by their "
-        "numbers, and a difference of starts becomes a dead time or a lead; cut the earlier file"
-    )
-    yield Assumption("table", said, "doubtful")
-
-
-def _without_notes(
-    paths: Sequence[Path], options: TextOptions
-) -> tuple[list[Path], list[Assumption]]:
-    """Leave out the files of a directory that hold no columns of numbers, and say so."""
-    kept = []
-    for path in paths:
-        try:
-            with opened_file(path, options) as table:
-                kept += [path] if table.numeric else []
-        except ReadError as error:
-            # Where numbers are refused there are some.
-            if error.rows is not None or path.suffix.lower() not in _NOTES:
-                raise
-    left = [path.name for path in paths if path not in kept]
-    if not left or not kept:
-        return list(paths), []
-    what = f"no columns of numbers in {', '.join(left)}: left out of the files that are joined"
-    return kept, [Assumption("bytes", what, "assumed")]
-
-
-_NOTES = (".txt", ".md", ".log", ".json", ".ini", ".pdf", ".png", ".jpg", ".svg", ".docx", "")
 
 
 def take(
@@ -272,24 +163,24 @@ def take(
             # Two columns of one name: which one is meant must be said.
             find(table.source, table.names, table.names[index])
     refuse = wrong or _refuser(table)
-    witness = _witness(table, indices) if ordered and clock is None and names is not None else []
+    witness = witness_of(table, indices) if ordered and clock is None and names is not None else []
 
     def unless_witness(index: int, rows: int, place: str, what: str) -> None:
         if index not in witness:
             refuse(index, rows, place, what)
 
-    clocks = [] if clock is None or not ordered else _other_clocks(table, clock, chosen)
+    clocks = [] if clock is None or not ordered else other_clocks(table, clock, chosen)
     if clock is not None:
         witness = [index for index in clocks if index not in indices]
     loaded = table.load([*indices, *witness], rows, clock, unless_witness)
     if clock is None:
         for values in loaded[len(indices) :]:
-            table.assumed += _told_by(table, witness[0], values)
+            table.assumed += told_by(table, witness[0], values)
     else:
         columns = dict(zip([*indices, *witness], loaded, strict=True))
-        table.assumed += _clocks_apart(table, clock, {one: columns[one] for one in clocks}, columns)
+        table.assumed += clocks_apart(table, clock, {one: columns[one] for one in clocks}, columns)
     if ordered and clock is None:
-        table.assumed += _unused_clocks(table)
+        table.assumed += unused_clocks(table)
     if names is None and table.other:
         left = ", ".join(f"{name} ({what})" for name, what in table.other.items())
         table.assumed.append(Assumption("table", f"not read: {left}", "assumed"))
@@ -307,95 +198,6 @@ def take(
         tuple(table.names),
         tuple(_assumed(table, indices, clock, loaded)),
     )
-
-
-def _witness(table: Table, indices: Sequence[int]) -> list[int]:
-    """Return a column that may be the time, though neither its name nor anybody said so."""
-    others = [index for index in table.numeric if index not in indices]
-    quantities = [Quantity(table.names[index], table.units.get(index, "")) for index in others]
-    may_be = ("", *SECONDS)
-    return [index for index, one in zip(others, quantities, strict=True) if one.suffix in may_be][
-        :1
-    ]
-
-
-def _other_clocks(table: Table, clock: int, chosen: Sequence[int]) -> list[int]:
-    """Return the other columns that may be a time of the chosen ones: beside them in their group.
-
-    Where starts of channels are known, rows of the same time come together already.
-    """
-    if isinstance(table, ArrayTable) and table.aligned:
-        return []
-    groups = {re.split(r"[./][^./]*$", table.names[index])[0] for index in chosen}
-    found = []
-    for index in table.numeric:
-        group, _, leaf = table.names[index].replace(".", "/").rpartition("/")
-        quantity = Quantity(leaf, table.units.get(index, ""))
-        is_time = quantity.is_time or quantity.column == "t" or quantity.time_unit
-        is_near = not group or group in {one.replace(".", "/") for one in groups}
-        if index != clock and is_time and is_near:
-            found.append(index)
-    return found
-
-
-def _clocks_apart(
-    table: Table, clock: int, others: Mapping[int, Samples], columns: Mapping[int, Samples]
-) -> Iterator[Assumption]:
-    """Say which other clocks differ from the one that is the time."""
-
-    def seconds(index: int) -> Samples:
-        leaf = re.split(r"[./]", table.names[index])[-1]
-        unit = Quantity(leaf, table.units.get(index, "")).time_unit or "s"
-        return columns[index] * SECONDS[unit]
-
-    time = seconds(clock)
-    for index, values in others.items():
-        if values.size < _FEWEST or not bool((np.diff(values) > 0.0).all()):
-            continue
-        apart = seconds(index) - time
-        if abs(apart[0]) > _OTHER_ERA:
-            # Of a date and a time since the start only the steps can be compared.
-            apart = apart - apart[0]
-        step = float(np.median(np.diff(time)))
-        off = float(np.median(np.abs(apart)))
-        if off > _APART * step or np.abs(apart).max() > 2.0 * step:
-            most = off if off > _APART * step else float(np.abs(apart).max())
-            said = f"{table.names[index]} and {table.names[clock]}, which is the time, are "
-            said += f"{digits(1e3 * most)} ms apart: columns of another clock are shifted by that"
-            yield Assumption("roles", said, "doubtful")
-
-
-_FEWEST = 3  # samples that make a clock
-_OTHER_ERA = 1e6  # seconds
-_APART = 0.05  # of a step
-
-
-def _unused_clocks(table: Table) -> Iterator[Assumption]:
-    """Say which columns are called or measured as a time, where none of them is used."""
-    clocks = []
-    for index in table.numeric:
-        name, unit = table.names[index], table.units.get(index, "")
-        leaf = Quantity(re.split(r"[./]", name)[-1], unit)
-        if leaf.is_time or leaf.column == "t" or (unit and leaf.time_unit):
-            clocks.append(name)
-    if clocks:
-        which = "looks like a time" if len(clocks) == 1 else "look like times"
-        said = f"{', '.join(clocks)} {which}, and none is used: --time says which"
-        yield Assumption("roles", said, "doubtful")
-
-
-def _told_by(table: Table, index: int, values: Samples) -> Iterator[Assumption]:
-    """Say if a column that is not used runs like a time."""
-    if looks := looks_like_a_time(values):
-        said = f"column {table.names[index]} looks like a time: {looks}"
-        yield Assumption("roles", said, "doubtful")
-    elif (
-        re.fullmatch(r"\d+|index|", table.names[index].lower())
-        and values.size > 2
-        and bool((np.diff(values) > 0.0).all())
-    ):
-        said = f"column {table.names[index]} grows as a time does and is not used: --time says it"
-        yield Assumption("roles", said, "assumed")
 
 
 def _find(table: Table, wanted: str | int) -> int:
@@ -418,10 +220,7 @@ def _assumed(
         if index == clock:
             if quantity.time_unit:
                 continue
-            what = f"is in {quantity.suffix!r}" if quantity.suffix else "has no unit"
-            level: Level = "doubtful" if quantity.suffix else "assumed"
-            said = f"time column {quantity.column} {what}: seconds are assumed; --time-unit"
-            yield Assumption("units", said, level, index)
+            yield replace(clock_doubt(quantity, values), column=index)
             continue
         if (doubt := unit_doubt(quantity)) is not None:
             yield replace(doubt, column=index)
@@ -464,19 +263,6 @@ def unit_doubt(
 
 
 _NUMBER = re.compile(r"(column )?\d+(\.0)?")
-
-
-def numeric(table: Table) -> Sequence[int]:
-    """Return the columns of numbers; a table without is refused."""
-    if not table.numeric:
-        told = [
-            f"{name} is {what}" if " x " in what else f"{name}: {what}"
-            for name, what in table.other.items()
-            if " x " in what or "(expected" in what
-        ]
-        said = "; ".join([f"no numeric column; {there_are(table.names)}", *told])
-        raise ReadError(f"{table.source}: {said}")
-    return table.numeric
 
 
 def _only_numeric(table: Table, time: str | None) -> str | int:

@@ -174,6 +174,7 @@ def guess(values: Mapping[str, Samples], units: Mapping[str, str]) -> dict[str, 
         if (clock is None or name != clock.column) and np.ptp(column) > 0.0 and not _counts(column)
     }
     # A clock with a bad stamp is no position; where its unit or nothing else says so, it may be.
+    left = {name: column for name, column in left.items() if not quantities[name].is_time}
     clocks = [name for name, column in left.items() if _runs_like_a_time(column, quantities[name])]
     if len(left) - len(clocks) >= 2:
         left = {name: column for name, column in left.items() if name not in clocks}

@@ -22,7 +22,8 @@ from mpi_hyst._io.record import ReadError
 # Bounds for endless files such as devices.
 MAX_LINE = 1_000_000  # bytes
 HEAD = 1 << 12  # bytes that tell the format
-_FIRST, _LARGEST = 1 << 16, 1 << 24  # bytes that are read at once
+# Bytes that are read at once. Larger pieces are pages that the system clears each time.
+_FIRST, _LARGEST = 1 << 16, 1 << 22
 _LAST = 1 << 14  # bytes of the end that come in no block
 
 PACKED: dict[bytes, tuple[str, Callable[[BinaryIO], object]]] = {

@@ -12,7 +12,8 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from mpi_hyst._io.record import Assumption, Level, ReadError, TimeOrderError
+from mpi_hyst._io.factors import Setting, factors_told
+from mpi_hyst._io.record import Assumption, Level, ReadError, TimeOrderError, there_are
 from mpi_hyst._quantity import is_like_a_unit, known_unit
 from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
@@ -44,11 +45,26 @@ class Table(Protocol):
     """What the other columns hold, for a person."""
     assumed: list[Assumption]
     """What was taken for granted until now; reading may add to it."""
+    begins: str
+    """The time at which the table says that it begins, as text; empty if it does not."""
 
     def load(
         self, indices: Sequence[int], rows: int | None, time: int | None, wrong: Wrong
     ) -> list[Samples]:
         """Read columns. `wrong` is called for each number that is none, which then is NaN."""
+
+
+def numeric(table: Table) -> Sequence[int]:
+    """Return the columns of numbers; a table without is refused."""
+    if not table.numeric:
+        told = [
+            f"{name} is {what}" if " x " in what else f"{name}: {what}"
+            for name, what in table.other.items()
+            if " x " in what or "(expected" in what
+        ]
+        said = "; ".join([f"no numeric column; {there_are(table.names)}", *told])
+        raise ReadError(f"{table.source}: {said}")
+    return table.numeric
 
 
 @dataclass(frozen=True)
@@ -77,6 +93,7 @@ class ArrayTable:
         other: Mapping[str, str] | None = None,
         assumed: Sequence[Assumption] = (),
         called: Mapping[str, str] | None = None,
+        settings: Sequence[Setting] = (),
     ) -> None:
         """Take what loads each column, and the rows of those that hold numbers.
 
@@ -86,6 +103,7 @@ class ArrayTable:
         self.source: str = source
         self.path: Path | None = path
         self.format: str = format_name
+        self.begins: str = ""
         self._clocks = dict(clocks or {})
         self._columns, self._sizes = dict(columns), dict(sizes)
         kinds = {name: self._kind(name) for name in self._sizes}
@@ -120,7 +138,9 @@ class ArrayTable:
             },
             **(other or {}),
         }
-        self.assumed: list[Assumption] = list(assumed)
+        places = {self.names[index]: index for index in self.numeric}
+        beside = [one for one in settings if one.name not in places]
+        self.assumed: list[Assumption] = [*assumed, *factors_told(beside, places)]
 
     def _why_other(self, one: str, common: tuple[int, float]) -> str:
         """Say why a column is not one of those that belong together."""
@@ -398,13 +418,19 @@ def of_arrays(
     other: Mapping[str, str] | None = None,
     assumed: Sequence[Assumption] = (),
     called: Mapping[str, str] | None = None,
+    settings: Sequence[Setting] = (),
 ) -> ArrayTable:
-    """Make a table of arrays by their names; those of two dimensions have several columns."""
+    """Make a table of arrays by their names; those of two dimensions have several columns.
+
+    Settings beside them are no columns, but may say their units.
+    """
     columns: dict[str, Load] = {}
     others = dict(other or {})
     said = list(assumed)
     of_columns: dict[str, str] = {}
-    texts = {name: found for name, one in arrays.items() if (found := texts_of(one)) is not None}
+    beside = {one.name: np.asarray(one.value) for one in settings if not one.column}
+    few = {**arrays, **beside}
+    texts = {name: found for name, one in few.items() if (found := texts_of(one)) is not None}
     for name, array in arrays.items():
         if array.dtype.names is None and axes(array) > 2:
             others[name or "the array"] = too_many_axes(array.shape, array.dtype)
@@ -432,4 +458,5 @@ def of_arrays(
         other=others,
         assumed=said,
         called=called,
+        settings=[*settings, *(Setting(name, array) for name, array in arrays.items())],
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from mpi_hyst._io.factors import settings_of
 from mpi_hyst._io.record import Assumption, ReadError
 from mpi_hyst._io.source import whole
 from mpi_hyst._io.table import Table, axes, of_arrays, too_many_axes
@@ -61,6 +62,7 @@ def read_object(source: Any) -> Table:
     arrays: dict[str, npt.NDArray[Any]] = {}
     units: dict[str, str] = {}
     said: list[Assumption] = []
+    settings = settings_of(_attributes(source))
     index = _index(source)
     if index is not None and (index[0] not in names):
         arrays[index[0]] = index[1]
@@ -77,10 +79,19 @@ def read_object(source: Any) -> Table:
                 f"{kind}, column {name}: expected one dimension or two, got {array.ndim}: {what}"
             )
         arrays[str(name)] = array
+        # Those of a DataFrame are those of its columns, too.
+        own = {k: v for k, v in _attributes(column).items() if k not in _attributes(source)}
+        settings += settings_of(own, str(name))
         # Of dates a unit is how fine they are.
         if array.dtype.kind in "fiub" and (unit := _unit(column)):
             units[str(name)] = unit
-    return of_arrays(kind, None, kind, arrays, units, assumed=said)
+    return of_arrays(kind, None, kind, arrays, units, assumed=said, settings=settings)
+
+
+def _attributes(source: Any) -> Mapping[str, Any]:
+    """Return the attributes that a DataFrame, a Dataset or one of its columns has."""
+    told = getattr(source, "attrs", None)
+    return told if isinstance(told, Mapping) else {}
 
 
 def _index(source: Any) -> tuple[str, npt.NDArray[Any]] | None:

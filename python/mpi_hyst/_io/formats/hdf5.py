@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from mpi_hyst._io.factors import Setting, settings_of
 from mpi_hyst._io.record import Assumption, ReadError
 from mpi_hyst._io.source import reader, whole
 from mpi_hyst._io.table import (
@@ -43,12 +44,14 @@ def read_as(path: Path, format_name: str, separator: str) -> Table:
     said: list[Assumption] = []
     texts: dict[str, list[str]] = {}
     shapes: dict[str, tuple[int, ...]] = {}
+    settings: list[Setting] = []
 
     def visit(place: str, item: Any) -> None:
         """Add the columns of a dataset. External links are not followed."""
         if place.startswith(_MATLAB_OWN):
             return
         name = place.replace("/", separator)
+        settings.extend(settings_of(item.attrs, name if isinstance(item, h5py.Dataset) else ""))
         if not isinstance(item, h5py.Dataset):
             if told := _units(item):
                 said.append(units_not_taken(f"attribute of group {name or '/'}", told))
@@ -59,6 +62,8 @@ def read_as(path: Path, format_name: str, separator: str) -> Table:
             return
         if item.shape:
             add(name, item)
+        if item.size is not None and item.size <= _FEW_TEXTS:
+            settings.append(Setting(name, item[()]))
 
     def add(name: str, item: Any, depth: int = 0) -> None:
         if h5py.check_ref_dtype(item.dtype) is h5py.Reference:
@@ -92,7 +97,10 @@ def read_as(path: Path, format_name: str, separator: str) -> Table:
     units = {**beside, **units}
     said += more
     return ArrayTable(
-        *(str(path), path, format_name, columns, sizes, units), other=other, assumed=said
+        *(str(path), path, format_name, columns, sizes, units),
+        other=other,
+        assumed=said,
+        settings=[*settings, *(Setting(name, cells) for name, cells in texts.items())],
     )
 
 

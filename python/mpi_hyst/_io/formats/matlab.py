@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mpi_hyst._io.factors import Setting
 from mpi_hyst._io.formats.hdf5 import read_as
 from mpi_hyst._io.source import reader, whole
 from mpi_hyst._io.table import Table, of_arrays
@@ -18,11 +19,14 @@ def read_mat(path: Path) -> Table:
     # Given a name, loadmat leaves a broken file open.
     with whole(path, "MATLAB file"), path.open("rb") as file:
         found = scipy_io.loadmat(file, simplify_cells=True)
-    arrays: dict[str, np.ndarray[Any, np.dtype[Any]]] = {}
+    values: dict[str, Any] = {}
     for name, value in found.items():
         if not name.startswith("__"):
-            arrays |= _flat(name, value)
-    return of_arrays(str(path), path, "MATLAB 5", arrays)
+            values |= _flat(name, value)
+    arrays = {name: one for name, one in values.items() if isinstance(one, np.ndarray) and one.ndim}
+    settings = [Setting(name, value) for name, value in values.items() if name not in arrays]
+    arrays = {name: one for name, one in arrays.items() if one.size}
+    return of_arrays(str(path), path, "MATLAB 5", arrays, settings=settings)
 
 
 def read_mat73(path: Path) -> Table:
@@ -30,8 +34,8 @@ def read_mat73(path: Path) -> Table:
     return read_as(path, "MATLAB 7.3", ".")
 
 
-def _flat(name: str, value: Any) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
-    """Return the arrays in a structure by their paths; numbers and texts beside them are none."""
+def _flat(name: str, value: Any) -> dict[str, Any]:
+    """Return the arrays in a structure by their paths, with numbers and texts beside them."""
     if isinstance(value, dict):
         return {k: v for key, one in value.items() for k, v in _flat(f"{name}.{key}", one).items()}
     is_cells = isinstance(value, np.ndarray) and value.dtype.kind == "O"
@@ -40,4 +44,4 @@ def _flat(name: str, value: Any) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
         cells = value.reshape(-1) if is_cells else value
         parts = [_flat(f"{name}.{index}", one) for index, one in enumerate(cells)]
         return {k: v for part in parts for k, v in part.items()}
-    return {name: value} if isinstance(value, np.ndarray) and value.ndim and value.size else {}
+    return {name: value}

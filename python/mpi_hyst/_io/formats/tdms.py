@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mpi_hyst._io.factors import settings_of
 from mpi_hyst._io.record import Assumption
 from mpi_hyst._io.source import reader, whole
 from mpi_hyst._io.table import Began, Table, of_arrays
@@ -35,7 +36,15 @@ def read_tdms(path: Path) -> Table:
         said.append(
             Assumption("table", f"{what}: taken to begin with the first of them", "doubtful")
         )
-    return of_arrays(str(path), path, "TDMS", arrays, units, clocks=clocks, assumed=said)
+    settings = settings_of(file.properties)
+    settings += [one for group in file.groups() for one in settings_of(group.properties)]
+    settings += [s for name, one in named.items() for s in settings_of(one.properties, name)]
+    return of_arrays(
+        *(str(path), path, "TDMS", arrays, units),
+        clocks=clocks,
+        assumed=said,
+        settings=settings,
+    )
 
 
 def _clocks(channels: dict[str, Any]) -> dict[str, Began]:

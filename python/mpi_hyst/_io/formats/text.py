@@ -39,7 +39,8 @@ _SAMPLE_CHARACTERS = 4_000_000
 _ABOVE = 100  # lines above a table in which its header is
 _NEAR_ROWS = 5
 _LAST_ROWS = 20  # that tell how long a last number should be
-_SMALLEST, _LARGEST = 1 << 16, 1 << 24  # bytes of a block of rows
+# Bytes of a block of rows. Behind a row that is not plain the rest of a block is read again.
+_SMALLEST, _LARGEST = 1 << 16, 1 << 20
 _WORTH_A_BLOCK = 200  # rows
 
 
@@ -324,8 +325,7 @@ class TextTable:
             raise ReadError(f"{self.source}, {refused}")
         decimal = layout.decimal
         self._dialect = replace(self._dialect, decimal=decimal or ".")
-        if layout.marks.said:
-            self.assumed.append(Assumption("dialect", layout.marks.said, "assumed"))
+        self.assumed += layout.marks.told()
         mark = "comma" if decimal == "," else "point"
         said = f"decimal mark: a {mark}, as in line {self._number}, the first with one"
         self.assumed.append(Assumption("dialect", said))
@@ -391,7 +391,7 @@ class TextTable:
         why = ""
         if not quotes_are_closed(line, self._dialect.delimiter):
             why = ": a quotation mark is not closed"
-        elif self._dialect.delimiter == "," and got > width:
+        elif self._dialect.delimiter == "," and got > width and self._decimal != ".":
             bare = [cell for cell in cells if cell]
             if all(is_number(cell, ".") and "." not in cell for cell in bare):
                 twice = "twice as many cells as names, " if got == 2 * width else ""
