@@ -147,11 +147,10 @@ impl Identification {
         self.dt.first().copied().unwrap_or(1.0)
     }
 
-    /// The standard deviation of every sample of [`predict`](Self::predict), in the unit of the output, from the
-    /// covariance of everything that was fitted, linearised at the fit.
+    /// How far noise alone may move every sample of [`predict`](Self::predict): no band that holds the next record, as what the model lacks
+    /// comes on top, and the noise of a measurement.
     ///
-    /// It tells how far noise may move the prediction; the noise of a measurement comes on top, and so does what the
-    /// model lacks. Like the [`standard_errors`](Self::standard_errors) it allows for residuals that are correlated
+    /// It is a standard deviation in the unit of the output, from the covariance of everything that was fitted, linearised at the fit. Like the [`standard_errors`](Self::standard_errors) it allows for residuals that are correlated
     /// in time. What was given, and what lies at a bound (a weight of zero, a ratio at its
     /// limit), counts as known. So does what the records do not tell at all: where the input goes further than they
     /// did, the truth may be further away.

@@ -337,12 +337,13 @@ impl Identification {
     /// The output for the input `u` from the virgin state and at rest at its first value: through creep, dynamics and dead
     /// time. `u` is sampled every `dt` seconds, by default like the first record.
     ///
-    /// With `return_std=True` a pair: the output, and the standard deviation of every sample of it. That follows from
-    /// the covariance of all that was fitted, linearised at the fit; it allows for residuals that are correlated in time,
-    /// like the standard errors. It tells how far noise may move the prediction; the noise of a measurement comes on top, and
-    /// so does what the model lacks. What was given and what lies at a bound (a
-    /// weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all: beyond
-    /// the inputs that they reach, the truth may be further away: a UserWarning says so.
+    /// `return_std=True` gives no band that holds the next record: it is the effect of noise on the fit alone. Then a pair is
+    /// returned: the output, and the standard deviation of every sample of it. What the model lacks comes on top, often several
+    /// times as much, and the noise of a measurement; `leave_one_loop_out` and a record that was not fitted tell these. The
+    /// deviation follows from the covariance of all that was fitted, linearised at the fit; it allows for residuals that are
+    /// correlated in time, like the standard errors. What was given and what lies at a bound (a weight of zero, a ratio at its
+    /// limit) counts as known, and so does what the records do not tell at all: beyond the inputs that they reach, the truth may
+    /// be further away: a UserWarning says so.
     ///
     /// Examples
     /// --------
