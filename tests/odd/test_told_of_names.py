@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 import scipy.io
 import xarray as xr
+from nptdms import ChannelObject, TdmsWriter
 
 from odd.test_instruments import T, U, Y, comma, rows
 
@@ -117,6 +118,19 @@ def test_a_unit_of_a_dataset_takes_none_from_its_columns() -> None:
     columns = {"u": ("time", U, {"units": "V"}), "y": ("time", NM, {"units": "nm"})}
     record = mh.io.read(xr.Dataset(columns, {"time": ("time", T)}, {"units": "mixed"}))
     assert record.units == {"u": "V", "y": "nm"}
+
+
+@pytest.mark.parametrize("name", ["unit_string", "NI_UnitDescription", "unit", "Units"])
+def test_a_unit_of_a_channel_has_several_names(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "record.tdms"
+    with TdmsWriter(str(path)) as file:
+        file.write_segment([ChannelObject("R", "Gauge", NM, {name: "nm"})])
+    assert mh.io.read(path).units == {"R/Gauge": "nm"}
+
+
+def test_a_row_without_units_hides_none(tmp_path: Path) -> None:
+    text = "Time [ms],Drive [V],Gauge\n[-],[-],[nm]\n" + rows(1e3 * T, U, NM)
+    assert written(tmp_path, text).units == {"Time [ms]": "ms", "Drive [V]": "V", "Gauge": "nm"}
 
 
 def stamps(late: float = 0.0) -> list[str]:
