@@ -205,6 +205,19 @@ class Clock:
         return _DAY * (days - self._first[0]) + self._turns + (seconds - self._first[1])
 
 
+def seconds_between(first: str, second: str) -> float | None:
+    """Return how far the second of two stamps is behind the first; None if one is no stamp."""
+    clock = Clock((first, second))
+    begins, ends = clock.seconds(first), clock.seconds(second)
+    return None if begins is None or ends is None else ends - begins
+
+
+def is_dated(cell: str) -> bool:
+    """Whether a cell is a time with its date."""
+    parts = None if _duration(cell) is not None else _parts(cell)
+    return parts is not None and parts[0] != 0
+
+
 _FEW_DATES = 2
 
 

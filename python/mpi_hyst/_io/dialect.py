@@ -18,10 +18,12 @@ from itertools import pairwise, zip_longest
 from mpi_hyst._io.cells import (
     MISSING,
     is_comment,
+    is_dated,
     is_like_a_number,
     is_number,
     is_stamp,
     number,
+    seconds_between,
     split,
 )
 from mpi_hyst._io.clocks import rows_before
@@ -36,7 +38,7 @@ from mpi_hyst._io.names import (
     unnamed,
     without_numbers,
 )
-from mpi_hyst._io.preamble import Preamble, settings_beside
+from mpi_hyst._io.preamble import Preamble, is_used_setting, settings_beside
 from mpi_hyst._io.record import Assumption
 from mpi_hyst._quantity import SECONDS, Quantity, known_unit
 from mpi_hyst._text import digits
@@ -53,6 +55,8 @@ _MOST_STAMPS = 0.9  # of them; one may be that of a line above the table
 _OF_RIGOL = re.compile(r"(start|increment|t0|tinc|t_?inc\w*)\b.*", re.IGNORECASE)
 _START_OR_STEP = re.compile(r"(?P<start>start|t0)|increment|t_?inc", re.IGNORECASE)
 _OF_REMARKS = re.compile(r"(comment|remark|note|kommentar|bemerkung)s?\b", re.IGNORECASE)
+_OF_ZONES = 900.0  # seconds: clocks of two zones are apart by so many, or a multiple
+_APART = 0.05  # of a step
 # A text of more columns than rows has its channels in rows.
 _WIDE, _CHANNELS = 4, 32
 
@@ -299,6 +303,8 @@ class Layout:
         cells = [cell for cell in self.rows[upper] if cell]
         if len(cells) < len(self.numeric) or len(set(cells)) < len(cells):
             return
+        if is_used_setting(self.rows[upper], self.rows[lower]):
+            return
         has_units = [
             any(Quantity(cell).suffix and not known_unit(cell) for cell in self.rows[n])
             for n in (upper, lower)
@@ -326,7 +332,7 @@ class Layout:
         """
         cells = self.rows[place]
         names = trimmed(cells)
-        if cells[0] and self._keys_are_beside:
+        if cells[0] and self._keys_are_beside and not _OF_REMARKS.match(cells[0]):
             # What it says is about the other columns: `TraceName,CH1,CH2` above `,0.1,0.2`.
             return None
         if len(cells) == self.full and len(names) >= self.width:
@@ -414,6 +420,7 @@ class Layout:
         self._say_first(found)
         self._say_gaps(header, first)
         self._say_lost_unit(found)
+        self._say_starts(found)
         return self._with_preamble(self._in_rows(found), first, header)
 
     def _top(self) -> tuple[Sequence[str], Sequence[str], int | None, int]:
@@ -640,6 +647,26 @@ class Layout:
         if without[0] not in found.units and not Quantity(name).suffix:
             said = f"no unit in {name!r}, and all other names have one in brackets: it may be lost"
             self.said.append(Assumption("units", said, "doubtful", without[0]))
+
+    def _say_starts(self, found: Dialect) -> None:
+        """Say if columns of dates begin at other times: each counts from its own first row."""
+        lines = [n for n, cells in self.rows.items() if n >= found.first and self.fits(cells)]
+        if len(lines) < 2:
+            return
+        top, below = (self.rows[n] for n in lines[:2])
+        dated = [index for index in found.stamped if is_dated(top[index])]
+        steps = {index: seconds_between(top[index], below[index]) or 0.0 for index in dated}
+        # A date that stands is that of the record.
+        clocks = [index for index in dated if steps[index] > 0.0]
+        for index in clocks[1:]:
+            late = seconds_between(top[clocks[0]], top[index]) or 0.0
+            zones = abs(late / _OF_ZONES - round(late / _OF_ZONES)) * _OF_ZONES
+            if zones > _APART * steps[clocks[0]]:
+                where = "behind" if late > 0.0 else "before"
+                said = f"{found.names[index]} begins {digits(1e3 * abs(late))} ms {where} "
+                said += f"{found.names[clocks[0]]}: rows are joined by their numbers, and the "
+                said += "difference becomes a dead time or a lead; shift the columns"
+                self.said.append(Assumption("dialect", said, "doubtful"))
 
     # What else the lines above tell.
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpi_hyst._io.cells import Clock
+from mpi_hyst._io.cells import seconds_between
 from mpi_hyst._io.formats import opened_file
 from mpi_hyst._io.record import Assumption, ReadError
 from mpi_hyst._io.source import TextOptions
@@ -111,12 +111,11 @@ def _starts(begins: Mapping[Path, str]) -> Iterator[Assumption]:
     if len(set(told.values())) < 2:
         return
     (one, first), (other, second) = next((a, b) for a, b in pairwise(told.items()) if a[1] != b[1])
-    clock = Clock((first, second))
     # Between a date and a time of the day a file may have commas.
-    times = [clock.seconds(re.sub(r"[,;]\s*(?=\d+:)", " ", stamp)) for stamp in (first, second)]
-    apart = ""
-    if times[0] is not None and times[1] is not None:
-        apart = f", {digits(1e3 * abs(times[1] - times[0]))} ms apart"
+    between = seconds_between(
+        *(re.sub(r"[,;]\s*(?=\d+:)", " ", stamp) for stamp in (first, second))
+    )
+    apart = "" if between is None else f", {digits(1e3 * abs(between))} ms apart"
     said = (
         f"{one.name} tells {first}, {other.name} tells {second}{apart}: rows are joined by their "
         "numbers, and a difference of starts becomes a dead time or a lead; cut the earlier file"

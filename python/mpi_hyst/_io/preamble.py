@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from mpi_hyst._io.cells import is_number, number
+from mpi_hyst._io.cells import is_number, number, seconds_between
 from mpi_hyst._io.record import Assumption, Level, Stage
 from mpi_hyst._quantity import (
     SECONDS,
@@ -23,12 +23,14 @@ from mpi_hyst._quantity import (
     units_told,
     words_of,
 )
+from mpi_hyst._text import digits
 
 _OF_NAMES = re.compile(r"(waveform|trace ?name|source|channels?|signals?|names?)\b", re.IGNORECASE)
 _OF_UNITS = re.compile(
     r"(vertical units?|v ?units?|y[ _]?units?|units?|einheit(en)?)\b", re.IGNORECASE
 )
 _OF_TIMES = re.compile(r"(horizontal units?|h ?units?|x[ _]?units?|time ?units?)\b", re.IGNORECASE)
+_OF_STARTS = re.compile(r"t0|x0|start( ?time)?", re.IGNORECASE)
 _OF_STEPS = re.compile(
     r"(sampl\w* ?(interval|period|time)|h ?resolution|(x ?)?increment|delta[ _]?[tx]|dt|t ?inc)\b",
     re.IGNORECASE,
@@ -89,6 +91,8 @@ class Preamble:
             while told and not told[-1]:
                 told.pop()
             key = cells[0].strip('": ')
+            if _OF_STARTS.fullmatch(key):
+                self._say_starts(place, key, [cell for cell in cells[1:] if cell])
             of_channels = _channels(cells[1:]) if _OF_UNITS.match(key) else {}
             if of_channels:
                 self._take_channels(place, of_channels)
@@ -101,6 +105,19 @@ class Preamble:
                 self._take(place, key, told, len(cells) == self.full)
         for place, text in comments.items():
             self._take_comment(place, text)
+
+    def _say_starts(self, place: int, key: str, told: Sequence[str]) -> None:
+        """Say if channels begin at different times: each has a stamp, or a number of seconds."""
+        for one in told[1:]:
+            late = seconds_between(told[0], one)
+            if late is None:
+                starts = [number(cell.replace(",", "."), ".") for cell in (told[0], one)]
+                late = None if None in starts else float(starts[1] or 0) - float(starts[0] or 0)
+            if late:
+                what = f"{key} {told[0]}, {one}: channels begin {digits(1e3 * abs(late))} ms apart"
+                what += ", and their rows are joined by their numbers: the difference becomes a "
+                self._say(place, f"{what}dead time or a lead; shift the columns", level="doubtful")
+                return
 
     def read_beside(self, rows: Mapping[int, Sequence[str]]) -> None:
         """Take settings from the first rows, in columns beside the numbers.
@@ -328,6 +345,15 @@ def _channels(cells: Sequence[str]) -> dict[str, str]:
     found = [_CHANNEL.fullmatch(part) for part in parts]
     told = {one["channel"]: one["unit"].strip("[]()") for one in found if one is not None}
     return told if len(told) == len(parts) and all(map(is_like_a_unit, told.values())) else {}
+
+
+def is_used_setting(cells: Sequence[str], names: Sequence[str]) -> bool:
+    """Whether a row above the header is a setting that is used, or tells the same names."""
+    key, told = cells[0].strip('": '), [cell for cell in cells[1:] if cell]
+    if _OF_NAMES.fullmatch(key):
+        return told == [name for name in names[1:] if name]
+    is_key = _OF_UNITS.fullmatch(key) or _OF_TIMES.fullmatch(key)
+    return is_key is not None and " " in key and bool(told) and all(map(is_like_a_unit, told))
 
 
 def settings_beside(rows: Mapping[int, Sequence[str]]) -> Iterator[tuple[int, Sequence[str]]]:

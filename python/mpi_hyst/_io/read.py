@@ -186,7 +186,7 @@ def take(
         table.assumed.append(Assumption("table", f"not read: {left}", "assumed"))
     keys = [key(table.names, index) for index in indices]
     units = {
-        name: table.units.get(index) or Quantity(table.names[index]).suffix
+        name: Quantity(table.names[index], table.units.get(index, "")).suffix
         for name, index in zip(keys, indices, strict=True)
     }
     return Columns(

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from mpi_hyst._io.factors import Setting, factors_told
 from mpi_hyst._io.record import Assumption, Level, ReadError, TimeOrderError, there_are
-from mpi_hyst._quantity import is_like_a_unit, known_unit
+from mpi_hyst._quantity import TIME_NAMES, Quantity, is_like_a_unit, known_unit
 from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
 
@@ -352,6 +352,10 @@ def _taken(array: npt.NDArray[Any], which: str | int) -> Load:
 
 
 _UNITS = re.compile(r"(.*?)[ _./]*units?", re.IGNORECASE)
+_NAMES = re.compile(
+    r"(.*?)[ _./]*(names?|columns?|col_?names?|labels?|headers?|channels?|fields?|legend)",
+    re.IGNORECASE,
+)
 
 
 def texts_of(array: npt.NDArray[Any]) -> list[str] | None:
@@ -370,17 +374,32 @@ def units_of(
     texts: Mapping[str, Sequence[str]],
     columns: Mapping[str, object],
     shapes: Mapping[str, tuple[int, ...]],
+    given: Mapping[str, str],
 ) -> tuple[dict[str, str], list[Assumption]]:
     """Return the units of columns in texts beside them: `gauge_unit`, or `units` of a matrix.
 
-    What else may be units is told, as nothing is taken from it.
+    Names of its columns may hold them, too. What else may be units is told, as nothing is taken
+    from it, unless all columns have units of their own, and the same ones.
     """
     units: dict[str, str] = {}
     said: list[Assumption] = []
+    leaves = {
+        name: Quantity(re.split(r"[./]", name)[-1])
+        for name in columns
+        if name in shapes or name.rpartition(":")[0] in shapes
+    }
+    own = {
+        given.get(name) or leaf.suffix or ("s" if leaf.column.lower() in TIME_NAMES else "")
+        for name, leaf in leaves.items()
+    }
     for name, cells in texts.items():
         known = [known_unit(cell) or cell for cell in cells if is_like_a_unit(cell)]
         called = _UNITS.fullmatch(name)
-        if called is None or not known:
+        are_names = called is None and len(cells) > 1
+        if are_names:
+            called = _NAMES.fullmatch(name)
+            known = [Quantity(cell).suffix for cell in cells]
+        if called is None or not any(known):
             continue
         whole = len(known) == len(cells)
         matrix = [
@@ -391,9 +410,12 @@ def units_of(
             units[called[1]] = known[0]
         elif whole and len(matrix) == 1 and called[1] in ("", matrix[0]):
             prefix = f"{matrix[0]}:" if matrix[0] else ""
-            units |= {f"{prefix}{number}": unit for number, unit in enumerate(known)}
-        else:
-            said.append(units_not_taken(name, known))
+            units |= {f"{prefix}{number}": unit for number, unit in enumerate(known) if unit}
+            if are_names:
+                every = ", ".join(f"{prefix}{number} is {one}" for number, one in enumerate(cells))
+                said.append(Assumption("table", f"{name}: {every}"))
+        elif "" in own or not own.issuperset(filter(None, known)):
+            said.append(units_not_taken(name, list(filter(None, known))))
     return units, said
 
 
@@ -444,7 +466,7 @@ def of_arrays(
         if (units or {}).get(name):
             of_columns.update(dict.fromkeys(parts, (units or {})[name]))
     shapes = {name: one.shape for name, one in arrays.items() if name not in texts}
-    told, more = units_of(texts, columns, shapes)
+    told, more = units_of(texts, columns, shapes, of_columns)
     of_columns |= {name: unit for name, unit in told.items() if name not in of_columns}
     said += more
     sizes = {}

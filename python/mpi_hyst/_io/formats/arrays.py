@@ -13,7 +13,7 @@ import numpy.typing as npt
 from mpi_hyst._io.factors import settings_of
 from mpi_hyst._io.record import Assumption, ReadError
 from mpi_hyst._io.source import whole
-from mpi_hyst._io.table import Table, axes, of_arrays, too_many_axes
+from mpi_hyst._io.table import Table, axes, of_arrays, too_many_axes, units_not_taken
 from mpi_hyst._quantity import known_unit
 
 
@@ -63,6 +63,8 @@ def read_object(source: Any) -> Table:
     units: dict[str, str] = {}
     said: list[Assumption] = []
     settings = settings_of(_attributes(source))
+    of_all, not_taken = _units_of_all(source)
+    said += [units_not_taken(f"attribute of the {kind}", not_taken)] if not_taken else []
     index = _index(source)
     if index is not None and (index[0] not in names):
         arrays[index[0]] = index[1]
@@ -80,10 +82,12 @@ def read_object(source: Any) -> Table:
             )
         arrays[str(name)] = array
         # Those of a DataFrame are those of its columns, too.
-        own = {k: v for k, v in _attributes(column).items() if k not in _attributes(source)}
+        of_source = {k: repr(v) for k, v in _attributes(source).items()}
+        own = {k: v for k, v in _attributes(column).items() if of_source.get(k) != repr(v)}
         settings += settings_of(own, str(name))
         # Of dates a unit is how fine they are.
-        if array.dtype.kind in "fiub" and (unit := _unit(column)):
+        unit = of_all.get(name) or of_all.get(str(name)) or _unit(column, own)
+        if array.dtype.kind in "fiub" and unit:
             units[str(name)] = unit
     return of_arrays(kind, None, kind, arrays, units, assumed=said, settings=settings)
 
@@ -125,11 +129,23 @@ def _array(column: Any) -> npt.NDArray[Any]:
     return np.asarray(column if magnitude is None else magnitude)
 
 
-def _unit(column: Any) -> str:
-    """Return the unit that a column has beside its numbers: in its attributes, or of its own."""
-    told = getattr(column, "attrs", {}).get("units", "")
+def _units_of_all(source: Any) -> tuple[dict[Any, str], list[str]]:
+    """Return the units that a DataFrame tells of its columns by name, and those without a name."""
+    told = next((v for k, v in _attributes(source).items() if str(k).lower() in _UNITS), None)
+    if isinstance(told, Mapping):
+        return {name: known_unit(str(one)) or str(one) for name, one in told.items() if one}, []
+    every = [told] if isinstance(told, str) else told if isinstance(told, list | tuple) else []
+    return {}, [known_unit(str(one)) or str(one) for one in every if one]
+
+
+_UNITS = ("units", "unit")
+
+
+def _unit(column: Any, own: Mapping[str, Any]) -> str:
+    """Return the unit that a column has beside its numbers: in its own attributes, or itself."""
+    told = own.get("units", "")
     for name in ("unit", "units"):
-        told = told or getattr(column, name, "")
+        told = told or own.get(name, "") or getattr(column, name, "")
     text = "" if callable(told) else str(told or "")
     return known_unit(text) or text
 

@@ -45,6 +45,7 @@ def read_as(path: Path, format_name: str, separator: str) -> Table:
     texts: dict[str, list[str]] = {}
     shapes: dict[str, tuple[int, ...]] = {}
     settings: list[Setting] = []
+    beside: dict[str, list[str]] = {}
 
     def visit(place: str, item: Any) -> None:
         """Add the columns of a dataset. External links are not followed."""
@@ -52,6 +53,7 @@ def read_as(path: Path, format_name: str, separator: str) -> Table:
             return
         name = place.replace("/", separator)
         settings.extend(settings_of(item.attrs, name if isinstance(item, h5py.Dataset) else ""))
+        beside.update(_texts(item, f"{name}{separator}" if name else ""))
         if not isinstance(item, h5py.Dataset):
             if told := _units(item):
                 said.append(units_not_taken(f"attribute of group {name or '/'}", told))
@@ -93,8 +95,8 @@ def read_as(path: Path, format_name: str, separator: str) -> Table:
     with whole(path, "HDF5 file"), h5py.File(path, "r") as file:
         visit("", file)
         file.visititems(visit)
-    beside, more = units_of(texts, columns, shapes)
-    units = {**beside, **units}
+    told, more = units_of({**beside, **texts}, columns, shapes, units)
+    units = {**told, **units}
     said += more
     return ArrayTable(
         *(str(path), path, format_name, columns, sizes, units),
@@ -158,6 +160,17 @@ def _unpacked(column: npt.NDArray[Any], attributes: Any) -> npt.NDArray[Any]:
 
 
 _DEFAULTS = (("scale_factor", 1.0), ("add_offset", 0.0))
+
+
+def _texts(item: Any, prefix: str) -> dict[str, list[str]]:
+    """Return the texts in the attributes of a dataset or a group, by their places."""
+    found = {}
+    for name, value in item.attrs.items():
+        array = np.asarray(value, dtype=object if isinstance(value, str) else None)
+        texts = texts_of(array.reshape(-1)) if name not in _UNIT_ATTRIBUTES else None
+        if texts:
+            found[f"{prefix}{name}"] = texts
+    return found
 
 
 def _units(item: Any) -> list[str]:

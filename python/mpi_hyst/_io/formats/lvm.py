@@ -26,7 +26,7 @@ def read_lvm(path: Path, lines: Lines, packed: str, options: TextOptions = PLAIN
     del options
     lvm_read = reader(str(path), "lvm_read", "lvm")
     with whole(path, "LabVIEW measurement file"):
-        text = [f"{line}\n" for line in lines]
+        text = _padded([f"{line}\n" for line in lines])
         found = lvm_read.read_str("".join(text))
         segments = [found[number] for number in range(found["Segments"])]
         parts = [_Channels(segment, segments[0]) for segment in segments]
@@ -61,6 +61,24 @@ def read_lvm(path: Path, lines: Lines, packed: str, options: TextOptions = PLAIN
         assumed=said,
         called=called,
     )
+
+
+def _padded(lines: Sequence[str]) -> list[str]:
+    """Return the lines with as many tabs behind `Channels` as there are names below.
+
+    lvm_read counts the columns by them, and programs may have cut them off.
+    """
+    padded = list(lines)
+    counted: int | None = None
+    for place, line in enumerate(lines):
+        key = line.split("\t", 1)[0]
+        if key == "Channels":
+            counted = place
+        elif key == "X_Value" and counted is not None:
+            more = line.count("\t") - lines[counted].count("\t")
+            padded[counted] = lines[counted].rstrip("\r\n") + "\t" * max(0, more) + "\n"
+            counted = None
+    return padded
 
 
 def _compared(path: Path, parts: Sequence[_Channels]) -> Iterator[Assumption]:

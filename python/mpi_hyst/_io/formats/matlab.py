@@ -42,6 +42,8 @@ def _flat(name: str, value: Any) -> dict[str, Any]:
     # Cells, and structures in an array: scipy makes lists of some.
     if is_cells or isinstance(value, list):
         cells = value.reshape(-1) if is_cells else value
+        if len(cells) and all(isinstance(one, str) for one in cells):
+            return {name: np.asarray([str(one) for one in cells])}
         parts = [_flat(f"{name}.{index}", one) for index, one in enumerate(cells)]
         return {k: v for part in parts for k, v in part.items()}
     return {name: value}

@@ -66,7 +66,10 @@ def _clocks(channels: dict[str, Any]) -> dict[str, Began]:
 
 
 def _unit(channel: Any) -> str:
-    text = str(
-        channel.properties.get("unit_string") or channel.properties.get("NI_UnitDescription", "")
-    )
+    """Return the unit of a channel: as LabVIEW writes it, else as other programs do."""
+    told = {name.lower(): value for name, value in channel.properties.items()}
+    text = str(next(filter(None, map(told.get, _UNITS)), ""))
     return known_unit(text) or text
+
+
+_UNITS = ("unit_string", "ni_unitdescription", "unit", "units", "unit_description", "y_unit")

@@ -396,6 +396,8 @@ class TextTable:
             if all(is_number(cell, ".") and "." not in cell for cell in bare):
                 twice = "twice as many cells as names, " if got == 2 * width else ""
                 why = f": {twice}decimal commas between commas? separate the cells by semicolons"
+        elif got > width:
+            why = self._way_to_the_next_table(cells)
         message = f"expected {width} cells {where}, got {got}{why}"
         raise ReadError(f"{self.source}, line {self._number}: {message}", self._whole_rows)
 
