@@ -224,7 +224,8 @@ def test_identify_finds_the_gain(asked: Any) -> None:
     assert (of_tau > 0.0) == (asked == "fit")
     # A play that no drive moves and the offset are told together alone: what that moves stays below the noise.
     assert 0.5 * abs(truth.amplitude) * abs(gain.zero) < 0.01
-    assert found.fit.rmse < 0.0102
+    # um: noise of 0.01, and what twenty even thresholds leave of a hysteresis that has others
+    assert found.fit.rmse < 0.012
     assert mh.identify(u, y, **PLAIN).fit.rmse > 0.05
     # The stage does what the fit predicts.
     assert found.stage.slow_gain == gain

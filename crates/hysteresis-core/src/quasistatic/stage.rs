@@ -311,8 +311,7 @@ impl<H> Stage<H> {
 
 /// The position of a stage without its fast dynamics, sample by sample: y = creep(g(phi(H\[gamma(u)\]) + s)).
 ///
-/// The position belongs to the moment at which the drive is put out; loop shift s, slow gain g and creep move on from
-/// sample to sample.
+/// The position belongs to the moment at which the drive is put out; s, g and creep move on from sample to sample.
 ///
 /// ```
 /// use hysteresis_core::{CreepTerms, CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
@@ -574,8 +573,7 @@ impl QuasiStaticInverse {
         self.stage.creep.settle(h);
     }
 
-    /// The position of now: what the hysteresis has reached, by how much its loop has shifted, by which gain, and what
-    /// has crept.
+    /// The position of now: what the hysteresis has reached, with loop shift, slow gain and creep.
     #[must_use]
     pub fn position(&self) -> f64 {
         self.reached() + self.stage.creep.crept()

@@ -46,7 +46,7 @@ use crate::convert::objects::{Reduced, hash, keywords, reduce};
 /// >>> y = stage.forward(0.01).run(drive)
 /// >>> first, last = y[100:200], y[-100:]
 /// >>> round(float((last.max() - last.min()) / (first.max() - first.min())), 4)
-/// 0.9959
+/// 0.9963
 #[pyclass(module = "mpi_hyst.plant", frozen)]
 pub(crate) struct SlowGain(pub(crate) stage::SlowGain);
 
