@@ -222,7 +222,7 @@ def test_identify_finds_the_gain(asked: Any) -> None:
     assert 0.0 < of_amplitude < 0.05 * abs(gain.amplitude)
     assert gain.time_constant == pytest.approx(truth.time_constant, abs=4.0 * of_tau)
     assert (of_tau > 0.0) == (asked == "fit")
-    # A play that no drive moves and the offset are told together alone: what that moves stays below the noise.
+    # A play that no drive moves stands for an offset: what that moves stays below the noise.
     assert 0.5 * abs(truth.amplitude) * abs(gain.zero) < 0.01
     # um: noise of 0.01, and what twenty even thresholds leave of a hysteresis that has others
     assert found.fit.rmse < 0.012

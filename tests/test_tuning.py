@@ -285,7 +285,9 @@ def test_a_controller_takes_a_tuning_of_its_stage() -> None:
     assert (controller.kp, controller.ki) == (cautious.kp, cautious.ki)
     assert controller.filters == tuple(one.section(DT) for one in cautious.filters)
     assert controller.ki < stage.controller(DT).ki
-    with pytest.raises(ValueError, match=r"tuning: expected one for dt = 0.0002, got one for 0.0001"):
+    with pytest.raises(
+        ValueError, match=r"tuning: expected one for dt = 0.0002, got one for 0.0001"
+    ):
         stage.controller(2.0 * DT, tuning=cautious)
     with pytest.raises(ValueError, match=r"tuning: expected None beside kp and ki"):
         stage.controller(DT, kp=0.0, ki=10.0, tuning=cautious)

@@ -37,7 +37,7 @@ class SlowGain:
         self.mean_square = 0.0
 
     def step(self, drive: float, position: float) -> float:
-        """Return what the gain of now makes of a position; then the drive is held for one interval."""
+        """Return what the gain makes of a position; then the drive is held for one interval."""
         changed = self.zero + (1.0 + self.amplitude * self.mean_square) * (position - self.zero)
         x = drive / self.half_range
         behind = min(max(x - self.follower, -1.0), 1.0)

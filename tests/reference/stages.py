@@ -1,4 +1,4 @@
-"""A whole stage in plain Python: dead time, hysteresis, loop shift, slow gain, creep and one mode."""
+"""A stage in plain Python: dead time, hysteresis, loop shift, slow gain, creep and one mode."""
 
 from __future__ import annotations
 

@@ -56,7 +56,10 @@ impl Tuning {
     /// Gains and filters, if they are for a stage and a sampling interval: with others the loop may be unstable.
     pub(crate) fn of_stage(&self, stage: &Stage, dt: f64) -> PyResult<tuning::Tuning> {
         if self.options.dt != dt {
-            return Err(value("tuning", format_args!("expected one for dt = {dt:?}, got one for {:?}", self.options.dt)));
+            return Err(value(
+                "tuning",
+                format_args!("expected one for dt = {dt:?}, got one for {:?}", self.options.dt),
+            ));
         }
         if self.stage != *stage {
             return Err(value("tuning", "expected one of this stage, as `tune` of it gives, got one of another stage"));

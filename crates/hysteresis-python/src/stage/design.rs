@@ -339,12 +339,7 @@ impl Argument<'_> for Smoothing {
 
 impl Stage {
     /// The gains that were asked for.
-    fn gains(
-        &self,
-        given: (Option<f64>, Option<f64>),
-        tuning: Option<&Bound<'_, Tuning>>,
-        dt: f64,
-    ) -> PyResult<Gains> {
+    fn gains(&self, given: (Option<f64>, Option<f64>), tuning: Option<&Bound<'_, Tuning>>, dt: f64) -> PyResult<Gains> {
         match (both(given)?, tuning.map(|tuning| tuning.get())) {
             (None, None) => Ok(Gains::Tuned),
             (Some(gains), None) => Ok(Gains::Given(gains)),
