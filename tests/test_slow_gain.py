@@ -153,7 +153,9 @@ def test_a_stage_keeps_its_gain(tmp_path: Path) -> None:
 
 def test_ranges_count_the_gain_and_the_bracket_leaves_it_out() -> None:
     with_gain, without = stage(), stage(slow_gain=None)
-    (low, high), (lowest, highest) = with_gain.position_range, without.position_range
+    changed, plain = with_gain.position_range, without.position_range
+    assert changed is not None and plain is not None
+    (low, high), (lowest, highest) = changed, plain
     assert low > lowest and high < highest
     assert high == pytest.approx(30.0 + 0.96 * (highest - 30.0), rel=1e-12)
     brackets = [one.bracket() for one in (with_gain, without)]
@@ -248,7 +250,8 @@ def test_a_gain_needs_seconds() -> None:
     with pytest.raises(ValueError, match="dt: expected") as caught:
         mh.identify(u, y, slow_gain=12.0, **{**PLAIN, "dt": None})
     assert parameter_of(caught.value) == "dt"
+    wrong: Any
     for wrong, error in ((0.0, ValueError), ("auto", TypeError)):
-        with pytest.raises(error, match="slow_gain: expected") as caught:
+        with pytest.raises(error, match="slow_gain: expected") as refused:
             mh.identify(u, y, slow_gain=wrong, **PLAIN)
-        assert parameter_of(caught.value) == "slow_gain"
+        assert parameter_of(refused.value) == "slow_gain"
