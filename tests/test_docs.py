@@ -114,7 +114,7 @@ def test_every_link_between_files_leads_to_one(page: Path) -> None:
 
 
 def test_the_example_of_the_first_page_is_that_of_the_readme() -> None:
-    """The README runs as a doctest; once is enough."""
+    """What the README shows is run above; once is enough."""
     (shown,) = (one for one in blocks(DOCS / "index.md") if one.text.startswith(">>> "))
     assert shown.text in (CHECKOUT / "README.md").read_text("utf-8")
 
