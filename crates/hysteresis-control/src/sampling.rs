@@ -166,6 +166,7 @@ pub fn reserve<T>(parameter: &'static str, samples: u32) -> Result<Vec<T>, Error
 ///
 /// # Errors
 /// [`Error::Whole`] for a line that is not above 0 and below half of the samples, [`Error::OutOfMemory`] for more samples than fit.
+#[expect(clippy::missing_panics_doc, reason = "both have the lengths of the plan, and the mean is real")]
 pub fn cosines(samples: u32, lines: &[(u32, f64)]) -> Result<Vec<f64>, Error> {
     lines.iter().try_for_each(|(line, _)| check_line(*line, samples))?;
     let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(samples as usize);

@@ -134,7 +134,7 @@ impl Activity {
     #[inline]
     pub(super) fn hold(&mut self, drive: f64) {
         let x = drive / self.terms.half_range;
-        let behind = (x - self.follower).max(-1.0).min(1.0);
+        let behind = (x - self.follower).clamp(-1.0, 1.0);
         self.mean_square = self.terms.decay * self.mean_square + self.square_gain * (behind * behind);
         self.follower = x - self.follower_decay * behind;
     }

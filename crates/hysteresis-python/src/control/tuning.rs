@@ -55,7 +55,7 @@ impl Tuning {
 
     /// Gains and filters, if they are for a stage and a sampling interval: with others the loop may be unstable.
     pub(crate) fn of_stage(&self, stage: &Stage, dt: f64) -> PyResult<tuning::Tuning> {
-        if self.options.dt != dt {
+        if self.options.dt.to_bits() != dt.to_bits() {
             return Err(value(
                 "tuning",
                 format_args!("expected one for dt = {dt:?}, got one for {:?}", self.options.dt),

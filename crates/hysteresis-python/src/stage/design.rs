@@ -340,7 +340,7 @@ impl Argument<'_> for Smoothing {
 impl Stage {
     /// The gains that were asked for.
     fn gains(&self, given: (Option<f64>, Option<f64>), tuning: Option<&Bound<'_, Tuning>>, dt: f64) -> PyResult<Gains> {
-        match (both(given)?, tuning.map(|tuning| tuning.get())) {
+        match (both(given)?, tuning.map(Bound::get)) {
             (None, None) => Ok(Gains::Tuned),
             (Some(gains), None) => Ok(Gains::Given(gains)),
             (Some(_), Some(_)) => Err(errors::value("tuning", "expected None beside kp and ki")),
