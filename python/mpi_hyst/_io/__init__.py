@@ -5,6 +5,7 @@
 | bytes | `source.py`, `joined.py` | unpacks, decodes, and hands out lines; joins files |
 | dialect | `dialect.py` | finds what separates cells, the decimal mark, the header and the units |
 | | `marks.py`, `names.py`, `first_row.py`, `preamble.py` | what cells and rows tell |
+| | `layout_doubts.py` | what speaks against the table that was found |
 | table | `table.py`, `cells.py` | columns with names and units, numbers that are checked |
 | | `factors.py` | factors and offsets beside the columns |
 | roles | `roles.py` | which column is the time, the drive, the position |

@@ -13,21 +13,19 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise, zip_longest
+from itertools import zip_longest
 
 from mpi_hyst._io.cells import (
     MISSING,
     is_comment,
-    is_dated,
     is_like_a_number,
     is_number,
     is_stamp,
     number,
-    seconds_between,
     split,
 )
-from mpi_hyst._io.clocks import rows_before
-from mpi_hyst._io.first_row import COUNT, goes_on, is_word, may_be_names, may_be_settings
+from mpi_hyst._io.first_row import COUNT, goes_on
+from mpi_hyst._io.layout_doubts import OF_REMARKS, OF_RIGOL, Laid, doubts_of
 from mpi_hyst._io.marks import Marks, marks_of, unparted, why_pairs
 from mpi_hyst._io.names import (
     are_names,
@@ -40,7 +38,7 @@ from mpi_hyst._io.names import (
 )
 from mpi_hyst._io.preamble import Preamble, is_used_setting, settings_beside
 from mpi_hyst._io.record import Assumption
-from mpi_hyst._quantity import SECONDS, Quantity, known_unit
+from mpi_hyst._quantity import Quantity, known_unit
 from mpi_hyst._text import digits
 
 DELIMITERS = {
@@ -52,11 +50,7 @@ DELIMITERS = {
 }
 _FIRST_ROWS = 20  # rows that tell a column of stamps
 _MOST_STAMPS = 0.9  # of them; one may be that of a line above the table
-_OF_RIGOL = re.compile(r"(start|increment|t0|tinc|t_?inc\w*)\b.*", re.IGNORECASE)
 _START_OR_STEP = re.compile(r"(?P<start>start|t0)|increment|t_?inc", re.IGNORECASE)
-_OF_REMARKS = re.compile(r"(comment|remark|note|kommentar|bemerkung)s?\b", re.IGNORECASE)
-_OF_ZONES = 900.0  # seconds: clocks of two zones are apart by so many, or a multiple
-_APART = 0.05  # of a step
 # A text of more columns than rows has its channels in rows.
 _WIDE, _CHANNELS = 4, 32
 
@@ -332,13 +326,13 @@ class Layout:
         """
         cells = self.rows[place]
         names = trimmed(cells)
-        if cells[0] and self._keys_are_beside and not _OF_REMARKS.match(cells[0]):
+        if cells[0] and self._keys_are_beside and not OF_REMARKS.match(cells[0]):
             # What it says is about the other columns: `TraceName,CH1,CH2` above `,0.1,0.2`.
             return None
         if len(cells) == self.full and len(names) >= self.width:
             names = list(cells) if len(cells) == self.width else names
         elif len(names) > self.width:
-            if not all(_OF_RIGOL.fullmatch(name) for name in names[self.width :]):
+            if not all(OF_RIGOL.fullmatch(name) for name in names[self.width :]):
                 return None
             names = names[: self.width]
         names += [""] * (self.width - len(names)) if len(cells) >= self.width else []
@@ -416,12 +410,31 @@ class Layout:
             what = f"time: {steps[0]:g} s + {steps[1]:g} s x {found.names[0]}, which counts samples"
             self.said.append(Assumption("dialect", what, "assumed", 0))
         self.said += self.marks.told()
-        self._say_shift(found)
-        self._say_first(found)
-        self._say_gaps(header, first)
-        self._say_lost_unit(found)
-        self._say_starts(found)
+        self.said += doubts_of(self._laid(found))
         return self._with_preamble(self._in_rows(found), first, header)
+
+    def _laid(self, found: Dialect) -> Laid:
+        """Return the table that was found, with its rows among those that decided."""
+        rows = {n: cells for n, cells in self.rows.items() if n >= found.first and self.fits(cells)}
+        heading, place = "", found.header
+        if self.delimiter == " " and place is not None and place < len(self.lines):
+            heading = self._bare(place)
+        return Laid(
+            names=found.names,
+            units=found.units,
+            numeric=found.numeric,
+            stamped=found.stamped,
+            decimal=self.decimal or ".",
+            header=found.header,
+            above=() if self.header is None else self.header[1],
+            heading=heading,
+            first=found.first,
+            first_row=self.rows.get(found.first, []),
+            rows=rows,
+            texts=[line.strip() for line in self.lines[found.first : found.first + _FIRST_ROWS]],
+            data=self.data,
+            width=self.width,
+        )
 
     def _top(self) -> tuple[Sequence[str], Sequence[str], int | None, int]:
         """Return names, units, the line of the header and that of the first row."""
@@ -537,136 +550,6 @@ class Layout:
             "columns are numbered, and no name and no unit is taken from it; mend that line"
         )
         self.said.append(Assumption("dialect", said, "doubtful"))
-
-    def _say_shift(self, found: Dialect) -> None:
-        """Say if names may stand above other columns than theirs.
-
-        A column without a name has numbers, and one with a name has none. Or no column is called as
-        a time, and one with another unit grows as a time does.
-        """
-        if self.header is None:
-            return
-        names = self.header[1]
-        nameless = [index for index in self.numeric if index and not names[index]]
-        if nameless and any(names[self.width :]):
-            empty = next(name for name in names[self.width :] if name)
-            said = (
-                f"column {nameless[0]} has numbers and no name, {empty} has a name and no numbers"
-            )
-            self.said.append(Assumption("dialect", f"{said}: names may be shifted", "doubtful"))
-        for index in self.numeric:
-            if (
-                '"' in names[index]
-                and not Quantity(names[index], found.units.get(index, "")).suffix
-            ):
-                said = f"a quotation mark in the name {names[index]!r}: it may part a unit"
-                self.said.append(Assumption("dialect", said, "doubtful"))
-        named = [names[index] for index in self.numeric]
-        remarks = [one for one in named if _OF_REMARKS.match(one) or _OF_RIGOL.fullmatch(one)]
-        if remarks:
-            said = f"column {remarks[0]} has numbers: names may be shifted"
-            self.said.append(Assumption("dialect", said, "doubtful"))
-        quantities = [Quantity(name, found.units.get(i, "")) for i, name in enumerate(found.names)]
-        if len(self.numeric) < 3 or any(one.is_time or one.name == "t" for one in quantities):
-            return
-        for index in self.numeric:
-            column = [number(cells[index], self.decimal or ".") for cells in self.data]
-            known = [value for value in column if value is not None]
-            steps = [b - a for a, b in pairwise(known)]
-            even = steps and min(steps) > 0.0 and max(steps) - min(steps) <= 1e-3 * max(steps)
-            unit = quantities[index].suffix
-            if even and unit and unit not in SECONDS:
-                name = found.names[index]
-                said = f"{name} grows in equal steps as a time does, and no column is called so"
-                self.said.append(
-                    Assumption("dialect", f"{said}: a name may be missing", "doubtful")
-                )
-
-    def _say_first(self, found: Dialect) -> None:
-        """Say if the first row may be a setting, or a header of numbers."""
-        header, first = found.header, found.first
-        row = self.rows.get(first, [])[: self.width]
-        below = [cells for place, cells in self.rows.items() if place > first and self.fits(cells)]
-        words = [row[index] for index in self.numeric if index < len(row) and is_word(row[index])]
-        if words:
-            said = f"line {first + 1}: {words[0]!r} stands where the rows below have numbers: it "
-            said += "is hardly a row of the table; leave out that line"
-            self.said.append(Assumption("dialect", said, "doubtful"))
-        if header is None and may_be_names(row, below, self.decimal or "."):
-            said = f"line {first + 1}, {', '.join(row)}: taken for a row, though it may be names"
-            self.said.append(Assumption("dialect", f"{said}; --skip-lines {first + 1}", "doubtful"))
-        elif header is not None and may_be_settings(row, below, self.decimal or "."):
-            said = f"line {first + 1}, {', '.join(row)}: taken for a row, though it is far from "
-            said += "the next ones and may hold settings; leave out that line"
-            self.said.append(Assumption("dialect", said, "doubtful"))
-        else:
-            self._say_clock(found)
-
-    def _say_clock(self, found: Dialect) -> None:
-        """Say which first rows do not lead to the first clock that runs behind them."""
-        lines = [n for n, cells in self.rows.items() if n >= found.first and self.fits(cells)]
-        for index in self.numeric:
-            name, unit = found.names[index], found.units.get(index, "")
-            values = [number(self.rows[n][index], self.decimal or ".") for n in lines]
-            known = [value for value in values if value is not None]
-            if Quantity(name, unit).suffix not in ("", *SECONDS) or len(known) < len(values):
-                continue
-            if (count := rows_before(known)) is None:
-                continue
-            if count:
-                top, last, next_ = lines[0] + 1, lines[count - 1] + 1, lines[count] + 1
-                which = f"line {top} does" if count == 1 else f"lines {top} to {last} do"
-                way = f"--skip-lines {last}" if found.header is None else "leave them out"
-                said = f"{which} not go on as column {name} does from line {next_} on, and may "
-                said += f"hold settings; {way}"
-                self.said.append(Assumption("dialect", said, "doubtful"))
-            return
-
-    def _say_gaps(self, header: int | None, first: int) -> None:
-        """Say if names are parted at single blanks, and wider gaps part another number of them."""
-        if self.delimiter != " " or header is None or header >= len(self.lines):
-            return
-        names, wide = self._bare(header), r"\S(\s{2,}|\t)\S"
-        rows = [line.strip() for line in self.lines[first : first + _FIRST_ROWS]]
-        if not re.search(wide, names) or any(re.search(wide, row) for row in rows):
-            return
-        count = len(re.split(r"\s{2,}|\t", names))
-        if count != self.width and not re.search(r"[\[(,;]", names):
-            said = f"line {header + 1} has {count} names with wide gaps between them, and "
-            said += f"{self.width} words: names may be shifted"
-            self.said.append(Assumption("dialect", said, "doubtful"))
-
-    def _say_lost_unit(self, found: Dialect) -> None:
-        """Say if all names have a unit in brackets but for one."""
-        names = {index: found.names[index] for index in found.numeric}
-        without = [n for n, name in names.items() if not re.search(r"[\[(].+[\])]", name)]
-        quantities = [Quantity(name) for index, name in names.items() if index not in without]
-        if len(without) != 1 or len(quantities) < 2 or not all(one.suffix for one in quantities):
-            return
-        name = names[without[0]]
-        if without[0] not in found.units and not Quantity(name).suffix:
-            said = f"no unit in {name!r}, and all other names have one in brackets: it may be lost"
-            self.said.append(Assumption("units", said, "doubtful", without[0]))
-
-    def _say_starts(self, found: Dialect) -> None:
-        """Say if columns of dates begin at other times: each counts from its own first row."""
-        lines = [n for n, cells in self.rows.items() if n >= found.first and self.fits(cells)]
-        if len(lines) < 2:
-            return
-        top, below = (self.rows[n] for n in lines[:2])
-        dated = [index for index in found.stamped if is_dated(top[index])]
-        steps = {index: seconds_between(top[index], below[index]) or 0.0 for index in dated}
-        # A date that stands is that of the record.
-        clocks = [index for index in dated if steps[index] > 0.0]
-        for index in clocks[1:]:
-            late = seconds_between(top[clocks[0]], top[index]) or 0.0
-            zones = abs(late / _OF_ZONES - round(late / _OF_ZONES)) * _OF_ZONES
-            if zones > _APART * steps[clocks[0]]:
-                where = "behind" if late > 0.0 else "before"
-                said = f"{found.names[index]} begins {digits(1e3 * abs(late))} ms {where} "
-                said += f"{found.names[clocks[0]]}: rows are joined by their numbers, and the "
-                said += "difference becomes a dead time or a lead; shift the columns"
-                self.said.append(Assumption("dialect", said, "doubtful"))
 
     # What else the lines above tell.
 

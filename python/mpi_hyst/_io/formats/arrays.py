@@ -62,7 +62,10 @@ def read_object(source: Any) -> Table:
     arrays: dict[str, npt.NDArray[Any]] = {}
     units: dict[str, str] = {}
     said: list[Assumption] = []
-    settings = settings_of(_attributes(source))
+    attributes = _attributes(source)
+    settings = settings_of(attributes)
+    # Those of a DataFrame are those of its columns, too.
+    of_source = {key: repr(value) for key, value in attributes.items()}
     of_all, not_taken = _units_of_all(source)
     said += [units_not_taken(f"attribute of the {kind}", not_taken)] if not_taken else []
     index = _index(source)
@@ -81,8 +84,6 @@ def read_object(source: Any) -> Table:
                 f"{kind}, column {name}: expected one dimension or two, got {array.ndim}: {what}"
             )
         arrays[str(name)] = array
-        # Those of a DataFrame are those of its columns, too.
-        of_source = {k: repr(v) for k, v in _attributes(source).items()}
         own = {k: v for k, v in _attributes(column).items() if of_source.get(k) != repr(v)}
         settings += settings_of(own, str(name))
         # Of dates a unit is how fine they are.
