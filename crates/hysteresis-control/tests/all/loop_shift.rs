@@ -1,50 +1,30 @@
 //! A stage whose loops shift.
 
-use hysteresis_control::linear::{Creep, FirstOrder, SecondOrder};
-use hysteresis_control::stage::{
-    FeedForwardKind, Identified, LoopShift, PrecompensateOptions, Stage, StageParts, StageState,
-};
-use hysteresis_core::{ControllerOptions, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Process, Ratios};
+use hysteresis_control::stage::{Identified, LoopShift, PrecompensateOptions, Stage, StageParts, StageState};
+use hysteresis_core::{PiecewiseLinearMap, Process};
 
-const DT: f64 = 1e-4;
+use crate::support::past_drives::{
+    DT, creeping, error_behind_inverse, error_in_open_loop, error_of_feedforward, error_of_sub_steps, largest,
+    reference, with_a_mode,
+};
 
 fn loop_shift() -> LoopShift {
     LoopShift::new(75.0, 75.0, [-8.0, 3.0], 0.02, 0.5).unwrap()
 }
 
-/// 0 to 150 V, 80 um; what the shift adds is up to 3 um.
+/// What the shift adds is up to 3 um.
 fn parts() -> StageParts {
-    let r: Vec<f64> = (0..20).map(|i| 7.5 * f64::from(i)).collect();
-    let w: Vec<f64> = (0..20).map(|i| if i == 0 { 0.4 } else { 0.01 }).collect();
-    let hysteresis = ModifiedPrandtlIshlinskii::from_ratios(&w, &r, Ratios::PAPER, Offsets::default()).unwrap();
-    StageParts {
-        loop_shift: Some(loop_shift()),
-        creep: Some(Creep::logarithmic(0.012, 0.01, 100.0, 8).unwrap()),
-        input_map: Some(PiecewiseLinearMap::new(&[0.0, 50.0, 150.0], &[0.0, 55.0, 150.0]).unwrap()),
-        output_map: Some(PiecewiseLinearMap::new(&[0.0, 40.0, 100.0], &[0.0, 42.0, 100.0]).unwrap()),
-        limits: Some((-30.0, 150.0)),
-        ..StageParts::new(hysteresis)
-    }
+    let input_map = Some(PiecewiseLinearMap::new(&[0.0, 50.0, 150.0], &[0.0, 55.0, 150.0]).unwrap());
+    StageParts { loop_shift: Some(loop_shift()), input_map, ..creeping() }
 }
 
 fn dynamic() -> StageParts {
-    StageParts { dynamics: SecondOrder::new(800.0, 0.1).unwrap().into(), dead_time: 1.5e-4, ..parts() }
-}
-
-/// From 0 with no velocity: 20 Hz.
-fn reference(samples: u32) -> Vec<f64> {
-    (0..samples).map(|k| 25.0 - 25.0 * (core::f64::consts::TAU * 20.0 * DT * f64::from(k)).cos()).collect()
-}
-
-fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.map(f64::abs).fold(0.0, f64::max)
+    with_a_mode(parts())
 }
 
 #[test]
 fn forward_of_inverse_is_the_target() {
-    let stage = Stage::new(parts()).unwrap();
-    let (mut forward, mut inverse) = (stage.forward(DT).unwrap(), stage.inverse(DT, None).unwrap());
-    let error = largest(reference(5000).iter().map(|target| forward.step(inverse.step(*target)) - target));
+    let error = error_behind_inverse(parts());
     assert!(error < 1e-11 * 100.0, "{error} um");
 }
 
@@ -53,12 +33,7 @@ fn open_loop_follows_a_reference_that_a_rigid_model_misses() {
     let reference = reference(4000);
     let stage = Stage::new(dynamic()).unwrap();
     let rigid = Stage::new(StageParts { loop_shift: None, ..dynamic() }).unwrap();
-    let error = |model: &Stage| {
-        let drive = model.precompensate(&reference, DT, &PrecompensateOptions::default()).unwrap().drive;
-        let mut bench = stage.forward(DT).unwrap();
-        let rows: Vec<f64> = drive.iter().zip(&reference).map(|(u, r)| bench.step(*u) - r).collect();
-        largest(rows[1000..].iter().copied())
-    };
+    let error = |model: &Stage| error_in_open_loop(&stage, model, &reference, 1000);
     let (with, without) = (error(&stage), error(&rigid));
     assert!(with < 1e-3 && without > 0.5, "{with} {without}");
 }
@@ -82,33 +57,14 @@ fn a_lead_in_begins_where_the_loop_is_still_shifted() {
 
 #[test]
 fn a_controller_feeds_the_shift_forward() {
-    let stage = Stage::new(parts()).unwrap();
-    let options = ControllerOptions { bumpless_time: 0.0, ..ControllerOptions::new(0.0, 0.0, DT, (-30.0, 150.0)) };
-    let mut controller = stage.controller(FeedForwardKind::Inverse, &options).unwrap();
-    let mut bench = stage.forward(DT).unwrap();
-    let mut position = bench.output();
-    let mut error = 0.0_f64;
-    for target in reference(3000) {
-        let drive = controller.step(target.into(), position);
-        position = bench.advance(drive);
-        error = error.max((position - target).abs());
-    }
+    let error = error_of_feedforward(parts(), 3000);
     assert!(error < 1e-9, "{error} um");
 }
 
-/// Sub-steps of an amplifier have terms of their own: the interval of the samples must not matter.
 #[test]
 fn the_shift_behind_an_amplifier_is_that_of_its_voltage() {
-    let amplifier = Some(FirstOrder::new(279.0).unwrap());
-    let stage = Stage::new(StageParts { amplifier, ..dynamic() }).unwrap();
-    let (mut coarse, mut fine) = (stage.forward(DT).unwrap(), stage.forward(DT / 10.0).unwrap());
-    let mut error = 0.0_f64;
-    for k in 0..3000_u32 {
-        let drive = 75.0 - 75.0 * (0.0126 * f64::from(k)).cos();
-        let position = (0..10).map(|_| fine.advance(drive)).last().unwrap();
-        error = error.max((coarse.advance(drive) - position).abs());
-    }
-    assert!(coarse.sub_steps() >= 8 && error < 2e-3, "{error} um");
+    let error = error_of_sub_steps(dynamic());
+    assert!(error < 2e-3, "{error} um");
 }
 
 #[test]

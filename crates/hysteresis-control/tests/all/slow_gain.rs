@@ -1,47 +1,28 @@
 //! A stage whose loops change their size while the drive cycles.
 
-use hysteresis_control::linear::{Creep, FirstOrder, SecondOrder};
-use hysteresis_control::stage::{FeedForwardKind, PrecompensateOptions, SlowGain, Stage, StageParts};
-use hysteresis_core::{ControllerOptions, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Process, Ratios};
+use hysteresis_control::stage::{SlowGain, Stage, StageParts};
 
-const DT: f64 = 1e-4;
+use crate::support::past_drives::{
+    creeping, error_behind_inverse, error_in_open_loop, error_of_feedforward, error_of_sub_steps, reference,
+    with_a_mode,
+};
 
 fn slow_gain() -> SlowGain {
     SlowGain::new(75.0, -0.1, 20.0, 0.3).unwrap()
 }
 
-/// 0 to 150 V, 80 um; the gain falls by some per cent.
+/// The gain falls by some per cent.
 fn parts() -> StageParts {
-    let r: Vec<f64> = (0..20).map(|i| 7.5 * f64::from(i)).collect();
-    let w: Vec<f64> = (0..20).map(|i| if i == 0 { 0.4 } else { 0.01 }).collect();
-    let hysteresis = ModifiedPrandtlIshlinskii::from_ratios(&w, &r, Ratios::PAPER, Offsets::default()).unwrap();
-    StageParts {
-        slow_gain: Some(slow_gain()),
-        creep: Some(Creep::logarithmic(0.012, 0.01, 100.0, 8).unwrap()),
-        output_map: Some(PiecewiseLinearMap::new(&[0.0, 40.0, 100.0], &[0.0, 42.0, 100.0]).unwrap()),
-        limits: Some((-30.0, 150.0)),
-        ..StageParts::new(hysteresis)
-    }
+    StageParts { slow_gain: Some(slow_gain()), ..creeping() }
 }
 
 fn dynamic() -> StageParts {
-    StageParts { dynamics: SecondOrder::new(800.0, 0.1).unwrap().into(), dead_time: 1.5e-4, ..parts() }
-}
-
-/// From 0 with no velocity: 20 Hz.
-fn reference(samples: u32) -> Vec<f64> {
-    (0..samples).map(|k| 25.0 - 25.0 * (core::f64::consts::TAU * 20.0 * DT * f64::from(k)).cos()).collect()
-}
-
-fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.map(f64::abs).fold(0.0, f64::max)
+    with_a_mode(parts())
 }
 
 #[test]
 fn forward_of_inverse_is_the_target() {
-    let stage = Stage::new(parts()).unwrap();
-    let (mut forward, mut inverse) = (stage.forward(DT).unwrap(), stage.inverse(DT, None).unwrap());
-    let error = largest(reference(5000).iter().map(|target| forward.step(inverse.step(*target)) - target));
+    let error = error_behind_inverse(parts());
     assert!(error < 1e-11 * 100.0, "{error} um");
 }
 
@@ -50,45 +31,21 @@ fn open_loop_follows_a_reference_that_a_constant_gain_misses() {
     let reference = reference(10_000);
     let stage = Stage::new(dynamic()).unwrap();
     let constant = Stage::new(StageParts { slow_gain: None, ..dynamic() }).unwrap();
-    let error = |model: &Stage| {
-        let drive = model.precompensate(&reference, DT, &PrecompensateOptions::default()).unwrap().drive;
-        let mut bench = stage.forward(DT).unwrap();
-        let rows: Vec<f64> = drive.iter().zip(&reference).map(|(u, r)| bench.step(*u) - r).collect();
-        largest(rows[5000..].iter().copied())
-    };
+    let error = |model: &Stage| error_in_open_loop(&stage, model, &reference, 5000);
     let (with, without) = (error(&stage), error(&constant));
     assert!(with < 0.02 && without > 10.0 * with, "{with} {without} um");
 }
 
 #[test]
 fn a_controller_feeds_the_gain_forward() {
-    let stage = Stage::new(parts()).unwrap();
-    let options = ControllerOptions { bumpless_time: 0.0, ..ControllerOptions::new(0.0, 0.0, DT, (-30.0, 150.0)) };
-    let mut controller = stage.controller(FeedForwardKind::Inverse, &options).unwrap();
-    let mut bench = stage.forward(DT).unwrap();
-    let mut position = bench.output();
-    let mut error = 0.0_f64;
-    for target in reference(5000) {
-        let drive = controller.step(target.into(), position);
-        position = bench.advance(drive);
-        error = error.max((position - target).abs());
-    }
+    let error = error_of_feedforward(parts(), 5000);
     assert!(error < 1e-9, "{error} um");
 }
 
-/// Sub-steps of an amplifier have terms of their own: the interval of the samples must not matter.
 #[test]
 fn the_gain_behind_an_amplifier_is_that_of_its_voltage() {
-    let amplifier = Some(FirstOrder::new(279.0).unwrap());
-    let stage = Stage::new(StageParts { amplifier, ..dynamic() }).unwrap();
-    let (mut coarse, mut fine) = (stage.forward(DT).unwrap(), stage.forward(DT / 10.0).unwrap());
-    let mut error = 0.0_f64;
-    for k in 0..3000_u32 {
-        let drive = 75.0 - 75.0 * (0.0126 * f64::from(k)).cos();
-        let position = (0..10).map(|_| fine.advance(drive)).last().unwrap();
-        error = error.max((coarse.advance(drive) - position).abs());
-    }
-    assert!(coarse.sub_steps() >= 8 && error < 2e-3, "{error} um");
+    let error = error_of_sub_steps(dynamic());
+    assert!(error < 2e-3, "{error} um");
 }
 
 #[test]

@@ -1,18 +1,12 @@
 //! The slow gain alone, behind a hysteresis that is none: v = zero + g (u - zero).
 
-use hysteresis_core::{
-    Bracket, CompiledModel, CreepTerms, Error, LoopShiftTerms, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii,
-    Process, QuasiStatic, SlowGainTerms,
-};
+use hysteresis_core::{Bracket, CreepTerms, Error, LoopShiftTerms, Process, QuasiStatic, SlowGainTerms};
 use proptest::prelude::*;
+
+use crate::support::past_drives::{assert_refusals_move_nothing, identity};
 
 const HALF_RANGE: f64 = 60.0;
 const ZERO: f64 = -10.0;
-
-fn identity() -> QuasiStatic {
-    let model = ModifiedPrandtlIshlinskii::from(&PrandtlIshlinskii::new(&[1.0], &[0.0], Offsets::default()).unwrap());
-    QuasiStatic::new(&CompiledModel::new(&model))
-}
 
 fn changing(amplitude: f64, decay: f64) -> QuasiStatic {
     identity().with_slow_gain(SlowGainTerms::new(HALF_RANGE, amplitude, ZERO, decay).unwrap())
@@ -129,22 +123,7 @@ fn a_bracket_leaves_the_gain_out() {
 
 #[test]
 fn what_is_refused_moves_nothing() {
-    let stage = changing(-0.4, 0.9).with_creep(CreepTerms::new(&[0.01], &[0.9]).unwrap());
-    let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((0.0, 150.0))).unwrap());
-    for drive in [20.0, 90.0, 60.0] {
-        inverse.step(forward.step(drive));
-    }
-    let (before, inverse_before) = (forward.state(), inverse.state());
-    for bad in [f64::NAN, f64::INFINITY, -1e101] {
-        forward.step(bad);
-        forward.settle(bad);
-        inverse.step(bad);
-        inverse.follow_drive(bad);
-        inverse.settle(bad);
-    }
-    assert_eq!((forward.rejected(), inverse.rejected()), (6, 9));
-    assert_eq!(forward.state().loop_shift, before.loop_shift);
-    assert_eq!(inverse.state().loop_shift, inverse_before.loop_shift);
+    assert_refusals_move_nothing(changing(-0.4, 0.9));
 }
 
 #[test]

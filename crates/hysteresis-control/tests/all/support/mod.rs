@@ -8,6 +8,7 @@ use hysteresis_control::linear::{Block, Dynamics, LinearBlock, SecondOrder};
 
 #[path = "../../../../hysteresis-core/tests/all/support/models.rs"]
 pub(crate) mod models;
+pub(crate) mod past_drives;
 
 pub(crate) const DT: f64 = 1e-4;
 pub(crate) const KP: f64 = 60.0;

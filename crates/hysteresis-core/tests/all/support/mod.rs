@@ -3,6 +3,7 @@
 pub(crate) mod array;
 pub(crate) mod control;
 pub(crate) mod models;
+pub(crate) mod past_drives;
 
 use hysteresis_core::{CompiledModel, Forward, Inverse, ModifiedPrandtlIshlinskii, Offsets, Process};
 use proptest::collection::vec;
