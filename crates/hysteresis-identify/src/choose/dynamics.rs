@@ -58,9 +58,7 @@ impl JointProblem<'_> {
     pub(crate) fn without_dynamics(&self, near: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
         let options = Options { dynamics: DynamicsModel::None, ..self.options.clone() };
         let space = Space::new(self.records, &options)?.with_maps_of(&near.space);
-        let lag = near.space.linear_part(&near.fit.point).lag();
-        let known = space.origin().get(Parameter::DeadTime);
-        let dead_time = space.axis(Parameter::DeadTime).map_or(known, |axis| lag.clamp(axis.lower, axis.upper));
+        let dead_time = space.nearest(Parameter::DeadTime, near.space.linear_part(&near.fit.point).lag());
         let point = near.fit.point.with(Parameter::DeadTime, dead_time);
         self.search_from(space, &point, monitor)
     }

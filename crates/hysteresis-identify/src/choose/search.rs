@@ -1,10 +1,11 @@
 //! The whole search: the hysteresis alone, everything together, what of it stays, and the last descent with that.
 
-use crate::choose::found::{Found, LinearEvidence, Structure};
+use crate::choose::found::{Found, LinearEvidence, Place, Structure};
 use crate::choose::linear_part::{FoundJoint, search_joint};
 use crate::choose::quiet_record::{Told, told_by_quietest};
 use crate::choose::structure::{USUAL_SMOOTHNESS, restructured, with_operators_chosen};
 use crate::choose::table::{Candidate, Chosen, TermSearch};
+use crate::choose::told::Variety;
 use crate::error::Error;
 use crate::fit::descent::search;
 use crate::fit::joint::{JointFit, JointProblem};
@@ -246,11 +247,14 @@ fn with_structure(
 ) -> Result<Found, Error> {
     monitor.begin_structure();
     let smoothness = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
-    let search = TermSearch { records, asked, smoothness, plain };
-    let Chosen { candidate, untold } = match search.choose(&found, monitor) {
+    let search = TermSearch { records, asked, smoothness, plain, variety: Variety::of(records) };
+    let chosen = match search.choose(&found, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
         chosen => chosen?,
     };
-    let Candidate { options, place, linear, .. } = candidate;
+    let Some(Chosen { candidate: Candidate { options, place, linear, .. }, untold }) = chosen else {
+        let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
+        return restructured(records, asked, found, place, monitor);
+    };
     restructured(records, asked, Found { options, linear, untold_map: untold, ..found }, place, monitor)
 }

@@ -16,7 +16,7 @@ use crate::fit::descent::{best_attempt, best_of_starts};
 use crate::fit::joint::JointProblem;
 use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::{SearchMonitor, Span};
-use crate::fit::projection::{ProjectedFit, Projection, levels, rough};
+use crate::fit::projection::{ProjectedFit, levels, rough};
 use crate::fit::response::hysteresis;
 use crate::fit::space::Space;
 use crate::judge::finding::{Finding, FindingCode};
@@ -126,12 +126,14 @@ pub(crate) struct TermSearch<'a> {
     pub(crate) smoothness: f64,
     /// Where the hysteresis alone was fitted.
     pub(crate) plain: Point,
+    pub(crate) variety: Variety,
 }
 
 impl TermSearch<'_> {
-    /// The model that no neighbour predicts better than, from what was found.
-    pub(crate) fn choose(&self, found: &Found, monitor: &mut SearchMonitor<'_>) -> Result<Chosen, Error> {
-        let (mut path, mut untold, mut tries) = (vec![self.with_given_maps(found, monitor)?], None, 0);
+    /// The model that no neighbour predicts better than, from what was found; none where there is no map and there can be none.
+    pub(crate) fn choose(&self, found: &Found, monitor: &mut SearchMonitor<'_>) -> Result<Option<Chosen>, Error> {
+        let Some(given) = self.with_given_maps(found) else { return Ok(None) };
+        let (mut path, mut untold, mut tries) = (vec![self.tried(given, PASSES_OF_FIRST, 0, monitor)?], None, 0);
         while path.len() <= MOST_CHANGES {
             let best = &path[path.len() - 1];
             let mut better = None;
@@ -150,7 +152,7 @@ impl TermSearch<'_> {
         let has_map = path[path.len() - 1].place.space.has_map();
         let candidate = path.swap_remove(if has_map { path.len() - 1 } else { 0 });
         let untold = untold.filter(|_| !candidate.place.space.has_map());
-        Ok(Chosen { candidate, untold })
+        Ok(Some(Chosen { candidate, untold }))
     }
 
     /// The best of the neighbours that are better than a candidate, if there are any.
@@ -163,34 +165,46 @@ impl TermSearch<'_> {
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Option<Candidate>, Error> {
         let mut better: Option<Candidate> = None;
-        let variety = Variety::of(self.records);
-        if !self.leaves_something(from)? || !variety.amplitudes && self.left(from) < LEAST_LEFT_OF_LIKE_LOOPS {
+        if !self.leaves_something(from)? || !self.variety.amplitudes && self.left(from) < LEAST_LEFT_OF_LIKE_LOOPS {
             return Ok(None);
         }
         for row in TABLE.iter().filter(|row| row.is_costly == costly) {
             for variant in row.term.variants(self, from, monitor)? {
-                if variant.adds && !self.is_promising(&variant, from) {
+                let must_gain = self.must_gain(row.must_gain, variant.adds);
+                let Some(one) = self.tried_if_promising(variant, from, tries, monitor)? else { continue };
+                if !is_better(&one.alone, &from.alone, must_gain) {
                     continue;
                 }
-                *tries += 1;
-                let adds = variant.adds;
-                let Some(one) = to_compare(self.tried(variant, PASSES, *tries, monitor))? else { continue };
-                if !one.has_own_dynamics() {
-                    continue;
-                }
-                let alike = adds && !variety.amplitudes;
-                let must_gain = if alike { MUST_GAIN_OF_LIKE_LOOPS } else { row.must_gain };
                 let is_told = from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain));
-                if is_better(&one.alone, &from.alone, must_gain) {
-                    if is_told && better.as_ref().is_none_or(|other| is_better(&one.alone, &other.alone, must_gain)) {
-                        better = Some(one);
-                    } else if !is_told && one.place.space.has_map() && !from.place.space.has_map() {
-                        *untold = Some(self.untold(&one, from));
-                    }
+                if is_told && better.as_ref().is_none_or(|other| is_better(&one.alone, &other.alone, must_gain)) {
+                    better = Some(one);
+                } else if !is_told && one.place.space.has_map() && !from.place.space.has_map() {
+                    *untold = Some(self.untold(&one, from));
                 }
             }
         }
         Ok(better)
+    }
+
+    /// Where a variant of a candidate leads, if it promises something and its dynamics are its own.
+    fn tried_if_promising(
+        &self,
+        variant: Variant,
+        from: &Candidate,
+        tries: &mut usize,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Option<Candidate>, Error> {
+        if variant.adds && !self.is_promising(&variant, from) {
+            return Ok(None);
+        }
+        *tries += 1;
+        let one = to_compare(self.tried(variant, PASSES, *tries, monitor))?;
+        Ok(one.filter(Candidate::has_own_dynamics))
+    }
+
+    /// By which factor a model must lower the mean square error of one with less or other terms.
+    fn must_gain(&self, usual: f64, adds: bool) -> f64 {
+        if adds && !self.variety.amplitudes { MUST_GAIN_OF_LIKE_LOOPS } else { usual }
     }
 
     /// The same without a map that the dynamics behind it made needless: with it the model does not predict better by its cost.
@@ -200,27 +214,25 @@ impl TermSearch<'_> {
         tries: &mut usize,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Option<Candidate>, Error> {
-        let (space, asked) = (&from.place.space, self.asked);
-        let input = (asked.input_map == MapModel::Auto && space.has_input_map()).then(|| space.without_input_map());
-        let output = (asked.output_map == MapModel::Auto && space.has_output_map()).then(|| space.without_output_map());
-        let alike = !Variety::of(self.records).amplitudes;
         if !from.was_sought {
             return Ok(None);
         }
+        let (space, asked) = (&from.place.space, self.asked);
+        let input = (asked.input_map == MapModel::Auto && space.has_input_map()).then(|| space.without_input_map());
+        let output = (asked.output_map == MapModel::Auto && space.has_output_map()).then(|| space.without_output_map());
         for without in [input, output].into_iter().flatten() {
             *tries += 1;
             let variant = from.with(without, vec![from.place.point]);
             let Some(one) = to_compare(self.tried(variant, PASSES, *tries, monitor))? else { continue };
-            let must_gain = if alike { MUST_GAIN_OF_LIKE_LOOPS } else { MUST_GAIN };
-            if !is_better(&from.alone, &one.alone, must_gain) {
+            if !is_better(&from.alone, &one.alone, self.must_gain(MUST_GAIN, true)) {
                 return Ok(Some(one));
             }
         }
         Ok(None)
     }
 
-    /// What was found, with the maps that were asked for.
-    fn with_given_maps(&self, found: &Found, monitor: &mut SearchMonitor<'_>) -> Result<Candidate, Error> {
+    /// What was found, with the maps that were asked for; none where there is no map and there can be none.
+    fn with_given_maps(&self, found: &Found) -> Option<Variant> {
         let Found { fit, options, linear, .. } = found;
         let mut space = fit.space.clone();
         if self.asked.input_map == MapModel::Smooth {
@@ -230,20 +242,16 @@ impl TermSearch<'_> {
             space = space.with_output_map(self.output_range(&fit.space, &fit.fit));
         }
         let (options, linear, starts_alone) = (options.clone(), linear.clone(), space.has_map());
-        if !space.has_map() && !self.is_open(found) {
-            let place = Place { space, point: fit.fit.point };
-            return self.candidate(options, place, linear, |projection, point| projection.fit(point, None));
-        }
-        let first = Variant {
+        let starts = vec![fit.fit.point];
+        (starts_alone || self.is_open(found)).then_some(Variant {
             options,
             space,
-            starts: vec![fit.fit.point],
+            starts,
             starts_alone,
             linear,
             adds: true,
             was_sought: false,
-        };
-        self.tried(first, PASSES_OF_FIRST, 0, monitor)
+        })
     }
 
     /// Whether a map may be added, and there is anything left that it may explain.
@@ -252,7 +260,8 @@ impl TermSearch<'_> {
         is_open && !found.fit.fit.is_exact() && found.problem(self.records).colour(&found.fit).is_coloured()
     }
 
-    /// Where a variant leads, and how that predicts.
+    /// Where a variant leads, and how that predicts, with weights as smooth as suit it: those that are too smooth spoil one more than
+    /// another.
     fn tried(
         &self,
         variant: Variant,
@@ -270,31 +279,16 @@ impl TermSearch<'_> {
         let share = |tries: usize| 0.6 * (1.0 - 1.0 / (1.0 + as_f64(tries) / 4.0));
         let span = Span { from: share(tries), to: share(tries + 1) };
         let fit = best_attempt(&projection, &starts, passes, span, monitor)?;
-        drop(projection);
-        let place = Place { space, point: fit.point };
-        Ok(Candidate { was_sought, ..self.candidate(options, place, linear, |_, _| fit)? })
-    }
-
-    /// How the fit at a place predicts, with weights as smooth as suit it: those that are too smooth spoil one more than another.
-    fn candidate(
-        &self,
-        options: Options,
-        place: Place,
-        linear: Option<LinearEvidence>,
-        fit: impl FnOnce(&Projection<'_>, &Point) -> ProjectedFit,
-    ) -> Result<Candidate, Error> {
-        let space = &place.space;
-        let basis = options.weight_basis(space.shift_len());
         let terms =
             |smoothness| Terms { creep: space.creep_amplitudes(), loop_shift: LoopShiftModel::Auto, smoothness };
-        let projection = rough(self.records, space, &basis, self.smoothness)?;
-        let fit = fit(&projection, &place.point);
         let stretches = Stretches::new(&projection, &fit);
         let alone = stretches.under(&options, &basis).at_best(self.asked.smoothnesses(), &terms(self.smoothness));
+        drop(stretches);
         drop(projection);
-        let tells_shift = Variety::of(self.records).apart_from_time;
-        let shifted = if tells_shift { None } else { self.shifted(&options, &place, &terms(alone.smoothness))? };
-        Ok(Candidate { options, place, linear, basis, fit, was_sought: false, alone, shifted })
+        let terms = terms(alone.smoothness);
+        let place = Place { space, point: fit.point };
+        let shifted = if self.variety.apart_from_time { None } else { self.shifted(&options, &place, &terms)? };
+        Ok(Candidate { options, place, linear, basis, fit, was_sought, alone, shifted })
     }
 
     /// How a place predicts with the best loop shift beside it.
@@ -411,6 +405,12 @@ impl Candidate {
         let was_sought = self.was_sought;
         Variant { options, space, starts, starts_alone: false, linear, adds: true, was_sought }
     }
+
+    /// This model in a space with a map more: dynamics may then be sought anew.
+    fn with_curve(&self, space: Space) -> Variant {
+        let starts_alone = !self.place.space.has_map();
+        Variant { starts_alone, was_sought: false, ..self.with(space, vec![self.place.point]) }
+    }
 }
 
 /// Whether one predicts better than another by this factor of the mean square error, and by more than chance.
@@ -433,8 +433,7 @@ impl Term for CurveBehind {
             return Ok(Vec::new());
         }
         let space = from.place.space.with_output_map(search.output_range(&from.place.space, &from.fit));
-        let starts_alone = !from.place.space.has_map();
-        Ok(vec![Variant { starts_alone, was_sought: false, ..from.with(space, vec![from.place.point]) }])
+        Ok(vec![from.with_curve(space)])
     }
 }
 
@@ -452,8 +451,7 @@ impl Term for CurveInFront {
             return Ok(Vec::new());
         }
         let space = from.place.space.with_input_map();
-        let starts_alone = !from.place.space.has_map();
-        Ok(vec![Variant { starts_alone, was_sought: false, ..from.with(space, vec![from.place.point]) }])
+        Ok(vec![from.with_curve(space)])
     }
 }
 
@@ -473,11 +471,8 @@ impl Term for NoDynamics {
         }
         let options = Options { dynamics: DynamicsModel::None, ..from.options.clone() };
         let without = Space::new(search.records, &options)?.with_maps_of(space);
-        let lag = space.linear_part(point).lag();
-        let known = without.origin().get(Parameter::DeadTime);
-        let within =
-            |lag: f64| without.axis(Parameter::DeadTime).map_or(known, |axis| lag.clamp(axis.lower, axis.upper));
-        let here = point.with(Parameter::DeadTime, within(lag));
+        let within = |lag| without.nearest(Parameter::DeadTime, lag);
+        let here = point.with(Parameter::DeadTime, within(space.linear_part(point).lag()));
         let alone = Parameter::of_hysteresis().fold(here, |point, one| point.with(one, search.plain.get(one)));
         let alone = alone.with(Parameter::DeadTime, within(search.plain.get(Parameter::DeadTime)));
         let linear = Some(LinearEvidence::default());
@@ -503,8 +498,7 @@ impl Term for DynamicsBehindMap {
         let alone = from.options.hysteresis_alone();
         let plain_space = Space::new(search.records, &alone)?.with_maps_of(space);
         let basis = alone.weight_basis(plain_space.shift_len());
-        let lag = space.linear_part(point).lag();
-        let lag = plain_space.axis(Parameter::DeadTime).map_or(0.0, |axis| lag.clamp(axis.lower, axis.upper));
+        let lag = plain_space.nearest(Parameter::DeadTime, space.linear_part(point).lag());
         let projection = rough(search.records, &plain_space, &basis, search.smoothness)?;
         let start = point.with(Parameter::DeadTime, lag);
         let plain = best_attempt(&projection, &[start], PASSES, Span { from: 0.0, to: 0.0 }, monitor)?;

@@ -375,6 +375,11 @@ impl Space {
         self.axes.iter().find(|axis| axis.parameter == parameter)
     }
 
+    /// The value that is nearest to one where the parameter is searched, and else the known one.
+    pub(crate) fn nearest(&self, parameter: Parameter, value: f64) -> f64 {
+        self.axis(parameter).map_or(self.origin.get(parameter), |axis| value.clamp(axis.lower, axis.upper))
+    }
+
     pub(crate) fn searches(&self, parameter: Parameter) -> bool {
         self.axis(parameter).is_some()
     }
