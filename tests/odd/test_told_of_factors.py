@@ -134,3 +134,40 @@ def test_a_text_of_matlab_beside_an_array_is_its_unit(tmp_path: Path) -> None:
     path = tmp_path / "record.mat"
     scipy.io.savemat(path, {"run": {"time_s": T, "gauge": 1e3 * Y, "gauge_unit": "nm"}})
     assert mh.io.read(path).units["run.gauge"] == "nm"
+
+
+def text(path: Path, above: str = "", between: str = "") -> tuple[mh.io.Columns, list[str]]:
+    """Return a text with a line above its table and one between its rows, and what is doubtful."""
+    rows = [",".join(f"{one:.6g}" for one in row) for row in zip(T, U, Y, strict=True)]
+    middle = [*rows[:20], *([between] if between else []), *rows[20:]]
+    lines = [*([above] if above else []), ",".join(FIT), *middle]
+    (path / "record.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    record = mh.io.read(path / "record.csv")
+    return record, [one.text for one in record.assumed if one.level == "doubtful"]
+
+
+@pytest.mark.parametrize(
+    ("above", "told"),
+    [
+        ("# gain 20", "gain 20"),
+        ("# amplifier gain of 15", "gain of 15"),
+        ("# Verstärkung = 10", "Verstärkung = 10"),
+        ("# gain 1", ""),
+        ("# the stage gained 20 V", ""),
+    ],
+)
+def test_a_gain_above_the_table_is_told(tmp_path: Path, above: str, told: str) -> None:
+    _, doubts = text(tmp_path, above=above)
+    assert [told in one for one in doubts] == ([True] if told else []), doubts
+
+
+@pytest.mark.parametrize(
+    ("between", "is_told"),
+    [("# gain 10", True), ("# from here in nm", True), ("# paused 3 s", False), ("# 2", False)],
+)
+def test_a_comment_between_rows_that_changes_their_size_is_told(
+    tmp_path: Path, between: str, *, is_told: bool
+) -> None:
+    record, doubts = text(tmp_path, between=between)
+    np.testing.assert_allclose(record["gauge_um"], Y, rtol=1e-5)
+    assert [between in one and "line 22" in one for one in doubts] == [True] * is_told, doubts

@@ -34,6 +34,17 @@ struct Layout {
     chosen: usize,
 }
 
+impl Layout {
+    /// Whether any blanks part cells.
+    fn in_blanks(&self) -> bool {
+        self.delimiter == b' '
+    }
+
+    fn ends_cell(&self, one: u8) -> bool {
+        one == b'\n' || one == self.delimiter || (one == b'\t' && self.in_blanks())
+    }
+}
+
 /// The rows at the beginning of a part that are plain.
 struct Taken {
     columns: Vec<Vec<f64>>,
@@ -141,7 +152,10 @@ fn in_parts(text: &[u8], layout: &Layout) -> Vec<Taken> {
 }
 
 fn take(part: &[u8], layout: &Layout) -> Taken {
-    let mut taken = Taken { columns: vec![Vec::new(); layout.chosen], bytes: 0, rows: 0, whole: true };
+    // As many as there are line feeds: a vector that grows is copied.
+    let rows = part.iter().filter(|&&one| one == b'\n').count();
+    let columns = (0..layout.chosen).map(|_| Vec::with_capacity(rows)).collect();
+    let mut taken = Taken { columns, bytes: 0, rows: 0, whole: true };
     let mut row = vec![0.0; layout.chosen];
     let mut rest = part;
     while !rest.is_empty() {
@@ -164,68 +178,73 @@ fn row_of(text: &[u8], layout: &Layout, row: &mut [f64]) -> Option<usize> {
     if matches!(text.iter().find(|one| !matches!(one, b' ' | b'\t'))?, b'#' | b'%' | b'/' | b';') {
         return None;
     }
-    let blanks = layout.delimiter == b' ';
-    let (mut cell, mut from, mut at) = (0, 0, 0);
+    let (mut cell, mut from) = (0, 0);
     loop {
-        let one = *text.get(at)?;
-        let ends = one == b'\n';
-        let parts = one == layout.delimiter || (blanks && one == b'\t');
-        if ends || parts {
-            // Blanks at the ends of a line and in a row part no cells.
-            let is_cell = !blanks || at > from;
-            if is_cell {
-                let place = layout.places.get(cell)?;
-                if cell >= layout.named && !text[from..at].trim_ascii().is_empty() {
-                    return None;
-                }
-                if let Some(place) = place {
-                    row[*place] = number(&text[from..at], layout.decimal)?;
-                }
-                cell += 1;
+        let rest = text.get(from..)?;
+        let place = layout.places.get(cell).copied().flatten();
+        let (size, value) = match place.and_then(|_| few_digits(rest, layout)) {
+            Some((size, value)) => (size, Some(value)),
+            None => (size_of_cell(rest, layout)?, None),
+        };
+        // Blanks at the ends of a line and in a row part no cells.
+        if size > 0 || !layout.in_blanks() {
+            let text = rest.get(..size)?;
+            if cell >= layout.width || (cell >= layout.named && !text.trim_ascii().is_empty()) {
+                return None;
             }
-            if ends {
-                return (cell == layout.width).then_some(at + 1);
+            if let Some(place) = place {
+                row[place] = value.or_else(|| any_number(text.trim_ascii(), layout.decimal))?;
             }
-            from = at + 1;
-        } else if one == b'"' || one < b'\t' || (blanks && !(b' '..0x7f).contains(&one)) {
-            return None;
+            cell += 1;
         }
-        at += 1;
+        from += size + 1;
+        if rest.get(size) == Some(&b'\n') {
+            return (cell == layout.width).then_some(from);
+        }
     }
 }
 
-/// Returns the number in a cell, if that is written as a decimal number.
+/// Returns the bytes of the cell that comes next, if nothing in it asks for the reader.
+fn size_of_cell(text: &[u8], layout: &Layout) -> Option<usize> {
+    let blanks = layout.in_blanks();
+    let size = text.iter().position(|&one| {
+        layout.ends_cell(one) || one == b'"' || one < b'\t' || (blanks && !(b' '..0x7f).contains(&one))
+    })?;
+    layout.ends_cell(text[size]).then_some(size)
+}
+
+/// Returns bytes and number of the cell that comes next, if few digits without an exponent are all it holds.
 ///
-/// Few digits without an exponent are a whole number below 2^53 over a power of ten that is exact: one division rounds once, as
-/// the parser of the standard library does.
-fn number(cell: &[u8], decimal: u8) -> Option<f64> {
-    let cell = cell.trim_ascii();
-    let (is_negative, digits) = match cell.split_first()? {
-        (b'-', rest) => (true, rest),
-        (b'+', rest) => (false, rest),
-        _ => (false, cell),
-    };
-    let (mut whole, mut power, mut seen) = (0_u64, 0, false);
-    if digits.is_empty() || digits.len() > FEW_DIGITS {
-        return parsed(cell, decimal);
-    }
-    for &one in digits {
-        if one.is_ascii_digit() {
-            whole = 10 * whole + u64::from(one - b'0');
-            power += usize::from(seen);
-        } else if one == decimal && !seen && digits.len() > 1 {
-            seen = true;
+/// They are a whole number below 2^53 over a power of ten that is exact: one division rounds once, as the parser of the standard
+/// library does.
+fn few_digits(text: &[u8], layout: &Layout) -> Option<(usize, f64)> {
+    let blank = usize::from(text.first() == Some(&b' ') && !layout.in_blanks());
+    let sign = text.get(blank)?;
+    let start = blank + usize::from(matches!(sign, b'-' | b'+'));
+    let (mut whole, mut size, mut mark) = (0_u64, 0, None);
+    let end = text.get(start..)?.iter().find(|&&one| {
+        let digit = one.wrapping_sub(b'0');
+        if digit < 10 {
+            whole = whole.wrapping_mul(10).wrapping_add(u64::from(digit));
+        } else if one == layout.decimal && mark.is_none() {
+            mark = Some(size + 1);
         } else {
-            return parsed(cell, decimal);
+            return true;
         }
+        size += 1;
+        false
+    })?;
+    let has_digits = size > usize::from(mark.is_some());
+    if size > FEW_DIGITS || !has_digits || !layout.ends_cell(*end) {
+        return None;
     }
     #[expect(clippy::cast_precision_loss, reason = "of so few digits it is exact")]
-    let value = whole as f64 / POWERS.get(power)?;
-    Some(if is_negative { -value } else { value })
+    let value = whole as f64 / POWERS.get(mark.map_or(0, |mark| size - mark))?;
+    Some((start + size, if *sign == b'-' { -value } else { value }))
 }
 
-/// Returns any other number, as the standard library parses it.
-fn parsed(cell: &[u8], decimal: u8) -> Option<f64> {
+/// Returns the number in a cell, as the standard library parses it, if it is written as a decimal number.
+fn any_number(cell: &[u8], decimal: u8) -> Option<f64> {
     let mut digits = [0; LONGEST];
     let digits = digits.get_mut(..cell.len())?;
     for (to, &from) in digits.iter_mut().zip(cell) {

@@ -65,7 +65,7 @@ def clocks_apart(
         unit = Quantity(leaf, table.units.get(index, "")).time_unit or "s"
         return columns[index] * SECONDS[unit]
 
-    time = seconds(clock)
+    time = seconds(clock) if others else columns[clock]
     for index, values in others.items():
         if values.size < _FEWEST or not bool((np.diff(values) > 0.0).all()):
             continue

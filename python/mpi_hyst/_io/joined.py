@@ -66,9 +66,13 @@ def joined(paths: Sequence[Path], options: TextOptions, *, is_directory: bool) -
         counts = ", ".join(dict.fromkeys(f"{one.path} {one.values.size}" for one in channels))
         raise ReadError(f"expected files of as many rows each, got {counts}")
     kept = _called(channels, paths)
-    leaves = [(name.rpartition("/")[2], one.unit) for name, one in kept.items()]
-    if sum(Quantity(leaf, unit).is_time for leaf, unit in leaves) > 1:
-        raise ReadError(f"the times of {' and '.join(map(str, paths))} differ: read them apart")
+    leaves = [(Quantity(one.name.rpartition("/")[2], one.unit), one) for one in kept.values()]
+    times = [one for leaf, one in leaves if leaf.is_time]
+    if len(times) > 1:
+        apart = max(float(np.abs(one.values - times[0].values).max()) for one in times[1:])
+        between = f" by up to {digits(apart)}{times[0].unit and f' {times[0].unit}'}"
+        which = " and ".join(str(one.path) for one in times)
+        raise ReadError(f"the times of {which} differ{between}: read them apart")
     what = " + ".join(map(str, paths))
     said += _starts(begins)
     said.append(Assumption("bytes", f"{len(paths)} files are joined, row by row", "assumed"))

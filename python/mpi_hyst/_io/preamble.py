@@ -37,8 +37,9 @@ _OF_STEPS = re.compile(
 )
 # Of `Vertical Scale` of a scope, in volts per division, numbers know already.
 _OF_FACTORS = re.compile(
-    r"(?P<key>\b\w*(factor|faktor|facteur|fattore|multiplier)\b[^:=;,\t]*|\bscaling\b)"
-    r"[\s:=;,]+(?P<value>[-+]?\d[\d.,eE+-]*)",
+    r"(?P<key>\b\w*(factor|faktor|facteur|fattore|multiplier)\b[^:=;,\t]*"
+    r"|\b(scaling|gain|verstärkung|amplification|attenuation)\b([^:=;,\t\d]*(?=[:=])|\s+(of|is|to)\b)?)"
+    r"[\s:=;,x×]+(?P<value>[-+]?\d[\d.,eE+-]*)",
     re.IGNORECASE,
 )
 # What a row of numbers may say of the columns below it.
@@ -67,6 +68,13 @@ _PLAIN = re.compile(r"(Y|\[\d+\]|Y\[\d+\]|\d+)")
 _OPTIONS = "--input-unit, --output-unit, --unit"
 _MOST_ROWS = 400  # of a table whose number of rows is compared with a number above it
 _SETTINGS = 30  # rows beside which settings may stand
+
+
+def factor_in(text: str) -> str:
+    """Return the factor that a line of text tells, as it stands there; nothing if it is one."""
+    found = _OF_FACTORS.search(text)
+    is_one = found is None or number(found["value"].replace(",", "."), ".") == 1.0
+    return "" if found is None or is_one else found[0].strip()
 
 
 @dataclass
@@ -170,10 +178,8 @@ class Preamble:
     def read_words(self, lines: Mapping[int, str]) -> None:
         """Take units from words, as `Position in nm`; say what holds a unit that is not used."""
         for place, text in lines.items():
-            factor = _OF_FACTORS.search(text)
-            value = None if factor is None else number(factor["value"].replace(",", "."), ".")
-            if factor is not None and value != 1.0:
-                what = f"{factor[0].strip()!r} is not applied; mend the numbers, or say their unit"
+            if factor := factor_in(text):
+                what = f"{factor!r} is not applied; mend the numbers, or say their unit"
                 self._say(place, what, level="doubtful", stage="units")
             told = conversion(text)
             if told and (about := self._converted(text, told)) is not None:

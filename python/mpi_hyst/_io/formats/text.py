@@ -28,16 +28,18 @@ from mpi_hyst._io.cells import (
     why_no_number,
 )
 from mpi_hyst._io.marks import unparted
+from mpi_hyst._io.preamble import factor_in
 from mpi_hyst._io.record import Assumption, ReadError
 from mpi_hyst._io.source import PLAIN, NulError, TextOptions
 from mpi_hyst._io.table import MAX_MAGNITUDE, MAX_ROWS, Wrong, later
-from mpi_hyst._quantity import Quantity, known_unit
+from mpi_hyst._quantity import Quantity, known_unit, units_told
 from mpi_hyst._types import Samples
 
 _SAMPLE_LINES = 500
 _SAMPLE_CHARACTERS = 4_000_000
 _ABOVE = 100  # lines above a table in which its header is
 _NEAR_ROWS = 5
+_SHOWN = 60  # characters of a comment
 _LAST_ROWS = 20  # that tell how long a last number should be
 # Bytes of a block of rows. Behind a row that is not plain the rest of a block is read again.
 _SMALLEST, _LARGEST = 1 << 16, 1 << 20
@@ -84,6 +86,7 @@ class TextTable:
         self._comments: list[tuple[int, str]] = []
         self._left_out: list[tuple[int, bool]] = []
         self._clocks: dict[int, Clock] = {}
+        self._changes: list[tuple[int, str]] = []
         self._open_quotes: list[int] = []
         self._late_header = 0
         self._not_plain = 0
@@ -266,8 +269,8 @@ class TextTable:
                 column.frombytes(values.view(np.uint8).data)
             if time is not None and count:
                 times = taken[indices.index(time)]
-                late = np.flatnonzero(~(np.diff(times, prepend=previous) > 0.0))
-                for row in late:
+                late = 1 + np.flatnonzero(~(times[1:] > times[:-1]))
+                for row in late if times[0] > previous else [0, *late]:
                     what = later(times[row], times[row - 1] if row else previous)
                     wrong(time, before + int(row), f"line {first + int(row)}", what)
                 previous = float(times[-1])
@@ -413,6 +416,8 @@ class TextTable:
         """Keep what stands behind the mark of a comment between two rows."""
         for place, line in self._comments:
             is_row = self._is_row(line)
+            if self._whole_rows and (factor_in(line) or units_told(line)):
+                self._changes.append((place, line.strip()))
             words = "" if self._dialect.header is not None else line.strip().lstrip("#%/;").strip()
             if any(Quantity(one).suffix or Quantity(one).unused for one in words.split()):
                 self._late_header = self._late_header or place
@@ -443,6 +448,12 @@ class TextTable:
             said = f"line {rows[0]} is a row behind the mark of a comment, and is left out"
             more = f"; so are {len(rows) - 1} more" if len(rows) > 1 else ""
             self.assumed.append(Assumption("table", said + more, "doubtful"))
+        if self._changes:
+            place, line = self._changes[0]
+            more = f", and {len(self._changes) - 1} more like it" if self._changes[1:] else ""
+            said = f"line {place}, between the rows: {line[:_SHOWN]!r}{more}; nothing is taken from it"
+            said += ", and the numbers behind it may be of another size"
+            self.assumed.append(Assumption("table", said, "doubtful"))
         if self._late_header:
             said = (
                 f"line {self._late_header} looks like a header behind the first rows: no name and "
