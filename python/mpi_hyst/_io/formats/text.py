@@ -451,8 +451,8 @@ class TextTable:
         if self._changes:
             place, line = self._changes[0]
             more = f", and {len(self._changes) - 1} more like it" if self._changes[1:] else ""
-            said = f"line {place}, between the rows: {line[:_SHOWN]!r}{more}; nothing is taken from it"
-            said += ", and the numbers behind it may be of another size"
+            said = f"line {place}, between the rows: {line[:_SHOWN]!r}{more}"
+            said += "; nothing is taken from it, and the numbers behind it may be of another size"
             self.assumed.append(Assumption("table", said, "doubtful"))
         if self._late_header:
             said = (
