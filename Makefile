@@ -67,7 +67,8 @@ test-random: $(PACKAGE) $(TOOLS) $(UNITS) ## the laws on many more examples: SEE
 	@echo "make test-random SEED=$(SEED) CASES=$(CASES)"
 	PROPTEST_RNG_SEED=$(SEED) PROPTEST_CASES=$(CASES) \
 		cargo test --quiet --release --all-features --no-fail-fast
-	$(BIN)/python -m pytest --numprocesses=2 --dist=loadfile --hypothesis-profile=random --hypothesis-seed=$(SEED)
+	$(BIN)/python -m pytest --numprocesses=2 --dist=loadfile --hypothesis-profile=random --hypothesis-seed=$(SEED) \
+		-m 'slow or not slow'
 
 SEEDS ?= 200
 

@@ -16,6 +16,8 @@ from mpi_hyst._report.page import Card, Table, environment
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 LEFT_OUT = f"LEFT OUT: no report is looked at in a browser, as there is none of {BROWSERS}"
+WIDTHS = (1200, 500)
+_PAPER = 688  # A4 between its margins, in px
 _SECONDS = 120  # a machine under load starts a browser in ten
 
 # A page is loaded into a frame of the width of the screen. What scrolls within a box of its own has
@@ -104,3 +106,17 @@ def overflow(text: str, width: int, directory: Path) -> list[str]:
     assert told["wide"] == width and told["blocks"] > 0, told
     found: list[str] = told["beyond"]
     return found or [f"the page scrolls: {told['scrolls']}"] * (told["scrolls"] > width)
+
+
+def assert_fits(report: Path, folder: Path) -> None:
+    """Look at a report on every screen, and on paper."""
+    text = report.read_text("utf-8")
+    for width in WIDTHS:
+        assert overflow(text, width, folder) == []
+    assert overflow(_printed(text), _PAPER, folder) == []
+
+
+def _printed(text: str) -> str:
+    """Return a page whose style is that of paper, on the screen."""
+    assert "@media print" in text and "@media screen" in text
+    return text.replace("@media print", "@media all").replace("@media screen", "@media not all")

@@ -123,7 +123,10 @@ def raster(stroke: float, bottom: float) -> np.ndarray[Any, np.dtype[np.float64]
 @pytest.mark.parametrize(
     ("limits", "slew", "bottom", "bound"),
     # 0.055 and 0.013 % of the stroke were measured
-    [((0.0, 150.0), 2e3, 15.0, 0.1), ((-500.0, 500.0), 2e4, -35.0, 0.03)],
+    [
+        pytest.param((0.0, 150.0), 2e3, 15.0, 0.1, marks=pytest.mark.slow),
+        ((-500.0, 500.0), 2e4, -35.0, 0.03),
+    ],
 )
 def test_a_creeping_lightly_damped_stage_is_known_from_its_experiment(
     limits: tuple[float, float], slew: float, bottom: float, bound: float

@@ -36,6 +36,10 @@ NAMES = [
 ]
 
 
+# A fit in a moment: what is tested is how names are shown.
+QUICK = ("--operators", "4", "--dynamics", "none", "--dead-time", "0", "--input-offset", "0")
+
+
 def operators(path: Path) -> int:
     stage = mh.load(path)
     assert isinstance(stage, mh.Stage)
@@ -49,7 +53,7 @@ def test_a_name_cannot_break_the_report(there: Path, names: tuple[str, str]) -> 
     write_csv(there / "named.csv", header, record_rows())
     result = run(
         *("identify", "named.csv", "--input", drive, "--output", position),
-        *("--operators", "4", "-o", "found.json", "--report", "page.html"),
+        *(*QUICK, "-o", "found.json", "--report", "page.html"),
     )
     assert result.exit_code == 0, result.output
     assert operators(there / "found.json") == 4
@@ -61,7 +65,7 @@ def test_a_name_cannot_break_the_report(there: Path, names: tuple[str, str]) -> 
 def test_a_unit_cannot_break_the_report(there: Path, units: tuple[str, str]) -> None:
     header = f"time_s,u [{units[0]}],y [{units[1]}]"
     write_csv(there / "named.csv", header, record_rows())
-    given = ("--operators", "4", "-o", "found.json", "--report", "page.html")
+    given = (*QUICK, "-o", "found.json", "--report", "page.html")
     result = run("identify", "named.csv", "--input", "1", "--output", "2", *given)
     assert result.exit_code == 0, result.output
     assert operators(there / "found.json") == 4
@@ -80,7 +84,7 @@ def test_a_file_name_cannot_break_the_report(there: Path, name: bytes) -> None:
     write_csv(Path(path), HEADER, record_rows())
     result = run(
         *("identify", path, "--input", "drive_v", "--output", "position_um"),
-        *("--operators", "4", "-o", "found.json", "--report", "page.html"),
+        *(*QUICK, "-o", "found.json", "--report", "page.html"),
     )
     assert result.exit_code == 0, result.output
     assert operators(there / "found.json") == 4
@@ -198,7 +202,7 @@ def identify_times(there: Path, scale: float) -> Result:
     write_csv(there / "tiny.csv", HEADER, rows)
     return run(
         *("identify", "tiny.csv", "--input", "drive_v", "--output", "position_um"),
-        *("--operators", "4", "-o", "found.json", "--report", "page.html"),
+        *(*QUICK, "-o", "found.json", "--report", "page.html"),
     )
 
 

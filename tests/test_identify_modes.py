@@ -142,6 +142,7 @@ def test_what_is_no_number_of_modes_is_refused(given: dict[str, Any], said: str)
             fit(u, u, **{"dt": 1e-3, **given})
 
 
+@pytest.mark.slow
 def test_an_experiment_tells_the_modes_of_a_creeping_stage() -> None:
     truth = stage(
         [(800.0, 0.02, 0.8), (1900.0, 0.01, 0.2)],

@@ -23,6 +23,10 @@ FEEDBACK_BESIDE = {"thresholds that grow with speed": 0.05}
 LEARNED_BESIDE = {"thresholds that grow with speed": 0.04}
 
 
+SLOW = ("a mode at 60 Hz", "thresholds that grow with speed")
+EVERY = [pytest.param(one, marks=pytest.mark.slow if one in SLOW else ()) for one in STAGES]
+
+
 @cache
 def identified(name: str) -> mh.results.Identification:
     parts = mh.signals.experiment(0.0, HIGH, slew=500.0, rate=100.0, fast_rate=1.0 / DT)
@@ -33,7 +37,7 @@ def identified(name: str) -> mh.results.Identification:
     return mh.identify(records, dt=[1.0 / part.rate for part in parts])
 
 
-@pytest.mark.parametrize("name", STAGES)
+@pytest.mark.parametrize("name", EVERY)
 def test_an_experiment_tells_the_whole_stage(name: str) -> None:
     found, truth = identified(name), STAGES[name]
     assert isinstance(found.dynamics, mh.plant.SecondOrder)
@@ -46,7 +50,7 @@ def test_an_experiment_tells_the_whole_stage(name: str) -> None:
     assert open_loop_error(found.stage, truth) < (BESIDE if name in BESIDE_CLASS else INSIDE)
 
 
-@pytest.mark.parametrize("name", STAGES)
+@pytest.mark.parametrize("name", EVERY)
 def test_feedback_and_learning_follow_a_raster(name: str) -> None:
     stage = identified(name).stage.replace(limits=(0.0, HIGH))
     with_feedback = loop_errors(stage, STAGES[name], periods=3)

@@ -24,7 +24,7 @@ from mpi_hyst._report.demo import model_errors, tracking_errors
 from mpi_hyst._report.page import Card, Table
 from mpi_hyst._report.records import evaluate
 from mpi_hyst._text import digits, text_table
-from pages import page_of
+from pages import assert_fits, page_of
 
 LARGEST = 4_000_000  # bytes
 
@@ -76,6 +76,10 @@ def test_the_demo_writes_its_files(demo: tuple[Path, Result]) -> None:
     }
     assert str(directory / "report.html") in result.stdout
     assert isinstance(mh.load(directory / "conventional.json"), mh.PrandtlIshlinskii)
+
+
+def test_the_report_of_the_demo_fits(demo: tuple[Path, Result], tmp_path: Path) -> None:
+    assert_fits(demo[0] / "report.html", tmp_path)
 
 
 def test_the_report_of_the_demo_stands_alone_and_is_complete(demo: tuple[Path, Result]) -> None:

@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 from commands import COLUMNS, HEADER, record_rows, run, write_csv
 from mpi_hyst._report.page import Card, Table, Verdict
-from pages import overflow, page_of
+from pages import WIDTHS, assert_fits, overflow, page_of
 
-WIDTHS = (1200, 500)
-PAPER = 688  # A4 between its margins, in px
 LONG = "a_name_without_any_space_" * 8
 NAME = "decaying_triangle_of_a_stage_on_a_rather_long_day_in_november_2026.csv"
 
@@ -62,32 +60,9 @@ def from_python(directory: Path) -> Path:
 MAKERS = (identified, simulated, planned, demagnetized, from_python)
 
 
-def printed(text: str) -> str:
-    """A page whose style is that of paper, on the screen."""
-    assert "@media print" in text and "@media screen" in text
-    return text.replace("@media print", "@media all").replace("@media screen", "@media not all")
-
-
-def fits(report: Path, folder: Path) -> bool:
-    """Whether a report fits every screen, and paper."""
-    text = report.read_text("utf-8")
-    for width in WIDTHS:
-        assert overflow(text, width, folder) == []
-    assert overflow(printed(text), PAPER, folder) == []
-    return True
-
-
 @pytest.mark.parametrize("make", MAKERS)
 def test_a_report_fits_screen_and_paper(make: Callable[[Path], Path], tmp_path: Path) -> None:
-    assert fits(make(tmp_path), tmp_path)
-
-
-@pytest.mark.parametrize("command", ["demo", "reproduced"])
-def test_the_report_of_a_long_command_fits_too(
-    command: str, request: pytest.FixtureRequest, tmp_path: Path
-) -> None:
-    directory, _ = request.getfixturevalue(command)
-    assert fits(directory / "report.html", tmp_path)
+    assert_fits(make(tmp_path), tmp_path)
 
 
 def page(**blocks: Any) -> str:

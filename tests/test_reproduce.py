@@ -24,6 +24,7 @@ from mpi_hyst._paper.benchmark import (
 )
 from mpi_hyst._paper.published import Comparison, single
 from mpi_hyst._paper.schemes import MOTIONS
+from pages import assert_fits
 from test_report import parsed, sections, words
 
 Results = dict[str, Any]
@@ -175,6 +176,10 @@ def test_the_report_is_one_file_with_everything(reproduced: tuple[Path, Result])
     for number in (1, 4, 5, 8, 9, 12, 13, 14, 15, 16, 17):
         assert f"Fig. {number}" in page
     assert "over 3 seeds" in page
+
+
+def test_the_report_fits(reproduced: tuple[Path, Result], tmp_path: Path) -> None:
+    assert_fits(reproduced[0] / "report.html", tmp_path)
 
 
 def test_deviations_are_from_the_nearest_published_number() -> None:

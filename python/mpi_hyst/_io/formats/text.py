@@ -42,7 +42,7 @@ _NEAR_ROWS = 5
 _SHOWN = 60  # characters of a comment
 _LAST_ROWS = 20  # that tell how long a last number should be
 # Bytes of a block of rows. Behind a row that is not plain the rest of a block is read again.
-_SMALLEST, _LARGEST = 1 << 16, 1 << 20
+_SMALLEST, _LARGEST = 1 << 16, 1 << 22
 _WORTH_A_BLOCK = 200  # rows
 
 
