@@ -216,7 +216,7 @@ def test_one_column_may_be_a_trajectory(there: Path, clock: str | None) -> None:
 def test_settings_are_listed_but_not_read(there: Path) -> None:
     np.savez(there / "record.npz", u=DRIVE, pos=POSITION, gains=np.ones(3), note=np.array("x"))
     said = run("look", "record.npz").stdout
-    assert "not read: gains (3 rows), note (no numbers)" in said
+    assert "not read: gains (3 rows), note (no rows of numbers)" in said
 
 
 def test_a_name_that_looks_like_an_option_or_a_formula(there: Path) -> None:

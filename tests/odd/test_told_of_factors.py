@@ -171,3 +171,21 @@ def test_a_comment_between_rows_that_changes_their_size_is_told(
     record, doubts = text(tmp_path, between=between)
     np.testing.assert_allclose(record["gauge_um"], Y, rtol=1e-5)
     assert [between in one and "line 22" in one for one in doubts] == [True] * is_told, doubts
+
+
+@pytest.mark.parametrize(
+    "line", ["# Sample rate: 100 Hz", "Sampling frequency (kHz); 10", "# fs = 1000"]
+)
+def test_a_rate_above_the_table_is_said(tmp_path: Path, line: str) -> None:
+    record, doubts = text(tmp_path, above=line)
+    (said,) = (one.text for one in record.assumed if "--rate" in one.text)
+    assert said.startswith("line 1: ") and line.lstrip("# ") in said and not doubts
+
+
+def test_a_rate_beside_arrays_is_said(tmp_path: Path) -> None:
+    record = mh.io.read(npz(tmp_path, {"sample_rate": 100.0, "dt": 0.01}))
+    said = [one.text for one in record.assumed if "--rate" in one.text]
+    assert said == [
+        "sample_rate 100 is not used; --rate says how fast a record is",
+        "dt 0.01 is not used; --rate says how fast a record is",
+    ]

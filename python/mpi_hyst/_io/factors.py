@@ -25,6 +25,8 @@ _APPLIED = re.compile(r"(scale_factor|add_offset|NI_.*|wf_.*)")
 _COUNTED = ("count", "counts", "lsb", "bit", "bits", "digit", "digits", "step", "steps")
 # The number that a text begins with: none that goes on as a date.
 _LEADING = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(?![\d.-])")
+# Of the clock, as a setting beside arrays.
+_OF_CLOCK = ("dt", "fs", "sample rate", "sampling rate", "sample time", "sampling frequency")
 _MOST = 16  # values of a setting
 _LONGEST = 40  # characters of one that is a text
 
@@ -52,6 +54,9 @@ def factors_told(settings: Iterable[Setting], places: Mapping[str, int]) -> Iter
     """Say which settings are factors or offsets, and of which columns, by their places."""
     for one in settings:
         words = words_of(one.name.replace("/", " per "))
+        if " ".join(words).lower() in _OF_CLOCK and (value := _shown(one.value, np.nan)):
+            what = f"{one.name} {value} is not used; --rate says how fast a record is"
+            yield Assumption("roles", what)
         found = [told for word in words if (told := _WORD.fullmatch(word)) is not None]
         if not found and not _is_per(words):
             continue

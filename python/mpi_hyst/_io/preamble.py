@@ -35,6 +35,12 @@ _OF_STEPS = re.compile(
     r"(sampl\w* ?(interval|period|time)|h ?resolution|(x ?)?increment|delta[ _]?[tx]|dt|t ?inc)\b",
     re.IGNORECASE,
 )
+# `Sample rate: 100 Hz`, `Sampling frequency (kHz); 10`.
+_OF_RATES = re.compile(
+    r"\b(sampl\w*[ _]?(rate|freq\w*)|abtast\w*|fs)\b[^\d:=;,\t]*"
+    r"[\s:=;,\t]+\d[\d.,]*\s*([kM]?(Hz|S/s))?",
+    re.IGNORECASE,
+)
 # Of `Vertical Scale` of a scope, in volts per division, numbers know already.
 _OF_FACTORS = re.compile(
     r"(?P<key>\b\w*(factor|faktor|facteur|fattore|multiplier)\b[^:=;,\t]*"
@@ -178,6 +184,8 @@ class Preamble:
     def read_words(self, lines: Mapping[int, str]) -> None:
         """Take units from words, as `Position in nm`; say what holds a unit that is not used."""
         for place, text in lines.items():
+            if place not in self.used and (rate := _OF_RATES.search(text)) is not None:
+                self._say(place, f"{rate[0].strip()!r}: not used; --rate says how fast a record is")
             if factor := factor_in(text):
                 what = f"{factor!r} is not applied; mend the numbers, or say their unit"
                 self._say(place, what, level="doubtful", stage="units")

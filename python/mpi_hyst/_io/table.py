@@ -145,7 +145,7 @@ class ArrayTable:
     def _why_other(self, one: str, common: tuple[int, float]) -> str:
         """Say why a column is not one of those that belong together."""
         if one not in self._sizes:
-            return "no numbers"
+            return "no rows of numbers"
         rows, step = self._kind(one)
         clock = ""
         if step != common[1]:
