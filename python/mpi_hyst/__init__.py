@@ -45,6 +45,7 @@ from mpi_hyst._core import (
     identify,
     identify_dynamics,
     identify_many,
+    identify_places,
     load,
 )
 from mpi_hyst._progress import ProgressBar
@@ -76,6 +77,7 @@ __all__ = [
     "identify",
     "identify_dynamics",
     "identify_many",
+    "identify_places",
     "io",
     "load",
     "paper",
