@@ -81,7 +81,7 @@ def match(
     *,
     drive: int = 0,
     at: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
-    window: int = 32,
+    window: int | None = None,
     together: int = 16,
 ) -> Matrix:
     """Find the pairs of instants at which trace and retrace show the same place.
@@ -104,8 +104,9 @@ def match(
         The number of the drive of this scan among those that `identify_places` gets.
     at : (array, array), optional
         The instants of both in samples of the drive, each of shape (lines, pixels).
-    window : int
-        The pixels of a window: more than the noise blurs, fewer than the pitch of what repeats.
+    window : int, optional
+        The pixels of a window; a tenth of the line, and at least 16, if it is left open. More than
+        the noise blurs, fewer than the pitch of what repeats.
     together : int
         How many lines are matched together. They must show much the same place along the line.
 
@@ -141,8 +142,9 @@ def match(
             f"retrace: expected the shape of the trace, {ahead.shape}, got {behind.shape}"
         )
     lines, pixels = ahead.shape
-    if not 8 <= window <= pixels // 2:
-        raise ValueError(f"window: expected 8 to half of {pixels} pixels, got {window}")
+    width = max(16, pixels // 10) if window is None else window
+    if not 8 <= width <= pixels // 2:
+        raise ValueError(f"window: expected 8 to half of {pixels} pixels, got {width}")
     if together < 1:
         raise ValueError(f"together: expected at least one line, got {together}")
     read = [_image("at", one) for one in (at or instants(lines, pixels))]
@@ -154,7 +156,7 @@ def match(
         block = slice(first, min(first + together, lines))
         middle = (block.start + block.stop) // 2
         shown = [one[block] - one[block].mean(axis=1, keepdims=True) for one in (ahead, mirrored)]
-        for there, back, std in _matches(shown[0], shown[1], window):
+        for there, back, std in _matches(shown[0], shown[1], width):
             times = (
                 np.interp(there, np.arange(pixels), read[0][middle]),
                 np.interp(pixels - 1 - back, np.arange(pixels), read[1][middle]),

@@ -94,14 +94,14 @@ pub struct PlacesOptions {
 }
 
 impl PlacesOptions {
-    /// Everything left to the pairs, but the ratios, which are those of the paper.
+    /// Everything left to the pairs.
     #[must_use]
     pub fn new(dt: f64) -> Self {
         Self {
             dt,
             model: None,
             thresholds: Thresholds::Uniform(20),
-            ratios: Setting::Fixed(Ratios::PAPER),
+            ratios: Setting::Fit,
             input_offset: Setting::Fit,
             dead_time: Setting::Fit,
             creep: CreepModel::Auto,

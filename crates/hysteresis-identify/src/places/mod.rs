@@ -103,11 +103,13 @@ pub fn identify_places(
     };
     let equations = Equations::new(&given);
     let search = PlaceSearch { unit: drive_squares(&given), system: System::new(given), equations, smoothness };
-    let mut found = Vec::new();
+    let mut found: Vec<FoundPlace> = Vec::new();
     for (model, creep) in models(options, &given) {
         let space = PlaceSpace::new(&given, options, model, &creep)?;
         check_equations(&search, &space)?;
-        found.push(search.find(space, proceed)?);
+        let plain = found.last().filter(|last| last.space.model == model);
+        let start = plain.map(|plain| space.beginning_at(&plain.point));
+        found.push(search.find(space, start, proceed)?);
     }
     let candidates: Vec<PlacesCandidate> = found.iter().map(|one| candidate(&search, one, &checked)).collect();
     let validations: Vec<CrossValidation> = candidates.iter().map(|one| one.validation.clone()).collect();
@@ -229,7 +231,7 @@ fn result(
         dt: given.dt,
         drive_range: signal::bounds_of(given.drives.iter().map(|drive| signal::bounds(drive))),
         position_range: (low + output_offset, high + output_offset),
-        mismatches: weighed.mismatches.iter().zip(given.pairs).map(|(e, pair)| e * pair.std).collect(),
+        mismatches: weighed.mismatches.iter().zip(&search.system.pair_deviations).map(|(e, r)| e * r).collect(),
         mismatch: if given.pairs.is_empty() { signal::rms(&weighed.length_errors) } else { weighed.shares.scale },
         length_errors: weighed.length_errors.clone(),
         weights_std: (0..columns).map(deviation).collect(),

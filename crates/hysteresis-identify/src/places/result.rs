@@ -51,7 +51,7 @@ pub struct PlacesIdentification {
     pub position_range: (f64, f64),
     /// How far apart the model is at the two instants of every pair, in the unit of the position.
     pub mismatches: Vec<f64>,
-    /// The robust standard deviation of the mismatches, each over the number of its pair: of the matching, and of what the model lacks.
+    /// The robust standard deviation of the mismatches, for a pair of middling uncertainty: of the matching, and of what the model lacks.
     pub mismatch: f64,
     /// Modelled minus known length, for every length.
     pub length_errors: Vec<f64>,

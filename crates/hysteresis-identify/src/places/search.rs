@@ -44,14 +44,15 @@ impl PlaceSearch<'_> {
         Law::new(space, point, smoothness, self.unit)
     }
 
-    /// The best point of a space.
+    /// The best point of a space, from a start that is known, or from the best of many.
     pub(crate) fn find(
         &self,
         space: PlaceSpace,
+        start: Option<PlacePoint>,
         proceed: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<FoundPlace, Error> {
         let mut looked = Vec::new();
-        for point in space.starts() {
+        for point in start.map_or_else(|| space.starts(), |start| vec![start]) {
             go_on(proceed)?;
             let rows = self.equations.rows(&space.tangent(&point, None));
             let law = self.law(&space, &point, self.smoothness);

@@ -156,6 +156,11 @@ impl PlaceSpace {
         starts
     }
 
+    /// The point of a model without creep, with none yet.
+    pub(crate) fn beginning_at(&self, plain: &PlacePoint) -> PlacePoint {
+        PlacePoint { creep: self.start.creep.clone(), ..plain.clone() }
+    }
+
     pub(crate) fn bounds(&self, axis: Axis) -> (f64, f64) {
         let (low, high) = self.placement.bounds();
         match axis {

@@ -107,8 +107,8 @@ fn scores(search: &PlaceSearch<'_>, found: &FoundPlace, law: &Law, rows: &Rows, 
         law.scaled(values, weight, 0.0, &mut row);
         match equation.checked_sub(pairs) {
             None => {
-                let pair = &system.given.pairs[equation];
-                let error = correction * weight * weighed.mismatches[equation] * pair.std;
+                let distance = weighed.mismatches[equation] * system.pair_deviations[equation];
+                let error = correction * weight * distance;
                 let score = stretches[equation].and_then(|stretch| scores.get_mut(stretch));
                 for (sum, j) in score.into_iter().flatten().zip(free) {
                     *sum += row[*j] * error;

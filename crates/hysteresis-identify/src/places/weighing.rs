@@ -15,7 +15,7 @@ use crate::algebra::factor::TriangularFactor;
 use crate::places::equations::Rows;
 use crate::places::given::Given;
 use crate::places::space::{PlacePoint, PlaceSpace};
-use crate::records::signal::{mean, robust_deviation};
+use crate::records::signal::{mean, median, robust_deviation};
 use crate::terms::operators::Thresholds;
 use crate::terms::weights::{WeightBasis, WeightLaw, penalty};
 
@@ -23,8 +23,8 @@ use crate::terms::weights::{WeightBasis, WeightLaw, penalty};
 const HUBER: f64 = 1.345;
 const BISQUARE: f64 = 4.685;
 
-/// A scale below this share of the longest length is rounding.
-const ROUNDING: f64 = 1e-9;
+/// A scale below this share of the longest length is taken for it: nobody matches places more exactly, and what is left is of the model.
+const FINEST: f64 = 1e-4;
 
 /// How often shares and weights are made from each other at most.
 const ROUNDS: usize = 8;
@@ -76,6 +76,8 @@ pub(crate) struct Weighed {
 /// What stands beside the rows: targets and standard deviations.
 pub(crate) struct System<'a> {
     pub(crate) given: Given<'a>,
+    /// r_i: 1 for the pair in the middle.
+    pub(crate) pair_deviations: Vec<f64>,
     pub(crate) length_deviations: Vec<f64>,
     /// The same as the fit takes them: one length alone says nothing but the scale, so it is held.
     fit_deviations: Vec<f64>,
@@ -88,7 +90,10 @@ impl<'a> System<'a> {
             [one] => vec![1e-3 * one.length.abs()],
             _ => length_deviations.clone(),
         };
-        Self { given, length_deviations, fit_deviations }
+        let deviations: Vec<f64> = given.pairs.iter().map(|pair| pair.std).collect();
+        let middle = median(&deviations);
+        let pair_deviations = deviations.iter().map(|deviation| deviation / middle).collect();
+        Self { given, pair_deviations, length_deviations, fit_deviations }
     }
 
     pub(crate) fn pairs(&self) -> usize {
@@ -103,7 +108,7 @@ impl<'a> System<'a> {
 
     /// Each equation's factor, and its target.
     pub(crate) fn factors(&self, shares: &Shares) -> impl Iterator<Item = (f64, f64)> {
-        let pairs = self.given.pairs.iter().zip(&shares.of_pairs).map(|(pair, share)| (share.sqrt() / pair.std, 0.0));
+        let pairs = self.pair_deviations.iter().zip(&shares.of_pairs).map(|(r, share)| (share.sqrt() / r, 0.0));
         let scale = shares.scale;
         let lengths = self.given.lengths.iter().zip(&self.fit_deviations);
         pairs.chain(lengths.map(move |(known, deviation)| (scale / deviation, known.length)))
@@ -113,7 +118,7 @@ impl<'a> System<'a> {
     pub(crate) fn weighed(&self, rows: &Rows, weights: Vec<f64>, shares: Shares) -> Weighed {
         let mut said = rows.times(&weights);
         let lengths = said.split_off(self.pairs());
-        let mismatches = said.iter().zip(self.given.pairs).map(|(said, pair)| said / pair.std).collect();
+        let mismatches = said.iter().zip(&self.pair_deviations).map(|(said, r)| said / r).collect();
         let length_errors = lengths.iter().zip(self.given.lengths).map(|(said, known)| said - known.length).collect();
         Weighed { weights, shares, mismatches, length_errors }
     }
@@ -148,7 +153,7 @@ impl<'a> System<'a> {
     }
 
     pub(crate) fn scale_of(&self, mismatches: &[f64]) -> f64 {
-        robust_deviation(mismatches).max(ROUNDING * self.given.longest())
+        robust_deviation(mismatches).max(FINEST * self.given.longest())
     }
 
     /// Half the sum of what the search minimises at a scale, over the square of that scale.

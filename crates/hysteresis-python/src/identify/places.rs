@@ -113,7 +113,7 @@ impl PlacesIdentification {
         read_only(py, self.found.mismatches.iter().copied())
     }
 
-    /// The robust standard deviation of the mismatches, each over the number of its pair; without pairs the rms of `length_errors`.
+    /// The robust standard deviation of the mismatches, for a pair of middling uncertainty; without pairs the rms of `length_errors`.
     #[getter]
     fn mismatch(&self) -> f64 {
         self.found.mismatch
@@ -248,8 +248,8 @@ impl PlacesIdentification {
 ///     Coupled plays or plays; "auto" leaves it to cross-validation over the pairs.
 /// operators : int, optional
 ///     How many operators; 20 if it is left open.
-/// ratios : "fit" or (ra/r, rb/r, rc/r), optional
-///     Of the modified model; (0.95, 0.3, 0.35), those of the paper, if it is left open.
+/// ratios : "fit" or (ra/r, rb/r, rc/r)
+///     Of the modified model.
 /// input_offset : "fit" or float
 ///     Where the operators have their zero, in V; for the conventional model the middle of the drives unless it is given.
 /// dead_time : "fit" or float
@@ -296,18 +296,14 @@ pub(crate) fn identify_places(
     #[py(*)] dt: f64,
     #[py(field = "auto")] model: AnyModel,
     #[py(= None)] operators: Option<Operators>,
-    #[py(= None)] ratios: Option<Setting<Ratios>>,
+    #[py(field = "fit")] ratios: Setting<Ratios>,
     #[py(field = "fit")] input_offset: Setting<f64>,
     #[py(field = "fit")] dead_time: Setting<f64>,
     #[py(field = "auto")] creep: CreepModel,
     #[py(= None)] thresholds: Option<Placing>,
     #[py(field = "auto")] smoothness: Smoothness,
 ) -> PyResult<PlacesIdentification> {
-    let options = PlacesOptions {
-        thresholds: placed(thresholds, operators)?,
-        ratios: ratios.unwrap_or(options.ratios),
-        ..options
-    };
+    let options = PlacesOptions { thresholds: placed(thresholds, operators)?, ..options };
     let drives = each_drive(drives)?;
     let drives: Vec<&[f64]> = drives.iter().map(Vec::as_slice).collect();
     let pair = |row: &[f64]| {
