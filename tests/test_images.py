@@ -13,7 +13,7 @@ from support import Array
 
 pytest.importorskip("skimage", reason="the extra `images` is not installed")
 
-WEIGHTS = [0.45, 0.14, 0.13, 0.11, 0.1, 0.1]
+WEIGHTS = [0.6, 0.1, 0.1, 0.1, 0.09, 0.08]
 THRESHOLDS = [0.0, 0.15, 0.4, 0.8, 1.2, 1.7]
 MIDDLE = 1.0
 """V, where the drive of the first scan has its middle."""

@@ -25,13 +25,19 @@ from mpi_hyst._types import Matrix, Samples
 __all__ = ["fringes", "instants", "match", "resample"]
 
 # A match worse than that is none: noise alone correlates by less over a window.
-_WORST = 0.5
+_WORST = 0.7
 
 # The pixels between windows, as a share of their width.
-_STRIDE = 0.25
+_STRIDE = 0.5
 
 # How far a match may lie from where those before it lead, as a share of the width of a window.
-_SEARCHED = 0.5
+_SEARCHED = 0.3
+
+# After a turn the stage moves less for the same drive, so the other way shows a window wider or
+# narrower: by which factors, at the turn and from one window to the next, and in all.
+_FIRST_STRETCHES = (1.0, 1.3, 1.7, 2.2)
+_STRETCHES = (0.85, 1.0, 1.18)
+_STRETCHED = (0.3, 3.0)
 
 
 def _matcher() -> Any:
@@ -88,13 +94,14 @@ def match(
 
     Windows of the trace, of `together` lines, are looked for in the retrace by normalised
     cross-correlation (scikit-image), from the turn between both backwards: there they are at the
-    same place, and each match begins where those before it lead. A parabola through the three
+    same place, and each match begins where the one before it leads. Windows are stretched, as
+    after a turn a stage moves less. A parabola through the three
     best shifts gives the part of a pixel. Each line counts about its own mean, so that drift of
     the height does not matter.
 
     The standard deviation of a match is that of a shift under white noise, s^2 = (1 - c^2) /
     (-c c'' n), in pixels: c the correlation, c'' its second difference, n the pixels of the
-    window. A window that correlates by less than 0.5 gives no pair.
+    window. A window that correlates by less than 0.7 gives no pair.
 
     Parameters
     ----------
@@ -167,29 +174,65 @@ def match(
 
 def _matches(ahead: Matrix, mirrored: Matrix, window: int) -> Iterator[tuple[float, float, float]]:
     """Yield the centre of each window, where the other one shows it, and how uncertain that is."""
-    match_template = _matcher()
     pixels = ahead.shape[1]
-    reach = max(2, round(_SEARCHED * window))
-    shifts: list[float] = []
-    for start in range(pixels - window, -1, -max(1, round(_STRIDE * window))):
-        # Where the last matches lead: a wrong one among three does no harm.
-        expected = round(float(np.median(shifts[-3:]))) if shifts else 0
-        low = max(0, start + expected - reach)
-        high = min(pixels, start + expected + window + reach)
-        if high - low < window + 2:
-            continue
-        template = ahead[:, start : start + window]
-        correlation = match_template(mirrored[:, low:high], template)[0]
-        best = int(np.argmax(correlation))
-        if not 0 < best < correlation.size - 1 or correlation[best] < _WORST:
-            continue
-        below, peak, above = correlation[best - 1 : best + 2]
-        bend = below - 2.0 * peak + above
-        shift = low + best - start + 0.5 * (below - above) / bend
-        noise = max(1.0 - peak**2, 1e-6) / (-peak * bend * template.size)
-        shifts.append(shift)
+    stride = max(1, round(_STRIDE * window))
+    last: tuple[float, float] | None = None
+    stretch, missed = 1.0, 0
+    for start in range(pixels - window, -1, -stride):
         centre = start + 0.5 * (window - 1)
-        yield centre, centre + shift, float(np.sqrt(noise))
+        # Both ways meet at the turn, and one step on the other way goes on by so much more or less.
+        begin, met = (pixels - 0.5, pixels - 0.5) if last is None else last
+        choices = _FIRST_STRETCHES if last is None else _STRETCHES
+        tried = [
+            _match(
+                (ahead, mirrored),
+                (start, window),
+                met - (begin - centre) * stretch * one,
+                stretch * one,
+                round(_SEARCHED * window * (1 + missed)),
+            )
+            for one in choices
+        ]
+        best = max(tried, key=lambda one: one[0])
+        if best[0] >= _WORST:
+            last, missed = (centre, best[1]), 0
+            stretch = float(np.clip(best[3], *_STRETCHED))
+            yield centre, best[1], best[2]
+        elif last is not None:
+            missed = min(missed + 1, 2)
+            stretch = 0.5 * (1.0 + stretch)
+
+
+def _match(
+    images: tuple[Matrix, Matrix],
+    where: tuple[int, int],
+    expected: float,
+    stretch: float,
+    reach: int,
+) -> tuple[float, float, float, float]:
+    """Return correlation, place, its standard deviation and the stretch; -1 where none is."""
+    none = (-1.0, 0.0, np.inf, stretch)
+    (ahead, mirrored), (start, window) = images, where
+    pixels, width = ahead.shape[1], max(8, round(window * stretch))
+    first = round(expected - 0.5 * (width - 1))
+    low, high = max(0, first - reach), min(pixels, first + width + reach)
+    if high - low < width + 2:
+        return none
+    at = np.linspace(0.0, window - 1.0, width)
+    below = np.minimum(at.astype(int), window - 2)
+    part = ahead[:, start : start + window]
+    template = part[:, below] + (at - below) * (part[:, below + 1] - part[:, below])
+    correlation = _matcher()(mirrored[:, low:high], template)[0]
+    best = int(np.argmax(correlation))
+    if not 0 < best < correlation.size - 1:
+        return none
+    before, peak, after = correlation[best - 1 : best + 2]
+    bend = before - 2.0 * peak + after
+    if not (peak > 0.0 and bend < 0.0):
+        return none
+    found = low + best + 0.5 * (before - after) / bend + 0.5 * (width - 1)
+    noise = max(1.0 - peak**2, 1e-6) / (-peak * bend * template.size)
+    return float(peak), found, float(np.sqrt(noise)), stretch
 
 
 def fringes(

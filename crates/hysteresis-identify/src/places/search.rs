@@ -65,7 +65,7 @@ impl PlaceSearch<'_> {
         let mut best: Option<(f64, PlacePoint, Weighed)> = None;
         for (_, point, weighed) in looked {
             let (point, weighed) = self.descend(&space, point, weighed, proceed)?;
-            let cost = self.system.cost(&weighed, scale);
+            let cost = self.system.cost(&weighed, (RobustLoss::Bisquare, scale));
             if best.as_ref().is_none_or(|best| cost < best.0) {
                 best = Some((cost, point, weighed));
             }
@@ -87,11 +87,12 @@ impl PlaceSearch<'_> {
         )]
         let counted = (COUNTED * squares.len() as f64) as usize;
         let scale = weighed.shares.scale;
-        let lengths = self.system.cost(&Weighed { mismatches: Vec::new(), ..weighed.clone() }, scale);
+        let lengths =
+            self.system.cost(&Weighed { mismatches: Vec::new(), ..weighed.clone() }, (RobustLoss::Huber, scale));
         squares[..counted].iter().sum::<f64>() + lengths * scale * scale
     }
 
-    /// Steps from a start to the best point near it; twice, as the scale of the mismatches falls on the way.
+    /// Steps from a start to the best point near it; then once more without the pairs that are far away there.
     fn descend(
         &self,
         space: &PlaceSpace,
@@ -102,13 +103,14 @@ impl PlaceSearch<'_> {
         if space.axes.is_empty() {
             return Ok((point, weighed));
         }
-        for _ in 0..2 {
+        for loss in [RobustLoss::Huber, RobustLoss::Bisquare] {
             let scale = weighed.shares.scale;
-            let mut cost = self.system.cost(&weighed, scale);
+            let mut cost = self.system.cost(&weighed, (loss, scale));
             for _ in 0..STEPS {
                 go_on(proceed)?;
-                let Some((next, found)) = self.step(space, (&point, &weighed), (scale, cost)) else { break };
-                let lower = self.system.cost(&found, scale);
+                let Some((next, found, lower)) = self.step(space, (&point, &weighed), (loss, scale), cost) else {
+                    break;
+                };
                 let share = (cost - lower) / cost;
                 (point, weighed, cost) = (next, found, lower);
                 if share < LAST {
@@ -117,7 +119,7 @@ impl PlaceSearch<'_> {
             }
             let rows = self.equations.rows(&space.tangent(&point, None));
             let law = self.law(space, &point, self.smoothness);
-            weighed = self.system.robust(&rows, &law, (RobustLoss::Huber, None), weighed.shares);
+            weighed = self.system.robust(&rows, &law, (RobustLoss::Bisquare, None), weighed.shares);
         }
         Ok((point, weighed))
     }
@@ -127,8 +129,9 @@ impl PlaceSearch<'_> {
         &self,
         space: &PlaceSpace,
         (point, weighed): (&PlacePoint, &Weighed),
-        (scale, cost): (f64, f64),
-    ) -> Option<(PlacePoint, Weighed)> {
+        (loss, scale): (RobustLoss, f64),
+        cost: f64,
+    ) -> Option<(PlacePoint, Weighed, f64)> {
         let rows = self.equations.rows(&space.tangent(point, Some(&weighed.weights)));
         let law = self.law(space, point, self.smoothness);
         let bounds: Vec<(f64, f64)> = space
@@ -149,10 +152,10 @@ impl PlaceSearch<'_> {
             });
             let rows = self.rows_at(space, &next);
             let law = self.law(space, &next, self.smoothness);
-            let loss = (RobustLoss::Huber, Some(scale));
-            let found = self.system.robust(&rows, &law, loss, weighed.shares.clone());
-            if self.system.cost(&found, scale) < cost {
-                return Some((next, found));
+            let found = self.system.robust(&rows, &law, (loss, Some(scale)), weighed.shares.clone());
+            let lower = self.system.cost(&found, (loss, scale));
+            if lower < cost {
+                return Some((next, found, lower));
             }
             length *= 0.3;
         }

@@ -45,6 +45,19 @@ pub(crate) enum RobustLoss {
 }
 
 impl RobustLoss {
+    /// The loss at a distance in standard deviations.
+    fn of(self, distance: f64) -> f64 {
+        let distance = distance.abs();
+        match self {
+            Self::Huber if distance <= HUBER => 0.5 * distance * distance,
+            Self::Huber => HUBER * (distance - 0.5 * HUBER),
+            Self::Bisquare => {
+                let within = (1.0 - (distance / BISQUARE).powi(2)).max(0.0);
+                BISQUARE * BISQUARE / 6.0 * (1.0 - within.powi(3))
+            }
+        }
+    }
+
     fn share(self, mismatch: f64, scale: f64) -> f64 {
         let distance = mismatch.abs() / scale;
         match self {
@@ -156,15 +169,11 @@ impl<'a> System<'a> {
         robust_deviation(mismatches).max(FINEST * self.given.longest())
     }
 
-    /// Half the sum of what the search minimises at a scale, over the square of that scale.
-    pub(crate) fn cost(&self, weighed: &Weighed, scale: f64) -> f64 {
-        let of_pair = |mismatch: &f64| {
-            let distance = mismatch.abs() / scale;
-            if distance <= HUBER { 0.5 * distance * distance } else { HUBER * (distance - 0.5 * HUBER) }
-        };
+    /// What the search minimises: the loss of every pair, and half the squares of the lengths, over their variances.
+    pub(crate) fn cost(&self, weighed: &Weighed, (loss, scale): (RobustLoss, f64)) -> f64 {
         let of_length = |(error, deviation): (&f64, &f64)| 0.5 * (error / deviation).powi(2);
         let lengths = weighed.length_errors.iter().zip(&self.fit_deviations).map(of_length);
-        weighed.mismatches.iter().map(of_pair).sum::<f64>() + lengths.sum::<f64>()
+        weighed.mismatches.iter().map(|e| loss.of(e / scale)).sum::<f64>() + lengths.sum::<f64>()
     }
 
     /// By what the weights must be multiplied so that the lengths alone set their scale.

@@ -282,7 +282,8 @@ impl PlacesIdentification {
 /// >>> held = np.arange(9, loads.size, 10)  # the last sample at each load
 /// >>> lengths = [(0, held[0], k, reading[k] - reading[held[0]]) for k in held[1:]]
 /// >>> found = mh.identify_places(
-/// ...     loads, np.zeros((0, 3)), lengths, dt=1.0, model="conventional", operators=4, dead_time=0.0, creep=None
+/// ...     loads, np.zeros((0, 3)), lengths, dt=1.0, model="conventional", input_offset=0.0, operators=4, dead_time=0.0,
+/// ...     creep=None,
 /// ... )
 /// >>> bool(np.abs(found.predict(loads) - (reading - reading[0])).max() < 0.02)
 /// True
