@@ -3,14 +3,16 @@
 This module has stages, models, streams and identification. Control laws are in `control`, linear
 dynamics and simulation in `plant`, test signals in `signals`, references in `trajectories`, the
 results of identification in `results`, the loop on a clock in `realtime`, scans one after the other
-in `scan`, files of records in `io`, measured records in `datasets`, files for other tools in
-`export`, figures in `plot`, reports in `reports`, and the published actuator in `paper`.
+in `scan`, places from images in `images`, files of records in `io`, measured records in `datasets`,
+files for other tools in `export`, figures in `plot`, reports in `reports`, and the published
+actuator in `paper`.
 """
 
 from mpi_hyst import (
     control,
     datasets,
     export,
+    images,
     io,
     paper,
     plant,
@@ -45,6 +47,7 @@ from mpi_hyst._core import (
     identify,
     identify_dynamics,
     identify_many,
+    identify_places,
     load,
 )
 from mpi_hyst._progress import ProgressBar
@@ -76,6 +79,8 @@ __all__ = [
     "identify",
     "identify_dynamics",
     "identify_many",
+    "identify_places",
+    "images",
     "io",
     "load",
     "paper",

@@ -199,6 +199,13 @@ pub enum Error {
         /// The fitted samples of all records together.
         got: usize,
     },
+    /// Too few pairs of places and lengths that say anything.
+    TooFewPairs {
+        /// How many it takes.
+        expected: usize,
+        /// How many say something.
+        got: usize,
+    },
     /// Dynamics and creep need the sampling interval, and several records need one unit of time.
     NoInterval {
         /// The first record without a sampling interval.
@@ -235,6 +242,7 @@ impl Error {
     pub fn parameter(&self) -> Option<&'static str> {
         match self {
             Self::NoRecords | Self::TooFewSamples { .. } | Self::TooFewLoops { .. } => Some("records"),
+            Self::TooFewPairs { .. } => Some("pairs"),
             Self::Record { error, .. } => Some(error.parameter()),
             Self::NoOperators => Some("operators"),
             Self::SplitConventional => Some("weights"),
@@ -259,6 +267,10 @@ impl fmt::Display for Error {
             Self::TooFewSamples { expected, got } => {
                 write!(f, "records: expected at least {expected} fitted samples (twice the unknowns), got {got}")
             }
+            Self::TooFewPairs { expected, got } => write!(
+                f,
+                "pairs: expected at least {expected} pairs and lengths that say something (of opposite branches, or of other loops), got {got}"
+            ),
             Self::NoInterval { record } => write!(
                 f,
                 "dt: expected the sampling interval of record {record} in seconds, got none: dynamics and creep need it, \

@@ -19,7 +19,7 @@
 //! 7. `judge` looks for what the records cannot tell and what the model left in them: findings, and a verdict.
 //! 8. `result` is what comes out. [`identify`] goes this way from beginning to end.
 //!
-//! `compare` goes it for several models, `many` for many actuators, and `recursive` takes sample by sample while the actuator runs.
+//! `compare` goes it for several models, `many` for many actuators, `places` without a position sensor, and `recursive` takes sample by sample while the actuator runs.
 
 #![forbid(unsafe_code)]
 
@@ -33,6 +33,7 @@ mod identify_dynamics;
 mod judge;
 mod many;
 mod options;
+mod places;
 mod records;
 mod recursive;
 mod result;
@@ -53,6 +54,9 @@ pub use judge::finding::{Finding, FindingCode, Severity, Verdict};
 pub use many::records::{ActuatorFit, BriefFinding, ManyIdentifications, ManyRecords};
 pub use many::{identify_many, settled_options};
 pub use options::{Loss, Options, Setting};
+pub use places::given::{KnownLength, PlacePair, PlacesOptions};
+pub use places::identify_places;
+pub use places::result::{PlacesCandidate, PlacesIdentification};
 pub use records::record::Record;
 pub use recursive::regressors::MIN_IDENTITY_SHARE;
 pub use recursive::{Frozen, RecursiveIdentifier, RecursiveOptions, RecursiveState};

@@ -83,6 +83,8 @@ mod _core {
     #[pymodule_export]
     use crate::identify::many_identifications::ManyIdentifications;
     #[pymodule_export]
+    use crate::identify::places::{PlacesIdentification, identify_places};
+    #[pymodule_export]
     use crate::identify::quality::{LeftOutLoop, Quality};
     #[pymodule_export]
     use crate::identify::recursive::RecursiveIdentifier;

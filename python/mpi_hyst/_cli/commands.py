@@ -17,6 +17,7 @@ from mpi_hyst._cli.export import export
 from mpi_hyst._cli.identify import identify
 from mpi_hyst._cli.look import look
 from mpi_hyst._cli.outputs import interrupts_restored
+from mpi_hyst._cli.places import places
 from mpi_hyst._cli.precompensate import precompensate
 from mpi_hyst._cli.realtime import realtime
 from mpi_hyst._cli.reproduce import reproduce
@@ -75,5 +76,16 @@ def commands(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for command in (look, excite, identify, precompensate, simulate, export, realtime, demo, reproduce):
+for command in (
+    look,
+    excite,
+    identify,
+    places,
+    precompensate,
+    simulate,
+    export,
+    realtime,
+    demo,
+    reproduce,
+):
     commands.add_command(command)

@@ -299,13 +299,25 @@ pub enum FindingCode {
     /// correlation of what operators and slow changes leave of the residual with the falling integral of the position; limit 0.7, about half of the
     /// squares. What moves the position by less than 1 % of its range is not told.
     Leakage,
+    /// The loops on which the pairs of places lie are all of one size: one known length holds the scale of that loop, but how the gain
+    /// of other loops differs from it follows from the shape of the model alone. Value: the smallest over the largest stroke of the drive between
+    /// turns, on which pairs lie; limit 0.8.
+    OneLoopSize,
+    /// Pairs of places that contradict the others were left out. Value: their share of all pairs; limit 0.02.
+    WrongPairs,
+    /// Pairs of places that say nothing: every operator has the same output at both instants, as on two passes along the same
+    /// branch. Value: their share of all pairs; limit 0.5.
+    UninformativePairs,
+    /// The model is not at the same place at both instants of a pair. Value: the robust standard deviation of the distances over the range
+    /// of the position; limit 0.01.
+    PlacesDiffer,
     /// In reading a file something was taken for granted that the file speaks against. Value: 1, limit 0.
     Assumed,
 }
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 46] = [
+    pub const ALL: [Self; 50] = [
         Self::WrongSign,
         Self::RecordsDiffer,
         Self::LoopBackwards,
@@ -351,6 +363,10 @@ impl FindingCode {
         Self::ResidualColoured,
         Self::RateDependenceNotTold,
         Self::Leakage,
+        Self::OneLoopSize,
+        Self::WrongPairs,
+        Self::UninformativePairs,
+        Self::PlacesDiffer,
         Self::Assumed,
     ];
 
@@ -596,6 +612,25 @@ impl FindingCode {
                 Never,
                 "couple sensor and amplifier to direct current, and let an amplifier of voltage hold the drive; no term of a stage stands for \
                  a leak, so use the result at the rates of the records alone",
+            ),
+            Self::OneLoopSize => (
+                "one_loop_size",
+                Never,
+                "add scans of another size, each with its trace and its retrace, or a known length in a scan of another size; or use the \
+                 result at this size alone",
+            ),
+            Self::WrongPairs => (
+                "wrong_pairs",
+                From(0.3),
+                "look at the pairs that were left out: match lines with more structure, or give each pair its uncertainty",
+            ),
+            Self::UninformativePairs => {
+                ("uninformative_pairs", Never, "pair instants of opposite branches: trace with retrace, up with down")
+            }
+            Self::PlacesDiffer => (
+                "places_differ",
+                From(0.05),
+                "match more exactly; where that does not help, the stage has what the model lacks: drift between the passes, or dynamics",
             ),
             Self::Assumed => {
                 ("assumed", Never, "say what it is with the option that is named, or mend the file; `look` shows it")

@@ -387,7 +387,7 @@ impl Identification {
     }
 }
 
-fn warning(finding: &Finding) -> StageWarning {
+pub(crate) fn warning(finding: &Finding) -> StageWarning {
     let Finding { code, severity, message, value, limit, hint, .. } = finding.clone();
     let (code, severity) = (code.name().to_owned(), severity.name().to_owned());
     StageWarning { code, severity, message, value, limit, hint }

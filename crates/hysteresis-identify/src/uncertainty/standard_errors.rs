@@ -223,6 +223,14 @@ impl Spread {
         }
     }
 
+    /// About a tangent whose output is zero at the first sample of an input, with the root of the covariance of its weights and slopes.
+    pub(crate) fn from_zero(root: Mat<f64>, tangent: Tangent, input: &[f64], dt: f64) -> Self {
+        let mut first = vec![0.0; root.nrows()];
+        tangent.rows(input, dt, None).write(0, &mut first);
+        let of_offset = |k: usize| -first.iter().enumerate().map(|(i, slope)| slope * root[(i, k)]).sum::<f64>();
+        Self { of_offset: (0..root.ncols()).map(of_offset).collect(), root, tangent }
+    }
+
     /// The standard deviation of every sample of the output for an input that starts from the virgin state.
     pub(crate) fn of(&self, input: &[f64], dt: f64) -> Vec<f64> {
         let mut rows = self.tangent.rows(input, dt, None);

@@ -9,6 +9,7 @@ pub(crate) mod identify;
 pub(crate) mod many;
 pub(crate) mod many_identifications;
 mod options;
+pub(crate) mod places;
 pub(crate) mod quality;
 mod records;
 pub(crate) mod recursive;

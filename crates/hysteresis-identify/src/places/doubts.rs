@@ -1,0 +1,95 @@
+//! What makes a result from places doubtful: findings.
+
+use crate::judge::finding::{Finding, FindingCode};
+use crate::places::equations::{Rows, between};
+use crate::places::given::Given;
+use crate::places::weighing::Weighed;
+use crate::records::course::turns;
+use crate::records::signal;
+use crate::records::signal::as_f64;
+
+/// A turn of the drive by less than this share of its range is none of a loop.
+const LOOP: f64 = 0.02;
+
+/// The strokes of loops are of one size if the smallest is more than this share of the largest.
+const ONE_SIZE: f64 = 0.8;
+
+const MOST_WRONG: f64 = 0.02;
+const MOST_UNINFORMATIVE: f64 = 0.5;
+const MOST_DISTANCE: f64 = 0.01;
+
+/// An equation in which no operator differs by more than this share of the drive range says nothing.
+const SAYS_NOTHING: f64 = 1e-3;
+
+/// So many pairs are named; of more, the first.
+const NAMED: usize = 20;
+
+/// The pairs that say nothing: those whose row is all but zero.
+pub(crate) fn uninformative(given: &Given<'_>, rows: &Rows) -> Vec<usize> {
+    let (low, high) = signal::bounds_of(given.drives.iter().map(|drive| signal::bounds(drive)));
+    let says_nothing = |row: &[f64]| row.iter().all(|value| value.abs() <= SAYS_NOTHING * (high - low));
+    let pairs = rows.iter().take(given.pairs.len()).enumerate();
+    pairs.filter(|(_, row)| says_nothing(row)).map(|(place, _)| place).collect()
+}
+
+/// The findings, for the pairs that were left out and those that say nothing.
+pub(crate) fn findings(
+    given: &Given<'_>,
+    weighed: &Weighed,
+    range: f64,
+    wrong: &[usize],
+    uninformative: &[usize],
+) -> Vec<Finding> {
+    let pairs = given.pairs.len();
+    let share = |of: &[usize]| if pairs == 0 { 0.0 } else { as_f64(of.len()) / as_f64(pairs) };
+    let of_pairs = |code, places: &[usize], limit: f64, what: &str| {
+        let value = share(places);
+        let message = format!("{} of {pairs} pairs {what}: {}", places.len(), named(places));
+        (value > limit).then(|| Finding::new(code, value, limit, message))
+    };
+    let distance = weighed.shares.scale / range;
+    let message = format!("the two instants of a pair are {:.2} % of the range apart in the model", 100.0 * distance);
+    let apart = (pairs > 0 && distance > MOST_DISTANCE)
+        .then(|| Finding::new(FindingCode::PlacesDiffer, distance, MOST_DISTANCE, message));
+    let found = [
+        of_pairs(FindingCode::WrongPairs, wrong, MOST_WRONG, "contradict the others and were left out"),
+        one_loop_size(given, uninformative),
+        of_pairs(FindingCode::UninformativePairs, uninformative, MOST_UNINFORMATIVE, "say nothing"),
+        apart,
+    ];
+    found.into_iter().flatten().collect()
+}
+
+fn named(places: &[usize]) -> String {
+    let names: Vec<String> = places.iter().take(NAMED).map(ToString::to_string).collect();
+    let more = if places.len() > NAMED { ", ..." } else { "" };
+    names.join(", ") + more
+}
+
+/// Whether all strokes on which informative pairs and lengths lie are of one size.
+fn one_loop_size(given: &Given<'_>, uninformative: &[usize]) -> Option<Finding> {
+    let (low, high) = signal::bounds_of(given.drives.iter().map(|drive| signal::bounds(drive)));
+    let turns: Vec<Vec<usize>> = given.drives.iter().map(|drive| turns(drive, LOOP * (high - low))).collect();
+    let mut smallest = f64::INFINITY;
+    let mut largest: f64 = 0.0;
+    for (equation, (drive, instants)) in given.equations().enumerate() {
+        if uninformative.binary_search(&equation).is_ok() {
+            continue;
+        }
+        for stroke in instants.iter().filter_map(|at| stroke(given.drives[drive], &turns[drive], *at)) {
+            (smallest, largest) = (smallest.min(stroke), largest.max(stroke));
+        }
+    }
+    let value = smallest / largest;
+    let message = format!(
+        "the strokes on which pairs and lengths lie are from {smallest:.4} to {largest:.4} in the unit of the drive: loops of one size"
+    );
+    (value > ONE_SIZE).then(|| Finding::new(FindingCode::OneLoopSize, value, ONE_SIZE, message))
+}
+
+/// How far the drive goes between the turns about an instant; none on the way from the start to the first turn, and after the last.
+fn stroke(drive: &[f64], turns: &[usize], instant: f64) -> Option<f64> {
+    let next = turns.partition_point(|turn| *turn <= between(instant).0);
+    let (before, after) = (turns.get(next.checked_sub(1)?)?, turns.get(next)?);
+    Some((drive[*after] - drive[*before]).abs())
+}

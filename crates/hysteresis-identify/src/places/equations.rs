@@ -1,0 +1,138 @@
+//! Rows of the equations: what the columns of a model, and its output's derivatives, differ by between the two instants of each.
+
+use crate::fit::rows::Tangent;
+use crate::places::given::Given;
+use crate::records::course::{Course, turns};
+
+/// The equations of all drives, sorted by the samples that they need.
+pub(crate) struct Equations<'a> {
+    drives: Vec<OfDrive<'a>>,
+    count: usize,
+    dt: f64,
+}
+
+struct OfDrive<'a> {
+    input: &'a [f64],
+    course: Course,
+    parts: Vec<Part>,
+}
+
+/// What a sample adds to an equation.
+#[derive(Clone, Copy)]
+struct Part {
+    sample: usize,
+    equation: usize,
+    factor: f64,
+}
+
+/// The rows of all equations at a point: pairs first, then lengths.
+pub(crate) struct Rows {
+    pub(crate) width: usize,
+    values: Vec<f64>,
+}
+
+impl Rows {
+    pub(crate) fn iter(&self) -> std::slice::ChunksExact<'_, f64> {
+        self.values.chunks_exact(self.width)
+    }
+
+    /// Row by column of weights: what the model says of every equation.
+    pub(crate) fn times(&self, weights: &[f64]) -> Vec<f64> {
+        self.iter().map(|row| row.iter().zip(weights).map(|(z, w)| z * w).sum()).collect()
+    }
+}
+
+impl<'a> Equations<'a> {
+    pub(crate) fn new(given: &Given<'a>) -> Self {
+        let mut parts = vec![Vec::new(); given.drives.len()];
+        let mut count = 0;
+        for (equation, (drive, [first, second])) in given.equations().enumerate() {
+            let last = given.drives[drive].len() - 1;
+            for (instant, sign) in [(first, -1.0), (second, 1.0)] {
+                let (sample, share) = between(instant);
+                parts[drive].push(Part { sample, equation, factor: sign * (1.0 - share) });
+                if share > 0.0 {
+                    parts[drive].push(Part { sample: (sample + 1).min(last), equation, factor: sign * share });
+                }
+            }
+            count = equation + 1;
+        }
+        let drives = given.drives.iter().zip(parts).map(|(input, parts)| OfDrive::new(input, parts)).collect();
+        Self { drives, count, dt: given.dt }
+    }
+
+    /// The rows at a point: one column for each weight, then the derivatives.
+    pub(crate) fn rows(&self, tangent: &Tangent) -> Rows {
+        let width = tangent.columns + tangent.slopes.len();
+        let mut values = vec![0.0; width * self.count];
+        let mut row = vec![0.0; width];
+        for OfDrive { input, course, parts } in &self.drives {
+            let mut rows = tangent.rows(input, self.dt, Some(course));
+            let mut written = None;
+            for Part { sample, equation, factor } in parts {
+                if written != Some(*sample) {
+                    rows.write(*sample, &mut row);
+                    written = Some(*sample);
+                }
+                let place = &mut values[equation * width..][..width];
+                place.iter_mut().zip(&row).for_each(|(sum, value)| *sum += factor * value);
+            }
+        }
+        Rows { width, values }
+    }
+}
+
+impl<'a> OfDrive<'a> {
+    fn new(input: &'a [f64], mut parts: Vec<Part>) -> Self {
+        parts.sort_by_key(|part| part.sample);
+        let mut rows: Vec<usize> = parts.iter().map(|part| part.sample).collect();
+        rows.dedup();
+        // Between the instants operators need to see the reversals alone.
+        let course = Course::Some { rows, turns: Some(turns(input, 0.0)) };
+        Self { input, course, parts }
+    }
+}
+
+/// The sample at or before an instant, and how far it is on the way to the next.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an instant of a drive")]
+pub(crate) fn between(instant: f64) -> (usize, f64) {
+    (instant.floor() as usize, instant - instant.floor())
+}
+
+#[cfg(test)]
+mod tests {
+    use hysteresis_core::Ratios;
+
+    use super::*;
+    use crate::fit::response::{OperatorsAt, hysteresis};
+    use crate::places::given::{KnownLength, PlacePair};
+    use crate::terms::dynamics::LinearPart;
+    use crate::terms::operators::OperatorBank;
+
+    /// The rows times weights are the differences of the output at the instants, a straight line between samples.
+    #[test]
+    fn rows_are_differences_of_the_output() {
+        let drive: Vec<f64> = (0..400_u32).map(|k| 5.0 * (f64::from(k) / 17.0).sin() * f64::from(k) / 400.0).collect();
+        let drives = [&drive[..]];
+        let pairs = [PlacePair::new(0, 31.25, 250.0), PlacePair::new(0, 399.0, 3.5)];
+        let given = Given::new(&drives, &pairs, &[KnownLength::new(0, 10.0, 77.7, 2.0)], 1e-3).unwrap();
+        let operators = OperatorsAt::alone(OperatorBank::from_ratios(&[0.0, 1.0, 2.5], Ratios::PAPER), 0.3);
+        let tangent = Tangent {
+            operators: operators.clone(),
+            linear: LinearPart::delay(2.4e-3),
+            columns: 3,
+            weights: Vec::new(),
+            slopes: Vec::new(),
+        };
+        let weights = [1.0, 0.4, 0.2];
+        let y = hysteresis(&operators, &weights, &drive, 2.4, 1e-3);
+        let at = |instant: f64| {
+            let (k, share) = between(instant);
+            if share > 0.0 { y[k] + share * (y[k + 1] - y[k]) } else { y[k] }
+        };
+        let got = Equations::new(&given).rows(&tangent).times(&weights);
+        for (got, (_, [first, second])) in got.iter().zip(given.equations()) {
+            assert!((got - (at(second) - at(first))).abs() < 1e-12, "{got}");
+        }
+    }
+}

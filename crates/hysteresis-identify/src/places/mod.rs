@@ -1,0 +1,268 @@
+//! Identification without a position sensor: from pairs of instants at the same place, and from known lengths.
+//!
+//! If y(t1) = y(t2), the outputs of the operators differ by rows D with D w = 0: an equation that is linear in the weights. A known length
+//! says D w = l. So non-negative least squares gives all weights at once, and what is not linear is searched as ever: input offset, ratios,
+//! dead time, creep.
+//!
+//! 1. `given` checks what came.
+//! 2. `space` names what is searched, `equations` has the rows of a point.
+//! 3. `weighing` finds the best weights for rows, whatever some pairs say; `search` the best point.
+//! 4. `validation` chooses model, creep and smoothness by pairs that were not fitted.
+//! 5. `spread` says how far the numbers may be off, `doubts` what the pairs cannot tell; `result` is what comes out.
+
+mod doubts;
+mod equations;
+pub(crate) mod given;
+pub(crate) mod result;
+mod search;
+mod space;
+mod spread;
+mod validation;
+mod weighing;
+
+use std::ops::ControlFlow;
+
+use hysteresis_control::linear::Creep;
+use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
+
+use crate::choose::cross_validation::CrossValidation;
+use crate::error::Error;
+use crate::fit::response::Chain;
+use crate::judge::finding::{Finding, FindingCode};
+use crate::options::{Options, Setting};
+use crate::places::equations::Equations;
+use crate::places::given::{Given, KnownLength, PlacePair, PlacesOptions};
+use crate::places::result::{PlacesCandidate, PlacesIdentification};
+use crate::places::search::{FoundPlace, PlaceSearch, SEARCH_SMOOTHNESS};
+use crate::places::space::{Axis, PlaceSpace};
+use crate::places::validation::PairStretches;
+use crate::places::weighing::{RobustLoss, System};
+use crate::records::signal;
+use crate::terms::creep::CreepModel;
+use crate::terms::operators::ModelKind;
+use crate::uncertainty::standard_errors::Spread;
+
+/// A simpler model stays unless another one predicts better by more than this factor of the mean square error.
+const MARGIN: f64 = 1.02;
+
+/// The fewest equations that say something, for each parameter that is searched, and beside them.
+const EQUATIONS: (usize, usize) = (2, 4);
+
+/// Identifies a stage from pairs of instants at the same place and from known lengths, without a position sensor.
+///
+/// Every pair says D w = 0 and every length D w = l, with D the difference of the operators' outputs, behind creep and dead time, between the two
+/// instants. Weights w >= 0 follow by least squares with a robust loss, so that a few wrong pairs do no harm; input offset,
+/// dead time and whatever else `options` leaves open are searched. Which model, whether there is creep, and how smooth the weights are
+/// is chosen by cross-validation over the pairs. The lengths alone set the scale.
+///
+/// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. Every drive starts from the virgin
+/// state. `proceed` is called between steps; [`ControlFlow::Break`] stops.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+/// use hysteresis_identify::{KnownLength, PlacePair, PlacesOptions, identify_places};
+///
+/// let actuator = ModifiedPrandtlIshlinskii::from_ratios(
+///     &[1.0, 0.3, 0.2, 0.1], &[0.0, 1.0, 2.0, 3.0], Ratios::PAPER, Offsets::default())?;
+/// let mut stream = actuator.forward();
+/// let drive: Vec<f64> = (0..1200).map(|k| (5.0 - k as f64 / 400.0) * (k as f64 / 30.0).sin()).collect();
+/// let place: Vec<f64> = drive.iter().map(|u| stream.step(*u)).collect(); // which nobody measured
+///
+/// // Where it passes the same place: up, then down again.
+/// let passes = |level: f64| (1..1200).filter(move |k| (place[k - 1] < level) != (place[*k] < level))
+///     .map(|k| k as f64 - (place[k] - level) / (place[k] - place[k - 1])).collect::<Vec<_>>();
+/// let pairs: Vec<PlacePair> = (-20..20)
+///     .flat_map(|level| passes(0.2 * f64::from(level)).windows(2).map(|t| PlacePair::new(0, t[0], t[1])).collect::<Vec<_>>())
+///     .collect();
+/// let length = KnownLength::new(0, passes(-2.0)[0], passes(3.0)[0], 5.0);
+///
+/// let options = PlacesOptions::new(1e-3);
+/// let found = identify_places(&[&drive], &pairs, &[length], &options, &mut || ControlFlow::Continue(()))?;
+/// let predicted = found.predict(&drive)?;
+/// assert!((predicted[400] - predicted[300] - (place[400] - place[300])).abs() < 0.05);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Core`] or [`Error::Record`] for drives, pairs, lengths or options outside their domain, [`Error::TooFewPairs`] if too few of the
+/// pairs and lengths say anything, [`Error::Interrupted`] when `proceed` said so.
+pub fn identify_places(
+    drives: &[&[f64]],
+    pairs: &[PlacePair],
+    lengths: &[KnownLength],
+    options: &PlacesOptions,
+    proceed: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<PlacesIdentification, Error> {
+    let given = Given::new(drives, pairs, lengths, options.dt)?;
+    let checked = as_options(options);
+    checked.check()?;
+    let smoothness = match options.smoothness {
+        Setting::Fixed(smoothness) => smoothness,
+        Setting::Fit => SEARCH_SMOOTHNESS,
+    };
+    let equations = Equations::new(&given);
+    let search = PlaceSearch { unit: drive_squares(&given), system: System::new(given), equations, smoothness };
+    let mut found: Vec<FoundPlace> = Vec::new();
+    for (model, creep) in models(options, &given) {
+        let space = PlaceSpace::new(&given, options, model, &creep)?;
+        check_equations(&search, &space)?;
+        let plain = found.last().filter(|last| last.space.model == model);
+        let start = plain.map(|plain| space.beginning_at(&plain.point));
+        found.push(search.find(space, start, proceed)?);
+    }
+    let candidates: Vec<PlacesCandidate> = found.iter().map(|one| candidate(&search, one, &checked)).collect();
+    let validations: Vec<CrossValidation> = candidates.iter().map(|one| one.validation.clone()).collect();
+    let chosen = CrossValidation::good(&validations, MARGIN).next().unwrap_or(0);
+    let smoothness = validations[chosen].smoothness;
+    let found = settled(&search, found.swap_remove(chosen), smoothness);
+    result(&search, &found, smoothness, candidates)
+}
+
+/// The same as options of a fit to records, to be checked by the same rules.
+fn as_options(options: &PlacesOptions) -> Options {
+    Options {
+        thresholds: options.thresholds.clone(),
+        ratios: options.ratios,
+        input_offset: options.input_offset,
+        smoothness: options.smoothness,
+        dt: Some(options.dt),
+        ..Options::default()
+    }
+}
+
+/// The sum of squares of the drive differences of all equations.
+fn drive_squares(given: &Given<'_>) -> f64 {
+    let at = |drive: usize, instant: f64| {
+        let (sample, share) = equations::between(instant);
+        let input = given.drives[drive];
+        input[sample] + share * (input.get(sample + 1).unwrap_or(&input[sample]) - input[sample])
+    };
+    given.equations().map(|(drive, [first, second])| (at(drive, second) - at(drive, first)).powi(2)).sum()
+}
+
+/// The models to try, the simplest first. Creep that the drives are too short for is not tried.
+fn models(options: &PlacesOptions, given: &Given<'_>) -> Vec<(ModelKind, CreepModel)> {
+    let kinds = options.model.map_or_else(|| ModelKind::ALL.to_vec(), |model| vec![model]);
+    let creeps = match &options.creep {
+        CreepModel::Auto if CreepModel::Slow.basis(given.longest_and_shortest().0, given.dt).is_ok() => {
+            vec![CreepModel::None, CreepModel::Slow]
+        }
+        CreepModel::Auto | CreepModel::UnderWay => vec![CreepModel::None],
+        known => vec![known.clone()],
+    };
+    let with_creeps = |kind: ModelKind| creeps.iter().map(move |creep| (kind, creep.clone())).collect::<Vec<_>>();
+    kinds.into_iter().flat_map(with_creeps).collect()
+}
+
+/// Whether enough equations say something, at the first start.
+fn check_equations(search: &PlaceSearch<'_>, space: &PlaceSpace) -> Result<(), Error> {
+    let given = &search.system.given;
+    let starts = space.starts();
+    let rows = search.rows_at(space, &starts[starts.len() / 2]);
+    let got = given.pairs.len() - doubts::uninformative(given, &rows).len() + given.lengths.len();
+    let expected = EQUATIONS.0 * space.axes.len() + EQUATIONS.1;
+    if got < expected { Err(Error::TooFewPairs { expected, got }) } else { Ok(()) }
+}
+
+/// How a model predicts pairs that it was not fitted to, at the smoothness that suits it.
+fn candidate(search: &PlaceSearch<'_>, found: &FoundPlace, options: &Options) -> PlacesCandidate {
+    let stretches = PairStretches::new(search, found);
+    let validate = |smoothness: &f64| {
+        let law = search.law(&found.space, &found.point, *smoothness);
+        stretches.validate(&law, found.space.creep.directions.len(), *smoothness)
+    };
+    let tried: Vec<CrossValidation> = options.smoothnesses().iter().map(validate).collect();
+    let validation = CrossValidation::best(&tried).unwrap_or(&tried[0]).clone();
+    PlacesCandidate { model: found.space.model, validation }
+}
+
+/// The weights of the chosen model with wrong pairs left out, at the scale that the lengths say.
+fn settled(search: &PlaceSearch<'_>, found: FoundPlace, smoothness: f64) -> FoundPlace {
+    let FoundPlace { space, point, weighed } = found;
+    let rows = search.rows_at(&space, &point);
+    let law = search.law(&space, &point, smoothness);
+    let weighed = search.system.robust(&rows, &law, (RobustLoss::Bisquare, None), weighed.shares);
+    let factor = search.system.scale_to_lengths(&weighed);
+    let weights = weighed.weights.iter().map(|weight| factor * weight).collect();
+    let mut weighed = search.system.weighed(&rows, weights, weighed.shares);
+    if search.system.pairs() > 0 {
+        weighed.shares.scale = search.system.scale_of(&weighed.mismatches);
+    }
+    FoundPlace { space, point, weighed }
+}
+
+fn result(
+    search: &PlaceSearch<'_>,
+    found: &FoundPlace,
+    smoothness: f64,
+    candidates: Vec<PlacesCandidate>,
+) -> Result<PlacesIdentification, Error> {
+    let FoundPlace { space, point, weighed } = found;
+    let given = &search.system.given;
+    let tangent = space.tangent(point, None);
+    let chain = Chain::from_rest(tangent.operators, weighed.weights.clone(), tangent.linear, given.dt);
+    let responses: Vec<Vec<f64>> = given.drives.iter().map(|drive| chain.response(drive, given.dt)).collect();
+    let output_offset = -responses[0][0];
+    let (low, high) = signal::bounds_of(responses.iter().map(|response| signal::bounds(response)));
+    let root = spread::root(search, found, smoothness);
+    let deviation = |row: usize| (0..root.ncols()).map(|k| root[(row, k)].powi(2)).sum::<f64>().sqrt();
+    let columns = weighed.weights.len();
+    let of_axis = |axis: Axis| {
+        let place = space.axes.iter().position(|other| *other == axis);
+        place.map_or(0.0, |place| deviation(columns + place))
+    };
+    let dead_time_std = of_axis(Axis::DeadTime);
+    let creep_std: Vec<f64> = (0..point.creep.len()).map(|number| of_axis(Axis::Creep(number))).collect();
+    let uninformative_pairs = doubts::uninformative(given, &search.rows_at(space, point));
+    let shares = weighed.shares.of_pairs.iter().enumerate();
+    let wrong_pairs: Vec<usize> = shares.filter(|(_, share)| **share == 0.0).map(|(place, _)| place).collect();
+    let mut warnings = doubts::findings(given, weighed, high - low, &wrong_pairs, &uninformative_pairs);
+    warnings.extend(untold_dead_time(point.dead_time / given.dt, dead_time_std / given.dt));
+    Ok(PlacesIdentification {
+        model: model(space, point, &weighed.weights, chain.rest_of(output_offset))?,
+        ratios: if space.model == ModelKind::Modified { point.as_ratios() } else { Ratios::PLAY },
+        dead_time: point.dead_time,
+        creep: match &chain.linear.time_constants[..] {
+            [] => None,
+            time_constants => Some(Creep::new(&chain.linear.amplitudes, time_constants)?),
+        },
+        creep_amplitudes: point.creep.clone(),
+        dt: given.dt,
+        drive_range: signal::bounds_of(given.drives.iter().map(|drive| signal::bounds(drive))),
+        position_range: (low + output_offset, high + output_offset),
+        mismatches: weighed.mismatches.iter().zip(&search.system.pair_deviations).map(|(e, r)| e * r).collect(),
+        mismatch: if given.pairs.is_empty() { signal::rms(&weighed.length_errors) } else { weighed.shares.scale },
+        length_errors: weighed.length_errors.clone(),
+        weights_std: (0..columns).map(deviation).collect(),
+        input_offset_std: of_axis(Axis::InputOffset),
+        dead_time_std,
+        creep_std,
+        wrong_pairs,
+        uninformative_pairs,
+        smoothness,
+        candidates,
+        warnings,
+        spread: Spread::from_zero(root, space.tangent(point, Some(&weighed.weights)), given.drives[0], given.dt),
+        chain,
+        output_offset,
+    })
+}
+
+fn model(space: &PlaceSpace, point: &space::PlacePoint, weights: &[f64], output: f64) -> Result<Model, Error> {
+    let offsets = Offsets { input: point.input_offset, output };
+    let thresholds = space.thresholds(point);
+    Ok(match space.model {
+        ModelKind::Conventional => Model::from(PrandtlIshlinskii::new(weights, &thresholds, offsets)?),
+        ModelKind::Modified => {
+            Model::from(ModifiedPrandtlIshlinskii::from_ratios(weights, &thresholds, point.as_ratios(), offsets)?)
+        }
+    })
+}
+
+/// The finding about a dead time, in samples, that the pairs do not tell.
+fn untold_dead_time(samples: f64, deviation: f64) -> Option<Finding> {
+    let limit = samples.max(0.5);
+    let message = format!("the dead time is {samples:.2} samples with a standard error of {deviation:.2}");
+    (deviation > limit).then(|| Finding::new(FindingCode::DeadTimeConfounded, deviation, limit, message))
+}

@@ -1,0 +1,141 @@
+//! A stage that was identified from places, and how far it can be trusted.
+
+use hysteresis_control::linear::{Creep, LinearDynamics};
+use hysteresis_control::stage;
+use hysteresis_control::stage::{Identified, Stage, StageParts};
+use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Ratios};
+
+use crate::choose::cross_validation::CrossValidation;
+use crate::error::RecordError;
+use crate::fit::response::Chain;
+use crate::judge::finding::{Finding, Verdict};
+use crate::records::record::check_finite;
+use crate::result::identification::warning;
+use crate::terms::operators::ModelKind;
+use crate::uncertainty::standard_errors::Spread;
+
+/// What was tried: a model with or without creep, and how it predicts pairs that it was not fitted to.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct PlacesCandidate {
+    /// Which model.
+    pub model: ModelKind,
+    /// How it predicts pairs of stretches that it was not fitted to, at the smoothness that suits it.
+    pub validation: CrossValidation,
+}
+
+/// What [`identify_places`](crate::identify_places) found.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct PlacesIdentification {
+    /// The hysteresis, in front of creep and dead time. Pairs do not tell an offset: the position is 0 at the first sample of the
+    /// first drive.
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved::model"))]
+    pub model: Model,
+    /// The ratios of its thresholds; [`Ratios::PLAY`] for the conventional model.
+    pub ratios: Ratios,
+    /// What the position lags the drive, in seconds.
+    pub dead_time: f64,
+    /// The creep, if there is any.
+    #[cfg_attr(feature = "serde", serde(with = "crate::saved::creep"))]
+    pub creep: Option<Creep>,
+    /// The searched amplitudes of creep.
+    pub creep_amplitudes: Vec<f64>,
+    /// The sampling interval in seconds.
+    pub dt: f64,
+    /// The lowest and the highest drive.
+    pub drive_range: (f64, f64),
+    /// The lowest and the highest position of the model in these drives.
+    pub position_range: (f64, f64),
+    /// How far apart the model is at the two instants of every pair, in the unit of the position.
+    pub mismatches: Vec<f64>,
+    /// The robust standard deviation of the mismatches, for a pair of middling uncertainty: of the matching, and of what the model lacks.
+    pub mismatch: f64,
+    /// Modelled minus known length, for every length.
+    pub length_errors: Vec<f64>,
+    /// The pairs that contradict the others; they were left out of the fit.
+    pub wrong_pairs: Vec<usize>,
+    /// The pairs that say nothing.
+    pub uninformative_pairs: Vec<usize>,
+    /// Standard errors of the weights, which allow for mismatches that are alike along the drive.
+    pub weights_std: Vec<f64>,
+    /// Standard error of the input offset; 0 if it was given.
+    pub input_offset_std: f64,
+    /// Standard error of the dead time in seconds; 0 if it was given.
+    pub dead_time_std: f64,
+    /// Standard errors of the searched amplitudes of creep.
+    pub creep_std: Vec<f64>,
+    /// How smooth the weights were asked to be.
+    pub smoothness: f64,
+    /// What was tried, the simplest first.
+    pub candidates: Vec<PlacesCandidate>,
+    /// What makes the numbers doubtful.
+    pub warnings: Vec<Finding>,
+    pub(crate) chain: Chain,
+    pub(crate) spread: Spread,
+    pub(crate) output_offset: f64,
+}
+
+impl PlacesIdentification {
+    /// Whether the result deserves trust: the worst of its [`warnings`](Self::warnings).
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        Verdict::of(&self.warnings)
+    }
+
+    /// The position for a drive that starts from the virgin state and at rest at its first value, sampled every [`dt`](Self::dt).
+    ///
+    /// # Errors
+    /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
+    pub fn predict(&self, input: &[f64]) -> Result<Vec<f64>, RecordError> {
+        check_finite("input", input)?;
+        Ok(self.chain.response(input, self.dt).into_iter().map(|y| self.output_offset + y).collect())
+    }
+
+    /// The standard deviation of every sample of [`predict`](Self::predict): what errors of the pairs and of the lengths make of it.
+    /// What the model lacks comes on top, and so does what the pairs do not tell at all.
+    ///
+    /// # Errors
+    /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
+    pub fn predict_std(&self, input: &[f64]) -> Result<Vec<f64>, RecordError> {
+        check_finite("input", input)?;
+        Ok(self.spread.of(input, self.dt))
+    }
+
+    /// The stage: [`stage_parts`](Self::stage_parts) as they are.
+    ///
+    /// # Errors
+    /// [`stage::Error`] for parts that no stage may have.
+    pub fn stage(&self) -> Result<Stage, stage::Error> {
+        Stage::new(self.stage_parts())
+    }
+
+    /// The parts of the stage: hysteresis, creep, dead time, and what is known of them. It has no sensor, so no noise of one.
+    #[must_use]
+    pub fn stage_parts(&self) -> StageParts {
+        let hysteresis = match &self.model {
+            Model::Conventional(model) => ModifiedPrandtlIshlinskii::from(model),
+            Model::Modified(model) => model.clone(),
+        };
+        let errors = || self.mismatches.iter().chain(&self.length_errors);
+        StageParts {
+            creep: self.creep.clone(),
+            dynamics: LinearDynamics::none(),
+            dead_time: self.dead_time,
+            identified: Some(Identified {
+                drive_range: self.drive_range,
+                position_range: self.position_range,
+                dt: vec![self.dt],
+                rmse: self.mismatch,
+                max_error: errors().fold(0.0, |most, error| error.abs().max(most)),
+                parameters: Vec::new(),
+                covariance: Vec::new(),
+                warnings: self.warnings.iter().map(warning).collect(),
+                records: Vec::new(),
+            }),
+            ..StageParts::new(hysteresis)
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! The search beside the weights: a look at starts across the drive, then bounded Gauss-Newton steps.
+
+use std::ops::ControlFlow;
+
+use crate::error::Error;
+use crate::places::equations::{Equations, Rows};
+use crate::places::space::{PlacePoint, PlaceSpace};
+use crate::places::weighing::{Law, RobustLoss, System, Weighed};
+
+/// How many starts are followed.
+const FOLLOWED: usize = 2;
+
+/// How many steps one of them takes at most, and how often a step is shortened.
+const STEPS: usize = 25;
+const SHORTENED: usize = 4;
+
+/// A step that lowers the cost by a smaller share is the last.
+const LAST: f64 = 1e-4;
+
+/// So smooth are the weights during the search, where smoothness is left to cross-validation: it keeps what pairs do not tell in place.
+pub(crate) const SEARCH_SMOOTHNESS: f64 = 1e-3;
+
+/// The share of the pairs that a look at starts counts: those that match best.
+const COUNTED: f64 = 0.9;
+
+/// The best point of a space.
+pub(crate) struct FoundPlace {
+    pub(crate) space: PlaceSpace,
+    pub(crate) point: PlacePoint,
+    pub(crate) weighed: Weighed,
+}
+
+/// What a search works with.
+pub(crate) struct PlaceSearch<'a> {
+    pub(crate) system: System<'a>,
+    pub(crate) equations: Equations<'a>,
+    /// The sum of squares of the drive differences of the equations.
+    pub(crate) unit: f64,
+    pub(crate) smoothness: f64,
+}
+
+impl PlaceSearch<'_> {
+    pub(crate) fn law(&self, space: &PlaceSpace, point: &PlacePoint, smoothness: f64) -> Law {
+        Law::new(space, point, smoothness, self.unit)
+    }
+
+    /// The best point of a space, from a start that is known, or from the best of many.
+    pub(crate) fn find(
+        &self,
+        space: PlaceSpace,
+        start: Option<PlacePoint>,
+        proceed: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<FoundPlace, Error> {
+        let mut looked = Vec::new();
+        for point in start.map_or_else(|| space.starts(), |start| vec![start]) {
+            go_on(proceed)?;
+            let rows = self.equations.rows(&space.tangent(&point, None));
+            let law = self.law(&space, &point, self.smoothness);
+            let weighed = self.system.robust(&rows, &law, (RobustLoss::Huber, None), self.system.first_shares());
+            looked.push((self.at_first_sight(&weighed), point, weighed));
+        }
+        looked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        looked.truncate(FOLLOWED);
+        let scale = looked[0].2.shares.scale;
+        let mut best: Option<(f64, PlacePoint, Weighed)> = None;
+        for (_, point, weighed) in looked {
+            let (point, weighed) = self.descend(&space, point, weighed, proceed)?;
+            let cost = self.system.cost(&weighed, (RobustLoss::Bisquare, scale));
+            if best.as_ref().is_none_or(|best| cost < best.0) {
+                best = Some((cost, point, weighed));
+            }
+        }
+        // There is a start always.
+        let (_, point, weighed) = best.ok_or(Error::NoOperators)?;
+        Ok(FoundPlace { space, point, weighed })
+    }
+
+    /// How well a start suits the pairs that suit it best, whatever the scale of the others.
+    fn at_first_sight(&self, weighed: &Weighed) -> f64 {
+        let mut squares: Vec<f64> = weighed.mismatches.iter().map(|e| e * e).collect();
+        squares.sort_by(f64::total_cmp);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            clippy::cast_precision_loss,
+            reason = "a share"
+        )]
+        let counted = (COUNTED * squares.len() as f64) as usize;
+        let scale = weighed.shares.scale;
+        let lengths =
+            self.system.cost(&Weighed { mismatches: Vec::new(), ..weighed.clone() }, (RobustLoss::Huber, scale));
+        squares[..counted].iter().sum::<f64>() + lengths * scale * scale
+    }
+
+    /// Steps from a start to the best point near it; then once more without the pairs that are far away there.
+    fn descend(
+        &self,
+        space: &PlaceSpace,
+        mut point: PlacePoint,
+        mut weighed: Weighed,
+        proceed: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<(PlacePoint, Weighed), Error> {
+        if space.axes.is_empty() {
+            return Ok((point, weighed));
+        }
+        for loss in [RobustLoss::Huber, RobustLoss::Bisquare] {
+            let scale = weighed.shares.scale;
+            let mut cost = self.system.cost(&weighed, (loss, scale));
+            for _ in 0..STEPS {
+                go_on(proceed)?;
+                let Some((next, found, lower)) = self.step(space, (&point, &weighed), (loss, scale), cost) else {
+                    break;
+                };
+                let share = (cost - lower) / cost;
+                (point, weighed, cost) = (next, found, lower);
+                if share < LAST {
+                    break;
+                }
+            }
+            let rows = self.equations.rows(&space.tangent(&point, None));
+            let law = self.law(space, &point, self.smoothness);
+            weighed = self.system.robust(&rows, &law, (RobustLoss::Bisquare, None), weighed.shares);
+        }
+        Ok((point, weighed))
+    }
+
+    /// A Gauss-Newton step that lowers the cost, shortened as often as that takes; none if nothing does.
+    fn step(
+        &self,
+        space: &PlaceSpace,
+        (point, weighed): (&PlacePoint, &Weighed),
+        (loss, scale): (RobustLoss, f64),
+        cost: f64,
+    ) -> Option<(PlacePoint, Weighed, f64)> {
+        let rows = self.equations.rows(&space.tangent(point, Some(&weighed.weights)));
+        let law = self.law(space, point, self.smoothness);
+        let bounds: Vec<(f64, f64)> = space
+            .axes
+            .iter()
+            .map(|axis| {
+                let ((low, high), value, stride) = (space.bounds(*axis), point.get(*axis), space.stride(*axis));
+                ((low - value).max(-stride), (high - value).min(stride))
+            })
+            .collect();
+        let unknowns = law.unknowns(&law.triangle(&self.system, &rows, &weighed.shares), &bounds);
+        let step = &unknowns[law.columns..];
+        let mut length = 1.0;
+        for _ in 0..SHORTENED {
+            let next = space.axes.iter().zip(step).fold(point.clone(), |next, (axis, step)| {
+                let (low, high) = space.bounds(*axis);
+                next.with(*axis, (point.get(*axis) + length * step).clamp(low, high))
+            });
+            let rows = self.rows_at(space, &next);
+            let law = self.law(space, &next, self.smoothness);
+            let found = self.system.robust(&rows, &law, (loss, Some(scale)), weighed.shares.clone());
+            let lower = self.system.cost(&found, (loss, scale));
+            if lower < cost {
+                return Some((next, found, lower));
+            }
+            length *= 0.3;
+        }
+        None
+    }
+
+    pub(crate) fn rows_at(&self, space: &PlaceSpace, point: &PlacePoint) -> Rows {
+        self.equations.rows(&space.tangent(point, None))
+    }
+}
+
+fn go_on(proceed: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), Error> {
+    match proceed() {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(Error::Interrupted),
+    }
+}

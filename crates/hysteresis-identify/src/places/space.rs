@@ -1,0 +1,223 @@
+//! What is searched beside the weights: input offset, ratios, dead time and creep; and the model at such a point.
+
+use hysteresis_core::Ratios;
+
+use crate::error::Error;
+use crate::fit::response::OperatorsAt;
+use crate::fit::rows::{Slope, Tangent};
+use crate::options::Setting;
+use crate::places::given::{Given, PlacesOptions};
+use crate::records::record::Record;
+use crate::records::signal::as_f64;
+use crate::terms::creep::{CreepBasis, CreepModel};
+use crate::terms::dynamics::LinearPart;
+use crate::terms::operators::{ModelKind, OperatorBank, Placement, Thresholds};
+
+/// How many operators there are where that is left open.
+const OPERATORS: usize = 20;
+
+/// The longest dead time that is searched, as a share of the shortest drive.
+const LONGEST_DEAD_TIME: f64 = 0.1;
+
+/// The largest amplitude of creep that is searched: a share of the motion for each decade of time.
+const MOST_CREEP: f64 = 0.3;
+
+/// Steps of the derivatives: of the input offset as a share of the drive range, and of a ratio.
+const OFFSET_STEP: f64 = 1e-3;
+const RATIO_STEP: f64 = 1e-2;
+
+/// A parameter that is searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Axis {
+    InputOffset,
+    Ratio(usize),
+    DeadTime,
+    Creep(usize),
+}
+
+/// The values of all of them, searched or not.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PlacePoint {
+    pub(crate) input_offset: f64,
+    /// ra/r, rb/ra and rc/r: each between fixed bounds.
+    pub(crate) ratios: [f64; 3],
+    pub(crate) dead_time: f64,
+    pub(crate) creep: Vec<f64>,
+}
+
+impl PlacePoint {
+    pub(crate) fn get(&self, axis: Axis) -> f64 {
+        match axis {
+            Axis::InputOffset => self.input_offset,
+            Axis::Ratio(number) => self.ratios[number],
+            Axis::DeadTime => self.dead_time,
+            Axis::Creep(number) => self.creep[number],
+        }
+    }
+
+    pub(crate) fn with(&self, axis: Axis, value: f64) -> Self {
+        let mut point = self.clone();
+        match axis {
+            Axis::InputOffset => point.input_offset = value,
+            Axis::Ratio(number) => point.ratios[number] = value,
+            Axis::DeadTime => point.dead_time = value,
+            Axis::Creep(number) => point.creep[number] = value,
+        }
+        point
+    }
+
+    pub(crate) fn as_ratios(&self) -> Ratios {
+        let [ra, rb, rc] = self.ratios;
+        Ratios { ra, rb: rb * ra, rc }
+    }
+}
+
+/// The models of one kind, with or without creep.
+pub(crate) struct PlaceSpace {
+    pub(crate) model: ModelKind,
+    placement: Placement,
+    pub(crate) creep: CreepBasis,
+    pub(crate) axes: Vec<Axis>,
+    start: PlacePoint,
+    longest_dead_time: f64,
+    pub(crate) dt: f64,
+}
+
+impl PlaceSpace {
+    pub(crate) fn new(
+        given: &Given<'_>,
+        options: &PlacesOptions,
+        model: ModelKind,
+        creep: &CreepModel,
+    ) -> Result<Self, Error> {
+        let drives = given.drives.iter().copied().enumerate();
+        let records = drives.map(|(number, drive)| Record::new(drive, drive, 0).map_err(|e| e.in_record(number)));
+        let records: Vec<Record<'_>> = records.collect::<Result<_, _>>()?;
+        let thresholds = match &options.thresholds {
+            open if open.are_counted_by_validation() => open.of(OPERATORS),
+            Thresholds::Given(thresholds) => Thresholds::Given(thresholds.clone()),
+            known => known.of(known.operators()),
+        };
+        let placement = Placement::new(&records, model, &thresholds);
+        let (low, high) = placement.bounds();
+        let (longest, shortest) = given.longest_and_shortest();
+        let creep = creep.basis(longest, given.dt)?;
+        let longest_dead_time = LONGEST_DEAD_TIME * shortest;
+        let ratios = match (model, options.ratios) {
+            (ModelKind::Conventional, _) => Ratios::PLAY,
+            (_, Setting::Fixed(ratios)) => ratios,
+            _ => Ratios::PAPER,
+        };
+        let mut axes = Vec::new();
+        let is_modified = model == ModelKind::Modified;
+        let input_offset = match options.input_offset {
+            Setting::Fixed(offset) => offset,
+            Setting::Fit => {
+                axes.extend(is_modified.then_some(Axis::InputOffset));
+                0.5 * (low + high)
+            }
+        };
+        if is_modified && options.ratios == Setting::Fit {
+            axes.extend((0..3).map(Axis::Ratio));
+        }
+        let dead_time = match options.dead_time {
+            Setting::Fixed(dead_time) if (0.0..shortest).contains(&dead_time) => dead_time,
+            Setting::Fixed(dead_time) => {
+                let expected = "a number >= 0 below the length of the shortest drive";
+                return Err(Error::domain("dead_time", None, expected, dead_time));
+            }
+            Setting::Fit => {
+                axes.push(Axis::DeadTime);
+                0.0
+            }
+        };
+        axes.extend((0..creep.directions.len()).map(Axis::Creep));
+        let rb = if ratios.ra > 0.0 { ratios.rb / ratios.ra } else { 0.0 };
+        let ratios = [ratios.ra, rb, ratios.rc];
+        let start = PlacePoint { input_offset, ratios, dead_time, creep: vec![0.0; creep.directions.len()] };
+        Ok(Self { model, placement, creep, axes, start, longest_dead_time, dt: given.dt })
+    }
+
+    /// Where the search looks first: input offsets across the drive, dead times of a few samples.
+    pub(crate) fn starts(&self) -> Vec<PlacePoint> {
+        let (low, high) = self.placement.bounds();
+        let mut starts = vec![self.start.clone()];
+        let spread = |starts: Vec<PlacePoint>, axis: Axis, values: &[f64]| -> Vec<PlacePoint> {
+            starts.iter().flat_map(|start| values.iter().map(move |value| start.with(axis, *value))).collect()
+        };
+        if self.axes.contains(&Axis::InputOffset) {
+            let offsets: Vec<f64> = (0..7).map(|i| low + (high - low) * as_f64(i) / 6.0).collect();
+            starts = spread(starts, Axis::InputOffset, &offsets);
+        }
+        if self.axes.contains(&Axis::DeadTime) {
+            let samples = [0.0, 1.0, 3.0].map(|samples| (samples * self.dt).min(self.longest_dead_time));
+            starts = spread(starts, Axis::DeadTime, &samples);
+        }
+        starts
+    }
+
+    /// The point of a model without creep, with none yet.
+    pub(crate) fn beginning_at(&self, plain: &PlacePoint) -> PlacePoint {
+        PlacePoint { creep: self.start.creep.clone(), ..plain.clone() }
+    }
+
+    pub(crate) fn bounds(&self, axis: Axis) -> (f64, f64) {
+        let (low, high) = self.placement.bounds();
+        match axis {
+            Axis::InputOffset => (low - 0.2 * (high - low), high + 0.2 * (high - low)),
+            Axis::Ratio(0) => (0.2, 2.0),
+            Axis::Ratio(_) => (0.0, 1.0),
+            Axis::DeadTime => (0.0, self.longest_dead_time),
+            Axis::Creep(_) => (0.0, MOST_CREEP),
+        }
+    }
+
+    /// How far one step of the search may go.
+    pub(crate) fn stride(&self, axis: Axis) -> f64 {
+        let (low, high) = self.bounds(axis);
+        match axis {
+            Axis::DeadTime => 3.0 * self.dt,
+            _ => 0.2 * (high - low),
+        }
+    }
+
+    pub(crate) fn thresholds(&self, point: &PlacePoint) -> Vec<f64> {
+        self.placement.thresholds(point.input_offset)
+    }
+
+    fn operators(&self, point: &PlacePoint) -> OperatorsAt {
+        let ratios = if self.model == ModelKind::Modified { point.as_ratios() } else { Ratios::PLAY };
+        OperatorsAt::alone(OperatorBank::from_ratios(&self.thresholds(point), ratios), point.input_offset)
+    }
+
+    fn linear(&self, point: &PlacePoint) -> LinearPart {
+        LinearPart {
+            amplitudes: self.creep.amplitudes(|number| point.creep[number]),
+            time_constants: self.creep.time_constants.clone(),
+            ..LinearPart::delay(point.dead_time)
+        }
+    }
+
+    /// The model at a point; with derivatives along the axes if weights are given.
+    pub(crate) fn tangent(&self, point: &PlacePoint, weights: Option<&[f64]>) -> Tangent {
+        let slope = |axis: &Axis| {
+            let step = match axis {
+                Axis::DeadTime => return Slope::DeadTime,
+                Axis::Creep(number) => return Slope::Creep(self.creep.directions[*number].clone()),
+                Axis::InputOffset => OFFSET_STEP * (self.placement.bounds().1 - self.placement.bounds().0),
+                Axis::Ratio(_) => RATIO_STEP,
+            };
+            let value = point.get(*axis);
+            let inward = if value + step > self.bounds(*axis).1 { -step } else { step };
+            Slope::Operators(self.operators(&point.with(*axis, value + inward)), inward)
+        };
+        let operators = self.operators(point);
+        Tangent {
+            columns: operators.bank.len(),
+            linear: self.linear(point),
+            operators,
+            weights: weights.unwrap_or_default().to_vec(),
+            slopes: if weights.is_some() { self.axes.iter().map(slope).collect() } else { Vec::new() },
+        }
+    }
+}

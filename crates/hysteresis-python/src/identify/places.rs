@@ -1,0 +1,398 @@
+//! Identification from places: drives, pairs and lengths in, a stage without a sensor out.
+
+use hysteresis_core::Ratios;
+use hysteresis_identify::{
+    self as identification, CreepModel, KnownLength, ModelKind, PlacePair, PlacesOptions, Setting,
+};
+use hysteresis_python_macros::{function, methods, py};
+use numpy::ndarray::Ix2;
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::{PyFloat, PyInt, PyList, PyTuple, PyType};
+use pythonize::{depythonize, pythonize};
+
+use super::diagnose::Finding;
+use super::options::{Operators, Placing, Smoothness, placed};
+use super::watch::Watch;
+use crate::argument::{Argument, Words};
+use crate::convert::arguments::is_word;
+use crate::convert::arrays::{FIT, array, check_room, numbers, read_only};
+use crate::convert::errors::{self, one_record, raise};
+use crate::convert::objects::{Reduced, keywords, reduce};
+use crate::linear::creep::Creep;
+use crate::model::models::object;
+use crate::stage::stage::Stage;
+
+/// What `identify_places` found: a stage, and how far to trust it.
+///
+/// Standard errors allow for mismatches that are alike along the drive; `warnings` tells what makes the numbers doubtful. Among its codes:
+///
+/// - "one_loop_size": all pairs lie on loops of one size, which cannot tell how the scale of other loops differs.
+/// - "wrong_pairs": pairs that contradict the others were left out; `wrong_pairs` names them.
+/// - "uninformative_pairs": most pairs say nothing; `uninformative_pairs` names them.
+/// - "places_differ": the model is not at the same place at both instants of a pair.
+/// - "dead_time_confounded": the pairs do not tell the dead time.
+///
+/// Examples
+/// --------
+/// >>> import mpi_hyst as mh
+/// >>> import numpy as np
+/// >>> actuator = mh.paper.table_1_recovered()
+/// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=6, rate=1000)  # V
+/// >>> y = actuator.forward().run(u)  # um: only to find the pairs
+/// >>> levels = np.linspace(y.min(), y.max(), 60)[1:-1]
+/// >>> passes = [np.flatnonzero(np.diff(y > level)) for level in levels]
+/// >>> at = [k + (level - y[k]) / (y[k + 1] - y[k]) for k, level in zip(passes, levels)]
+/// >>> pairs = [(0, t[i], t[i + 1]) for t in at for i in range(len(t) - 1)]
+/// >>> lengths = [(0, at[20][0], at[40][0], levels[40] - levels[20])]
+/// >>> found = mh.identify_places(u, pairs, lengths, dt=1e-3)
+/// >>> error = found.predict(u) - (y - y[0])
+/// >>> bool(np.sqrt(np.mean(error**2)) < 0.01 * np.ptp(y))
+/// True
+#[pyclass(module = "mpi_hyst.results", frozen)]
+pub(crate) struct PlacesIdentification {
+    pub(crate) found: identification::PlacesIdentification,
+}
+
+#[methods]
+impl PlacesIdentification {
+    /// The hysteresis. Pairs do not tell an offset: the position is 0 at the first sample of the first drive.
+    #[getter]
+    #[py(-> "Model")]
+    fn model(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        object(py, self.found.model.clone())
+    }
+
+    /// The ratios (ra/r, rb/r, rc/r) of the thresholds; (1, 1, 1) for the conventional model.
+    #[getter]
+    fn ratios(&self) -> (f64, f64, f64) {
+        let Ratios { ra, rb, rc } = self.found.ratios;
+        (ra, rb, rc)
+    }
+
+    /// All of it as a stage, without limits and slew.
+    #[getter]
+    fn stage(&self) -> PyResult<Stage> {
+        self.found.stage().map(Stage).map_err(raise)
+    }
+
+    /// What the position lags the drive, in seconds.
+    #[getter]
+    fn dead_time(&self) -> f64 {
+        self.found.dead_time
+    }
+
+    /// The creep, if there is any.
+    #[getter]
+    fn creep(&self) -> Option<Creep> {
+        self.found.creep.clone().map(Creep)
+    }
+
+    /// The sampling interval in seconds.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.found.dt
+    }
+
+    /// The lowest and the highest drive.
+    #[getter]
+    fn drive_range(&self) -> (f64, f64) {
+        self.found.drive_range
+    }
+
+    /// The lowest and the highest position of the model in these drives.
+    #[getter]
+    fn position_range(&self) -> (f64, f64) {
+        self.found.position_range
+    }
+
+    /// How far apart the model is at the two instants of every pair, in the unit of the lengths.
+    #[getter]
+    fn mismatches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.found.mismatches.iter().copied())
+    }
+
+    /// The robust standard deviation of the mismatches, for a pair of middling uncertainty; without pairs the rms of `length_errors`.
+    #[getter]
+    fn mismatch(&self) -> f64 {
+        self.found.mismatch
+    }
+
+    /// Modelled minus known length, for every length.
+    #[getter]
+    fn length_errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.found.length_errors.iter().copied())
+    }
+
+    /// The rows of the pairs that contradict the others: they were left out of the fit.
+    #[getter]
+    fn wrong_pairs(&self) -> Vec<usize> {
+        self.found.wrong_pairs.clone()
+    }
+
+    /// The rows of the pairs that say nothing: no operator differs between their instants.
+    #[getter]
+    fn uninformative_pairs(&self) -> Vec<usize> {
+        self.found.uninformative_pairs.clone()
+    }
+
+    /// Standard errors of the weights.
+    #[getter]
+    fn weights_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.found.weights_std.iter().copied())
+    }
+
+    /// Standard error of the input offset; 0 if it was given.
+    #[getter]
+    fn input_offset_std(&self) -> f64 {
+        self.found.input_offset_std
+    }
+
+    /// Standard error of the dead time in seconds; 0 if it was given.
+    #[getter]
+    fn dead_time_std(&self) -> f64 {
+        self.found.dead_time_std
+    }
+
+    /// Standard errors of the searched amplitudes of creep.
+    #[getter]
+    fn creep_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.found.creep_std.iter().copied())
+    }
+
+    /// How smooth the weights were asked to be.
+    #[getter]
+    fn smoothness(&self) -> f64 {
+        self.found.smoothness
+    }
+
+    /// What was tried, the simplest first: the model, how many amplitudes of creep, and the rms distance of pairs of stretches that were
+    /// not fitted.
+    #[getter]
+    #[py(-> "list[tuple[Literal['conventional', 'modified'], int, float]]")]
+    fn candidates(&self) -> Vec<(&'static str, usize, f64)> {
+        let tried = self.found.candidates.iter();
+        tried.map(|one| (one.model.name(), one.validation.creep, one.validation.rmse)).collect()
+    }
+
+    /// Whether the result deserves trust: "green", "amber" or "red", the worst of `warnings`.
+    #[getter]
+    #[py(-> "Literal['green', 'amber', 'red']")]
+    fn verdict(&self) -> &'static str {
+        self.found.verdict().name()
+    }
+
+    /// What makes the numbers doubtful; empty if nothing does.
+    #[getter]
+    fn warnings(&self) -> Vec<Finding> {
+        self.found.warnings.iter().cloned().map(Finding::from).collect()
+    }
+
+    /// The position for the drive `u`, sampled every `dt`, from the virgin state and at rest at its first value.
+    fn predict<'py>(&self, py: Python<'py>, u: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let predicted = self.found.predict(u.as_slice()?);
+        predicted.map(|y| PyArray1::from_vec(py, y)).map_err(|error| one_record(error, None))
+    }
+
+    /// The standard deviation of every sample of `predict`: what errors of pairs and lengths make of it. What the model lacks comes on
+    /// top, and so does what the pairs do not tell at all.
+    fn predict_std<'py>(&self, py: Python<'py>, u: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let deviation = self.found.predict_std(u.as_slice()?);
+        deviation.map(|y| PyArray1::from_vec(py, y)).map_err(|error| one_record(error, None))
+    }
+
+    #[classmethod]
+    fn _restored(_: &Bound<'_, PyType>, values: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self { found: depythonize(values)? })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let make = py.get_type::<Self>().getattr(intern!(py, "_restored"))?;
+        reduce(make, (pythonize(py, &self.found)?,), keywords!(py), None)
+    }
+
+    fn __repr__(&self) -> String {
+        let warnings: Vec<_> = self.found.warnings.iter().map(|warning| warning.code.name()).collect();
+        let (pairs, lengths) = (self.found.mismatches.len(), self.found.length_errors.len());
+        let mismatch = self.found.mismatch;
+        format!(
+            "<PlacesIdentification: {pairs} pairs, {lengths} lengths, mismatch {mismatch:.3e}, warnings {warnings:?}>"
+        )
+    }
+}
+
+/// Identifies a stage without a position sensor: from pairs of instants at the same place, and from known lengths.
+///
+/// y(t1) = y(t2) says D w = 0, a known length l says D w = l: D is what the operators' outputs, behind creep and dead time, differ by
+/// between the two instants. Weights w >= 0 follow by least squares with a robust loss: a few wrong pairs do no harm. Input offset, dead
+/// time and creep are searched. Model, creep and smoothness are chosen by cross-validation over the pairs. The lengths alone set the scale.
+///
+/// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. They must come from loops of different size, or a
+/// finding says that the scale of other loops is not told. Every drive starts from the virgin state.
+///
+/// Parameters
+/// ----------
+/// drives : array of n floats, or list of arrays
+///     What drove the stage, in V, from rest.
+/// pairs : array of shape (m, 3) or (m, 4)
+///     A row for each pair: the number of the drive, then two instants at which the stage was at the same place, in samples; they may lie
+///     between samples. A fourth column says how uncertain each match is, as a standard deviation: only ratios count.
+/// lengths : array of shape (k, 4) or (k, 5)
+///     A row for each known distance: the number of the drive, two instants, and y(second) - y(first) in um, with its sign. A fifth column
+///     is its standard deviation; without it a length counts as known to a thousandth of the longest. Also known places or loads: distances
+///     from the first one.
+/// dt : float
+///     Sampling interval of all drives in seconds.
+/// model : "auto", "modified" or "conventional"
+///     Coupled plays or plays; "auto" leaves it to cross-validation over the pairs.
+/// operators : int, optional
+///     How many operators; 20 if it is left open.
+/// ratios : "fit" or (ra/r, rb/r, rc/r)
+///     Of the modified model.
+/// input_offset : "fit" or float
+///     Where the operators have their zero, in V; for the conventional model the middle of the drives unless it is given.
+/// dead_time : "fit" or float
+///     What the position lags the drive, in seconds: searched up to a tenth of the shortest drive.
+/// creep : "auto", None, "log", int or array
+///     Creep as in `identify`; "auto" takes log-type creep from 0.1 s on if cross-validation asks for it.
+/// thresholds : "uniform", "quantiles", "geometric" or array, optional
+///     As in `identify`.
+/// smoothness : float or "auto"
+///     As in `identify`, beside the sum of squares of the drive differences of the pairs.
+///
+/// Returns
+/// -------
+/// PlacesIdentification
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     That name the argument, what was expected and what came.
+///
+/// Examples
+/// --------
+/// A gauge under known loads, up and down: lengths alone.
+///
+/// >>> import mpi_hyst as mh
+/// >>> import numpy as np
+/// >>> loads = np.repeat([0.0, 2, 4, 6, 8, 10, 8, 6, 4, 2, 0, 3, 6, 3, 0], 10)
+/// >>> gauge = mh.PrandtlIshlinskii([1.0, 0.02, 0.01], [0.0, 1.0, 2.5])
+/// >>> reading = gauge.forward().run(loads)
+/// >>> held = np.arange(9, loads.size, 10)  # the last sample at each load
+/// >>> lengths = [(0, held[0], k, reading[k] - reading[held[0]]) for k in held[1:]]
+/// >>> found = mh.identify_places(
+/// ...     loads, np.zeros((0, 3)), lengths, dt=1.0, model="conventional", input_offset=0.0, operators=4, dead_time=0.0,
+/// ...     creep=None,
+/// ... )
+/// >>> bool(np.abs(found.predict(loads) - (reading - reading[0])).max() < 0.02)
+/// True
+#[function]
+#[gather(options: PlacesOptions = PlacesOptions::new(dt))]
+pub(crate) fn identify_places(
+    py: Python<'_>,
+    #[py("ArrayLike | Sequence[ArrayLike]")] drives: &Bound<'_, PyAny>,
+    #[py("ArrayLike")] pairs: &Bound<'_, PyAny>,
+    #[py("ArrayLike")] lengths: &Bound<'_, PyAny>,
+    #[py(*)] dt: f64,
+    #[py(field = "auto")] model: AnyModel,
+    #[py(= None)] operators: Option<Operators>,
+    #[py(field = "fit")] ratios: Setting<Ratios>,
+    #[py(field = "fit")] input_offset: Setting<f64>,
+    #[py(field = "fit")] dead_time: Setting<f64>,
+    #[py(field = "auto")] creep: CreepModel,
+    #[py(= None)] thresholds: Option<Placing>,
+    #[py(field = "auto")] smoothness: Smoothness,
+) -> PyResult<PlacesIdentification> {
+    let options = PlacesOptions { thresholds: placed(thresholds, operators)?, ..options };
+    let drives = each_drive(drives)?;
+    let drives: Vec<&[f64]> = drives.iter().map(Vec::as_slice).collect();
+    let pair = |row: &[f64]| {
+        let std = row.get(3).copied().unwrap_or(1.0);
+        Ok(PlacePair { std, ..PlacePair::new(number("pairs", row[0])?, row[1], row[2]) })
+    };
+    let pairs = rows("pairs", pairs, 3, "drive, first instant, second instant", pair)?;
+    let length = |row: &[f64]| {
+        let std = row.get(4).copied();
+        Ok(KnownLength { std, ..KnownLength::new(number("lengths", row[0])?, row[1], row[2], row[3]) })
+    };
+    let lengths = rows("lengths", lengths, 4, "drive, first instant, second instant, distance", length)?;
+    let mut watch = Watch::new(None);
+    let found =
+        py.detach(|| identification::identify_places(&drives, &pairs, &lengths, &options, &mut || watch.look(())));
+    watch.check()?;
+    match found {
+        Ok(found) => Ok(PlacesIdentification { found }),
+        Err(identification::Error::Record { record, error }) => {
+            Err(one_record(error, (drives.len() > 1).then_some(record)))
+        }
+        Err(error) => Err(errors::identification(error)),
+    }
+}
+
+/// One drive, or several: a list of what is no number.
+fn each_drive(drives: &Bound<'_, PyAny>) -> PyResult<Vec<Vec<f64>>> {
+    let is_list = drives.is_instance_of::<PyList>() || drives.is_instance_of::<PyTuple>();
+    let first = if is_list && !drives.is_empty()? { Some(drives.get_item(0)?) } else { None };
+    let is_several = first.is_some_and(|first| !(first.is_instance_of::<PyFloat>() || first.is_instance_of::<PyInt>()));
+    let all: Vec<Vec<f64>> = if is_several {
+        drives.try_iter()?.map(|drive| numbers("drives", &drive?)).collect::<PyResult<_>>()?
+    } else {
+        vec![numbers("drives", drives)?]
+    };
+    all.iter().try_for_each(|drive| check_room("drives", drive.len(), FIT))?;
+    Ok(all)
+}
+
+/// The rows of a table of so many columns, or of one more.
+fn rows<T>(
+    name: &'static str,
+    value: &Bound<'_, PyAny>,
+    columns: usize,
+    what: &str,
+    row: impl Fn(&[f64]) -> PyResult<T>,
+) -> PyResult<Vec<T>> {
+    if value.len().is_ok_and(|rows| rows == 0) {
+        return Ok(Vec::new());
+    }
+    let expected = format!("rows of {columns} numbers ({what}), or of {} with a standard deviation", columns + 1);
+    let table = array::<Ix2>(name, value, format_args!("{expected}"))?;
+    let table = table.as_array();
+    if table.ncols() != columns && table.ncols() != columns + 1 {
+        return Err(errors::value(name, format_args!("expected {expected}, got {} columns", table.ncols())));
+    }
+    table.rows().into_iter().map(|values| row(&values.to_vec())).collect()
+}
+
+/// The number of a drive.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked")]
+fn number(name: &'static str, drive: f64) -> PyResult<usize> {
+    if drive >= 0.0 && drive.fract() == 0.0 && drive < 1e9 {
+        return Ok(drive as usize);
+    }
+    Err(errors::value(
+        name,
+        format_args!("expected the number of a drive (0, 1, ...) in the first column, got {drive}"),
+    ))
+}
+
+/// `model`: one of the two, or "auto".
+pub(crate) struct AnyModel(Option<ModelKind>);
+
+impl From<AnyModel> for Option<ModelKind> {
+    fn from(AnyModel(model): AnyModel) -> Self {
+        model
+    }
+}
+
+#[py("Literal['auto', 'modified', 'conventional']")]
+impl Argument<'_> for AnyModel {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if is_word(value, "auto") {
+            return Ok(Self(None));
+        }
+        let known = ModelKind::WORDS.iter().find(|(word, _)| is_word(value, word));
+        let expected = "\"auto\", \"modified\" or \"conventional\"";
+        known.map(|(_, model)| Self(Some(*model))).ok_or_else(|| errors::unexpected(name, expected, value))
+    }
+}

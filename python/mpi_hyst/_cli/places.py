@@ -1,0 +1,201 @@
+"""`mpi-hyst places`: drives and images, or pairs, in; a stage out, without a position sensor."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import mpi_hyst as mh
+from mpi_hyst._cli.inputs import sampling_interval, trajectory
+from mpi_hyst._cli.options import (
+    FILE,
+    Sampled,
+    argument,
+    command,
+    flags,
+    group,
+    option,
+    passed,
+    report,
+)
+from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
+from mpi_hyst._cli.stage import refusing
+from mpi_hyst._cli.terminal import CommandError, command_line, require_report_packages, say
+from mpi_hyst._report import places as page
+from mpi_hyst._report.page import hashed_file, made_with
+from mpi_hyst._report.places import Places, ScanImages
+from mpi_hyst._types import Matrix, Samples
+
+
+@dataclass(frozen=True)
+class Request:
+    """The drives, what is known of places, and what is written."""
+
+    drives: tuple[Path, ...] = argument("DRIVE.csv...", nargs=-1, required=True, type=FILE)
+    result_path: Path | None = option("-o", help="Stage to write.")
+    trace: tuple[Path, ...] = option(
+        multiple=True, type=FILE, help="Image of the trace, .npy or text; once for each drive."
+    )
+    retrace: tuple[Path, ...] = option(
+        multiple=True, type=FILE, help="Image of the retrace, rows in the order of time."
+    )
+    before: tuple[int, ...] = option(
+        multiple=True,
+        type=int,
+        metavar="SAMPLES",
+        help="Samples of the drive before the first line; once for each drive, or for all.  "
+        "[default: 0]",
+    )
+    pairs: Path | None = option(
+        help="More pairs, rows of drive number, instant, instant[, uncertainty]; .npy or text."
+    )
+    lengths: Path = option(
+        required=True,
+        help="Known lengths, rows of drive number, instant, instant, distance[, std].",
+    )
+    model: str | None = option(
+        passed=("identify_places",), metavar="KIND", help="auto, modified or conventional."
+    )
+    operators: int | None = option(passed=("identify_places",), help="How many operators.")
+    corrected: Path | None = option(
+        help="Trace of the last drive on an even grid, to write (.npy)."
+    )
+    report_path: Path | None = report()
+    sampled: Sampled = group(Sampled, what="drive")
+
+
+@command(Request, short_help="Identify a stage from images or pairs, without a position sensor.")
+def places(request: Request) -> None:
+    """Identify a stage without a position sensor.
+
+    DRIVE.csv are the drives, each from rest on. Trace and retrace of a scan say when the stage was
+    at the same place: one pixel at each sample of the drive, line after line, the trace first. A
+    known length sets the scale. Images need the extra `images`.
+    """
+    say(run(request))
+
+
+def run(request: Request) -> str:
+    """Identify, write what was asked for, and return the summary."""
+    inputs = [*request.drives, *request.trace, *request.retrace, request.lengths]
+    inputs += [] if request.pairs is None else [request.pairs]
+    outputs = [request.result_path, request.corrected, request.report_path]
+    check_outputs(outputs, inputs)
+    if request.report_path is not None:
+        require_report_packages("--report")
+    scans = _images(request)
+    if not scans and request.pairs is None:
+        raise CommandError("expected --trace and --retrace, or --pairs, got neither")
+    if not scans and request.corrected is not None:
+        raise CommandError("--corrected: expected --trace and --retrace, got neither")
+    columns = [trajectory(path, request.sampled) for path in request.drives]
+    drives = [columns[name] for columns, name in columns]
+    dt = sampling_interval(columns[0][0], request.sampled.rate)
+    before = _before(request)
+    pairs = [] if request.pairs is None else [_matrix(request.pairs)]
+    with refusing(request.lengths, _names(request)):
+        for number, (scan, first) in enumerate(zip(scans, before, strict=False)):
+            at = tuple(one + first for one in mh.images.instants(*scan.trace.shape))
+            pairs.append(mh.images.match(scan.trace, scan.retrace, drive=number, at=(at[0], at[1])))
+        found = mh.identify_places(
+            drives,
+            np.vstack([_with_std(one) for one in pairs]),
+            _matrix(request.lengths),
+            dt=dt,
+            **passed(request, "identify_places"),
+        )
+        corrected = _corrected(found, drives, scans, before)
+    result = Places(found, tuple(map(str, request.drives)), corrected)
+    _write(request, result, inputs)
+    return page.summary(result)
+
+
+def _names(request: Request) -> dict[str, str]:
+    """Return the options and files that stand for arguments of the library."""
+    names = {**flags(Request), "drives": str(request.drives[0]), "at": "--before"}
+    return names | {"dt": "--rate", "lengths": str(request.lengths)}
+
+
+def _matrix(path: Path) -> Matrix:
+    """Read a table of numbers: a file of numpy, or text."""
+    try:
+        data = path.read_bytes()
+        if path.suffix.lower() == ".npy":
+            read = np.load(io.BytesIO(data), allow_pickle=False)
+        else:
+            text = data.decode("utf-8-sig").replace(",", " ").replace(";", " ")
+            read = np.loadtxt(io.StringIO(text), ndmin=2)
+        matrix = np.asarray(read, dtype=np.float64)
+    except (ValueError, UnicodeDecodeError, EOFError) as error:
+        raise CommandError(f"{path}: expected a table of numbers, .npy or text: {error}") from error
+    if matrix.ndim != 2:
+        raise CommandError(f"{path}: expected rows and columns, got {matrix.ndim} dimensions")
+    return matrix
+
+
+def _with_std(pairs: Matrix) -> Matrix:
+    """Give pairs without an uncertainty one like others."""
+    return pairs if pairs.shape[1] != 3 else np.column_stack([pairs, np.ones(len(pairs))])
+
+
+def _images(request: Request) -> list[ScanImages]:
+    if len(request.trace) != len(request.retrace):
+        counts = f"{len(request.trace)} and {len(request.retrace)}"
+        raise CommandError(f"--retrace: expected one for each --trace, got {counts}")
+    if len(request.trace) > len(request.drives):
+        raise CommandError(
+            f"--trace: expected at most one for each of {len(request.drives)} drives, "
+            f"got {len(request.trace)}"
+        )
+    both = zip(request.trace, request.retrace, strict=True)
+    return [ScanImages(_matrix(one), _matrix(other)) for one, other in both]
+
+
+def _before(request: Request) -> Sequence[int]:
+    given = request.before or (0,)
+    if len(given) not in (1, len(request.drives)) or min(given) < 0:
+        raise CommandError(
+            f"--before: expected one number of samples, or {len(request.drives)}, got {given}"
+        )
+    return given * len(request.drives) if len(given) == 1 else given
+
+
+def _corrected(
+    found: mh.results.PlacesIdentification,
+    drives: Sequence[Samples],
+    scans: Sequence[ScanImages],
+    before: Sequence[int],
+) -> page.Corrected | None:
+    """Put the images of the last scan on an even grid."""
+    if not scans:
+        return None
+    last, number = scans[-1], len(scans) - 1
+    lines, pixels = last.trace.shape
+    end = before[number] + 2 * lines * pixels
+    if drives[number].size < end:
+        raise CommandError(
+            f"--before: expected {end} samples of drive {number} for the pixels of its images, "
+            f"got {drives[number].size}"
+        )
+    at = found.predict(drives[number])[before[number] : end].reshape(lines, 2, pixels)
+    trace, grid = mh.images.resample(last.trace, at[:, 0], pixels)
+    retrace, _ = mh.images.resample(last.retrace, at[:, 1], grid)
+    return page.Corrected(last, trace, retrace, grid)
+
+
+def _write(request: Request, result: Places, inputs: Sequence[Path]) -> None:
+    outputs = []
+    if request.result_path is not None:
+        outputs.append(Output(request.result_path, result.found.stage.save))
+    if request.corrected is not None and result.corrected is not None:
+        content = io.BytesIO()
+        np.save(content, result.corrected.trace)
+        outputs.append(Output.of(request.corrected, content.getvalue()))
+    if request.report_path is not None:
+        made = made_with(command_line(), [hashed_file(path) for path in inputs])
+        outputs.append(Output.of(request.report_path, page.report(result, made)))
+    write_outputs(outputs)

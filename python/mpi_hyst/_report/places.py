@@ -1,0 +1,143 @@
+"""A stage identified from places, for the terminal and as a page: images before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import mpi_hyst as mh
+from mpi_hyst._report import canvas
+from mpi_hyst._report.page import Card, Provenance, Rows, Verdict, render
+from mpi_hyst._text import digits, text_pairs
+from mpi_hyst._types import Matrix, Samples
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_MEANINGS = {
+    "green": "nothing speaks against the result",
+    "amber": "some numbers are doubtful",
+    "red": "do not use the result",
+}
+
+
+@dataclass(frozen=True)
+class ScanImages:
+    """Trace and retrace, each row in the order of time."""
+
+    trace: Matrix
+    retrace: Matrix
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """The images of a scan as they were, and on an even grid."""
+
+    before: ScanImages
+    trace: Matrix
+    retrace: Matrix
+    grid: Samples
+
+
+@dataclass(frozen=True)
+class Places:
+    """What was found, from which drives, with the images of the last scan if there are any."""
+
+    found: mh.results.PlacesIdentification
+    drives: Sequence[str]
+    corrected: Corrected | None = None
+
+
+def facts(result: Places) -> list[tuple[str, str]]:
+    """Return what was found as names and values."""
+    found = result.found
+    pairs, low_high = len(found.mismatches), found.position_range
+    left_out = f", {len(found.wrong_pairs)} left out as wrong" if found.wrong_pairs else ""
+    said = [
+        ("drives", ", ".join(result.drives)),
+        ("pairs", f"{pairs}{left_out}, {len(found.uninformative_pairs)} say nothing"),
+        ("lengths", str(len(found.length_errors))),
+        ("model", repr(found.model)),
+        ("dead time", f"{digits(found.dead_time)} ± {digits(found.dead_time_std)} s"),
+        ("creep", "none" if found.creep is None else repr(found.creep)),
+        ("range", f"{digits(low_high[0])} to {digits(low_high[1])}"),
+        ("mismatch", f"{digits(found.mismatch)} between the instants of a pair"),
+    ]
+    if result.corrected is not None:
+        before, after = differences(result.corrected)
+        said.append(("trace and retrace differ", f"{digits(before)} before, {digits(after)} after"))
+    return said
+
+
+def differences(corrected: Corrected) -> tuple[float, float]:
+    """Return the rms of trace less retrace, each line about its mean, before and after."""
+
+    def differ(one: Matrix, other: Matrix) -> float:
+        apart = one - other
+        return float(np.nanstd(apart - np.nanmean(apart, axis=1, keepdims=True)))
+
+    before = corrected.before
+    return (
+        differ(before.trace, before.retrace[:, ::-1]),
+        differ(corrected.trace, corrected.retrace),
+    )
+
+
+def _findings(found: mh.results.PlacesIdentification) -> Rows:
+    rows = [[one.code, one.severity, one.message, one.hint] for one in found.warnings]
+    return (["finding", "severity", "what", "what to try"], rows)
+
+
+def summary(result: Places) -> str:
+    """Return what the terminal shows."""
+    found = result.found
+    lines = [f"verdict: {found.verdict}, {_MEANINGS[found.verdict]}"]
+    lines += [f"- {one.code}: {one.message}; {one.hint}" for one in found.warnings]
+    return "\n".join([text_pairs(facts(result)), *lines])
+
+
+def report(result: Places, provenance: Provenance = ()) -> str:
+    """Return the HTML text."""
+    found = result.found
+    low, high = found.position_range
+    cards = [
+        Card(
+            f"{100.0 * found.mismatch / (high - low):.2g} %", "mismatch of a pair", "of the range"
+        ),
+        Card(str(len(found.mismatches)), "pairs", f"{len(found.wrong_pairs)} left out"),
+        Card(digits(high - low), "range", "unit of the lengths"),
+    ]
+    reasons = [one.message for one in found.warnings]
+    return render(
+        "places.html.j2",
+        cards=cards,
+        verdict=Verdict(found.verdict, _MEANINGS[found.verdict], reasons),
+        provenance=provenance,
+        result=result,
+        facts=facts(result),
+        findings=_findings(found),
+        images=None if result.corrected is None else images_figure(result.corrected),
+    )
+
+
+def images_figure(corrected: Corrected) -> Figure:
+    """Draw trace, and trace less retrace, as they were and on an even grid."""
+    figure = canvas.new_figure(6.4)
+    panels = figure.subplots(2, 2)
+    before = corrected.before
+    shown = (
+        ("trace", before.trace, before.trace - before.retrace[:, ::-1]),
+        ("trace, corrected", corrected.trace, corrected.trace - corrected.retrace),
+    )
+    for column, (title, image, apart) in zip(panels.T, shown, strict=True):
+        for axes, values, name in (
+            (column[0], image, title),
+            (column[1], apart, f"{title}: less retrace"),
+        ):
+            level = values - np.nanmean(values, axis=1, keepdims=True)
+            canvas.dress(axes, name, "pixel", "line").grid(visible=False)
+            axes.imshow(level, aspect="auto", interpolation="nearest", cmap="gray")
+    return figure

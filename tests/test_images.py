@@ -1,0 +1,188 @@
+"""Places from images and fringes: simulated scans of an unknown sample, by other code."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import mpi_hyst as mh
+import numpy as np
+import pytest
+from reference.models import PrandtlIshlinskii as ReferenceModel
+from support import Array
+
+pytest.importorskip("skimage", reason="the extra `images` is not installed")
+
+WEIGHTS = [0.6, 0.1, 0.1, 0.1, 0.09, 0.08]
+THRESHOLDS = [0.0, 0.15, 0.4, 0.8, 1.2, 1.7]
+MIDDLE = 1.0
+"""V, where the drive of the first scan has its middle."""
+
+
+def stage(drive: Array) -> Array:
+    model = ReferenceModel(WEIGHTS, THRESHOLDS, input_offset=MIDDLE)
+    return np.array([model.step(u) for u in drive])
+
+
+@dataclass
+class Scan:
+    """A scan of so many lines, and where its samples truly were."""
+
+    drive: Array
+    position: Array
+    trace: Array
+    retrace: Array
+    lead: int
+
+
+def scan(size: float, middle: float, pixels: int, seed: int, noise: float = 0.05) -> Scan:
+    """Triangles about the middle after a way from rest; heights with noise, drift of the lines."""
+    rng = np.random.default_rng(seed)
+    there = np.linspace(-1.0, 1.0, pixels)
+    line = np.concatenate([there, there[::-1]])
+    lead = np.concatenate([np.linspace(0, 1, pixels // 2), np.linspace(1, -1, pixels)])
+    drive = middle + size * np.concatenate([lead, np.tile(line, pixels)])
+    # The loops of plays close after one period.
+    settled = stage(middle + size * np.concatenate([lead, line, line]))
+    position = np.concatenate([settled, np.tile(settled[-2 * pixels :], pixels - 2)])
+    at = position[lead.size :].reshape(pixels, 2, pixels)
+    # An unknown sample: waves of many lengths, which change slowly from line to line.
+    waves = np.random.default_rng(99)
+    pitch = np.exp(waves.uniform(np.log(0.15), np.log(1.5), 40))
+    phase = waves.uniform(0, 2 * np.pi, 40)
+    turn = waves.normal(0.0, 3.0, 40)
+    along = np.arange(pixels)[:, None, None] / pixels
+    height = sum(
+        np.sin(2 * np.pi * at / p + f + t * along)
+        for p, f, t in zip(pitch, phase, turn, strict=True)
+    ) / np.sqrt(20)
+    height = height + noise * rng.normal(size=height.shape)
+    drift = np.cumsum(rng.normal(0.0, 0.1, pixels))
+    height = height + drift[:, None, None] + np.array([0.0, 0.3])[None, :, None]
+    return Scan(drive, position, height[:, 0], height[:, 1], lead.size)
+
+
+def pairs_of(one: Scan, number: int) -> Array:
+    pixels = one.trace.shape[1]
+    trace, retrace = mh.images.instants(pixels, pixels)
+    at = (trace + one.lead, retrace + one.lead)
+    return mh.images.match(one.trace, one.retrace, drive=number, at=at)
+
+
+def known_length(one: Scan) -> tuple[int, int, int, float]:
+    """Two marks in the last trace."""
+    pixels = one.trace.shape[1]
+    begin = one.drive.size - 2 * pixels
+    first, last = begin + pixels // 5, begin + 4 * pixels // 5
+    return 0, first, last, float(one.position[last] - one.position[first])
+
+
+@pytest.fixture(scope="module")
+def found() -> mh.results.PlacesIdentification:
+    scans = [scan(1.8, MIDDLE, 128, 1), scan(1.0, MIDDLE - 0.2, 128, 2)]
+    pairs = np.vstack([pairs_of(one, number) for number, one in enumerate(scans)])
+    rng = np.random.default_rng(3)
+    wrong = rng.random(len(pairs)) < 0.05
+    pairs[wrong, 2] += rng.uniform(-60, 60, wrong.sum())
+    return mh.identify_places(
+        [one.drive for one in scans], pairs, [known_length(scans[0])], dt=1e-3
+    )
+
+
+def test_matches_are_at_the_same_place() -> None:
+    one = scan(1.8, MIDDLE, 128, 1)
+    pairs = pairs_of(one, 0)
+    assert len(pairs) > 100
+    places = [np.interp(at, np.arange(one.position.size), one.position) for at in pairs[:, 1:3].T]
+    off = places[1] - places[0]
+    assert np.median(np.abs(off)) < 0.003 * np.ptp(one.position)
+    assert np.mean(np.abs(off) > 0.02 * np.ptp(one.position)) < 0.05
+
+
+def test_positions_in_a_third_scan(found: mh.results.PlacesIdentification) -> None:
+    third = scan(1.4, MIDDLE + 0.25, 128, 4)
+    line = slice(-256, -128)
+    true, said = third.position[line], found.predict(third.drive)[line]
+    span = np.ptp(true)
+    even = np.linspace(true[0], true[-1], true.size)
+    assert 0.08 < np.abs(even - true).max() / span < 0.2
+    off = (said - said.mean()) - (true - true.mean())
+    assert np.sqrt(np.mean(off**2)) < 0.01 * span
+
+
+def test_a_corrected_image_has_both_ways_at_the_same_places(
+    found: mh.results.PlacesIdentification,
+) -> None:
+    third = scan(1.4, MIDDLE + 0.25, 128, 4, noise=0.0)
+    at = found.predict(third.drive)[third.lead :].reshape(128, 2, 128)
+    trace, grid = mh.images.resample(third.trace, at[:, 0], 100)
+    retrace, _ = mh.images.resample(third.retrace, at[:, 1], grid)
+    inside = np.s_[2:, 5:-5]
+
+    def differ(a: Array, b: Array) -> float:
+        a, b = a[inside], b[inside]
+        return float(
+            np.std((a - a.mean(axis=1, keepdims=True)) - (b - b.mean(axis=1, keepdims=True)))
+        )
+
+    before = differ(third.trace, third.retrace[:, ::-1])
+    assert differ(trace, retrace) < 0.2 * before
+
+
+def test_a_scan_of_512_by_512_takes_ten_seconds_of_one_core() -> None:
+    one = scan(1.8, MIDDLE, 512, 1)
+    begin = time.process_time()
+    pairs = pairs_of(one, 0)
+    found = mh.identify_places(one.drive, pairs, [known_length(one)], dt=1e-3)
+    at = found.predict(one.drive)[one.lead :].reshape(512, 2, 512)
+    mh.images.resample(one.trace, at[:, 0], 512)
+    assert time.process_time() - begin < 10.0
+
+
+def test_fringes_count_places() -> None:
+    turn = np.concatenate(
+        [np.linspace(0, 1, 400), np.linspace(1, 0.2, 300), np.linspace(0.2, 0.8, 300)]
+    )
+    drive = MIDDLE + 1.5 * turn
+    position = 2.0 * stage(drive)
+    signal = 3.0 + np.cos(4 * np.pi * position / 0.633 + 0.4)
+    lengths = mh.images.fringes(signal, drive, 0.633, number=2)
+    assert np.all(lengths[:, 0] == 2)
+    at = [np.interp(one, np.arange(position.size), position) for one in lengths[:, 1:3].T]
+    assert at[1] - at[0] == pytest.approx(lengths[:, 3], abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: mh.images.match(np.zeros(3), np.zeros(3)), "trace: expected an array of shape"),
+        (
+            lambda: mh.images.match(np.zeros((2, 64)), np.zeros((2, 63))),
+            "retrace: expected the shape",
+        ),
+        (
+            lambda: mh.images.match(np.zeros((2, 64)), np.zeros((2, 64)), window=40),
+            "window: expected",
+        ),
+        (
+            lambda: mh.images.match(np.full((2, 64), np.nan), np.zeros((2, 64))),
+            "trace: expected finite",
+        ),
+        (lambda: mh.images.resample(np.zeros((2, 4)), np.zeros((2, 3)), 4), "positions: expected"),
+        (
+            lambda: mh.images.resample(np.zeros((1, 3)), [[0, 2, 1]], 4),
+            "positions: expected places",
+        ),
+        (
+            lambda: mh.images.resample(np.zeros((1, 3)), [[0, 1, 2]], 1),
+            "grid: expected at least two",
+        ),
+        (lambda: mh.images.fringes(np.zeros(9), np.zeros(8), 1.0), "signal: expected 8 samples"),
+        (lambda: mh.images.fringes(np.zeros(9), np.arange(9.0), 0.0), "wavelength: expected"),
+        (lambda: mh.images.fringes(np.ones(9), np.arange(9.0), 1.0), "signal: expected at least"),
+    ],
+)
+def test_wrong_input_is_named(call: object, message: str) -> None:
+    assert callable(call)
+    with pytest.raises(ValueError, match=message):
+        call()
