@@ -429,7 +429,7 @@ impl Error {
             Self::Falling => Some("output_map"),
             Self::NoLimits => Some("limits"),
             Self::NoNoise => Some("noise"),
-            Self::NoBand => Some("stage"),
+            Self::NoBand => Some("error_band"),
             Self::Bytes { .. } => Some("bytes"),
             Self::File { .. } => None,
         }
@@ -466,8 +466,8 @@ impl fmt::Display for Error {
             Self::Bytes { expected, got } => write!(f, "bytes: expected {expected} as bytes, got {got}"),
             Self::NoBand => write!(
                 f,
-                "stage: expected one that knows its error band, got none: it was not identified, or by a release that knew no \
-                 bands, or parts were changed since; identify it again from its records"
+                "error_band: expected a stage that knows one, got none: it was not identified, or by a release that knew no bands, \
+                 or parts were changed since; identify it again from its records"
             ),
             Self::File { message } => write!(f, "not a stage file: {message}"),
         }

@@ -77,7 +77,7 @@ impl Identification {
     pub fn leave_one_loop_out(&self, records: &[Record<'_>]) -> Result<Vec<LeftOutLoop>, Error> {
         let records = &self.as_fitted(records)[..];
         let loops = loops(records, MOST);
-        self.left_out(records, &loops, Pass::judge)
+        self.left_out(records, &loops, |pass, solutions| pass.judge(solutions))
     }
 
     /// What every stretch of loops leaves with the weights that all other stretches ask for, for every sample of every record; NaN
@@ -85,7 +85,7 @@ impl Identification {
     ///
     /// Stretches are long, so that what is held out differs from what stays.
     pub(crate) fn held_out_residuals(&self, records: &[Record<'_>]) -> Result<Vec<Vec<f64>>, Error> {
-        self.left_out(records, &loops(records, STRETCHES), Pass::held_out)
+        self.left_out(records, &loops(records, STRETCHES), |pass, solutions| pass.held_out(solutions))
     }
 
     /// Fits the weights without every loop, and takes what that makes of the loops.
