@@ -24,21 +24,21 @@ const ERRORS_PER_BRANCH: i32 = 2;
 /// What identification knows of the errors of its model on records that were not fitted.
 ///
 /// With u the drive, u_r that of the last reversal, v = |u - u_r| / t the mean rate since then and t the time since then, the
-/// error of the predicted position has the variance
+/// error of the predicted position has the standard deviation
 ///
 /// ```text
-/// s^2 = S(u_r, u) R(v) T(t) + (W b)^2                  b: how far u is beyond the range of the records, as a share of it
+/// s = sqrt(E(u_r, u)^2 R(v) T(t) + (W b)^2)            b: how far u is beyond the range of the records, as a share of it
 /// ```
 ///
-/// S is a table of [`CELLS`] by [`CELLS`] mean squares on held-out loops, where none were recorded what the loop width W
+/// E is a table of [`CELLS`] by [`CELLS`] rms errors on held-out loops, where none were recorded what the loop width W
 /// tells by experience. R and T are factors that are 1 or more. A sample that is measured has the noise of the sensor on
 /// top. The bounds of a level p are at z s, with P(|Z| <= z) = p for a normal Z.
 ///
 /// ```
 /// use hysteresis_control::stage::{CELLS, ErrorBand};
-/// let band = ErrorBand::new(0.003, (0.0, 150.0), 5.0, vec![vec![0.01; CELLS]; CELLS], vec![(300.0, 1.0)], vec![(10.0, 1.0)])?;
+/// let band = ErrorBand::new(0.003, (0.0, 150.0), 5.0, vec![vec![0.1; CELLS]; CELLS], vec![(300.0, 1.0)], vec![(10.0, 1.0)])?;
 /// let half = band.half_widths(&[0.0, 50.0, 100.0], &[], 0.1, 0.95)?; // um
-/// assert!((half[1] - 1.96 * (0.01_f64 + 0.003 * 0.003).sqrt()).abs() < 1e-3);
+/// assert!((half[1] - 1.96 * 0.1_f64.hypot(0.003)).abs() < 1e-3);
 /// assert!(band.half_widths(&[0.0, 180.0], &[], 1.0, 0.95)?[1] > 1.0); // far beyond the records
 /// # Ok::<(), hysteresis_control::stage::Error>(())
 /// ```
@@ -53,7 +53,7 @@ struct Numbers {
     noise: f64,
     drive_range: (f64, f64),
     loop_width: f64,
-    squares: Vec<Vec<f64>>,
+    errors: Vec<Vec<f64>>,
     rates: Vec<(f64, f64)>,
     times: Vec<(f64, f64)>,
 }
@@ -85,13 +85,12 @@ impl Numbers {
         if !(is_admissible(low) && is_admissible(high) && low < high) {
             return Err(CoreError::domain("drive_range", Some(1), "finite drives, the low one first", high).into());
         }
-        let expected = "a table of 12 rows of 12 mean squares";
-        if let Some(got) =
-            [self.squares.len()].into_iter().chain(self.squares.iter().map(Vec::len)).find(|n| *n != CELLS)
+        let expected = "a table of 12 rows of 12 rms errors";
+        if let Some(got) = [self.errors.len()].into_iter().chain(self.errors.iter().map(Vec::len)).find(|n| *n != CELLS)
         {
-            return Err(CoreError::whole("squares", None, expected, got).into());
+            return Err(CoreError::whole("errors", None, expected, got).into());
         }
-        self.squares.iter().flatten().enumerate().try_for_each(|(i, got)| not_negative("squares", Some(i), *got))?;
+        self.errors.iter().flatten().enumerate().try_for_each(|(i, got)| not_negative("errors", Some(i), *got))?;
         for (parameter, factors) in [("rates", &self.rates), ("times", &self.times)] {
             if factors.is_empty() {
                 return Err(CoreError::Empty { parameter }.into());
@@ -112,8 +111,8 @@ impl Numbers {
 }
 
 impl ErrorBand {
-    /// From the rms noise of the sensor, the drives between which the records lie, the width of the loop, the mean squares
-    /// S by the cell of the last reversal (rows) and of the drive (columns), and the factors R and T: each up to a limit
+    /// From the rms noise of the sensor, the drives between which the records lie, the width of the loop, the rms errors
+    /// E by the cell of the last reversal (rows) and of the drive (columns), and the factors R and T: each up to a limit
     /// that rises, in drives per second and in seconds. Beyond the last limit R grows with the square of the rate, T with
     /// the time.
     ///
@@ -124,11 +123,11 @@ impl ErrorBand {
         noise: f64,
         drive_range: (f64, f64),
         loop_width: f64,
-        squares: Vec<Vec<f64>>,
+        errors: Vec<Vec<f64>>,
         rates: Vec<(f64, f64)>,
         times: Vec<(f64, f64)>,
     ) -> Result<Self, Error> {
-        Self::try_from(Numbers { noise, drive_range, loop_width, squares, rates, times })
+        Self::try_from(Numbers { noise, drive_range, loop_width, errors, rates, times })
     }
 
     /// The rms noise of the sensor, which every sample of a record has on top of the error of the model.
@@ -152,7 +151,7 @@ impl ErrorBand {
         for drive in before {
             branches.step(*drive);
         }
-        Ok(drive.iter().map(|drive| self.variance(&branches.step(*drive), dt).sqrt()).collect())
+        Ok(drive.iter().map(|drive| self.deviation(&branches.step(*drive), dt)).collect())
     }
 
     /// How far above and below the prediction a measured sample lies with probability `level`, for every drive: the error of
@@ -166,13 +165,12 @@ impl ErrorBand {
         Ok(deviations.into_iter().map(|s| z * s.hypot(self.0.noise)).collect())
     }
 
-    fn variance(&self, at: &Place, dt: f64) -> f64 {
-        let Numbers { drive_range: (low, high), loop_width, squares, rates, times, .. } = &self.0;
+    fn deviation(&self, at: &Place, dt: f64) -> f64 {
+        let Numbers { drive_range: (low, high), loop_width, errors, rates, times, .. } = &self.0;
         let seconds = at.samples * dt;
-        let rate = at.rate(dt);
         let beyond = (at.drive - high).max(low - at.drive).max(0.0) / (high - low);
-        let square = squares[at.row()][at.column()];
-        square * factor(rates, rate, 2) * factor(times, seconds, 1) + (loop_width * beyond).powi(2)
+        let factors = factor(rates, at.rate(dt), 2) * factor(times, seconds, 1);
+        (errors[at.row()][at.column()] * factors.sqrt()).hypot(loop_width * beyond)
     }
 }
 
@@ -430,8 +428,8 @@ fn normal_quantile(level: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn band(square: f64) -> ErrorBand {
-        let table = vec![vec![square; CELLS]; CELLS];
+    fn band(error: f64) -> ErrorBand {
+        let table = vec![vec![error; CELLS]; CELLS];
         ErrorBand::new(0.0, (0.0, 12.0), 2.0, table, vec![(1.0, 1.0), (4.0, 2.0)], vec![(5.0, 1.0)]).unwrap()
     }
 
@@ -483,7 +481,7 @@ mod tests {
         assert_eq!(made(1.0, vec![(1.0, 0.5)], CELLS), "rates");
         assert_eq!(made(1.0, vec![(1.0, 1.0), (1.0, 1.0)], CELLS), "rates");
         assert_eq!(made(1.0, Vec::new(), CELLS), "rates");
-        assert_eq!(made(1.0, vec![(1.0, 1.0)], 3), "squares");
+        assert_eq!(made(1.0, vec![(1.0, 1.0)], 3), "errors");
         assert!(band(1.0).half_widths(&[1.0], &[], 1.0, 1.5).unwrap_err().to_string().contains("interval"));
     }
 }

@@ -50,10 +50,10 @@ impl Identification {
         let width = if width > 0.0 { width } else { USUAL_WIDTH * self.fit.range };
         let noise = self.sensor_noise;
         let table = Table::of(&samples, noise);
-        let squares = table.squares(width);
-        let rates = samples.factors(&squares, noise, |sample| sample.rate);
-        let times = samples.factors(&squares, noise, |sample| sample.seconds);
-        ErrorBand::new(noise, self.drive_range, width, squares, rates, times).ok()
+        let errors = table.errors(width);
+        let rates = samples.factors(&errors, noise, |sample| sample.rate);
+        let times = samples.factors(&errors, noise, |sample| sample.seconds);
+        ErrorBand::new(noise, self.drive_range, width, errors, rates, times).ok()
     }
 
     /// What the fit itself leaves; NaN where nothing is fitted.
@@ -114,7 +114,7 @@ impl Samples {
 
     /// By which factors samples exceed a table, up to shares of the largest value of `of`; at least 1, as the table has the largest
     /// of its neighbours.
-    fn factors(&self, squares: &[Vec<f64>], noise: f64, of: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
+    fn factors(&self, errors: &[Vec<f64>], noise: f64, of: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
         let largest = self.0.iter().map(&of).fold(f64::MIN_POSITIVE, f64::max);
         let mut from = f64::NEG_INFINITY;
         let factor = |share: f64| {
@@ -124,7 +124,7 @@ impl Samples {
             for Sample { place, square, weight, .. } in within {
                 count += 1;
                 found += weight * square;
-                expected += weight * (squares[place.row()][place.column()] + noise * noise);
+                expected += weight * (errors[place.row()][place.column()].powi(2) + noise * noise);
             }
             from = to;
             let factor = if count >= FEWEST && expected > 0.0 { (found / expected).clamp(1.0, MOST) } else { 1.0 };
@@ -162,11 +162,11 @@ impl Table {
         cells.filter_map(|(row, column)| Some((row, column, self.square(row, column)?)))
     }
 
-    /// The whole table: of every cell the largest square around it, and what stages of this loop width lack besides.
-    fn squares(&self, width: f64) -> Vec<Vec<f64>> {
+    /// The whole table, rms: of every cell the largest square around it, and what stages of this loop width lack besides.
+    fn errors(&self, width: f64) -> Vec<Vec<f64>> {
         let seen = self.all().count();
         if seen == 0 {
-            return vec![vec![(UNTOLD.1 * width).powi(2); CELLS]; CELLS];
+            return vec![vec![UNTOLD.1 * width; CELLS]; CELLS];
         }
         let unseen = 1.0 - as_f64(seen) / as_f64(CELLS * CELLS);
         let alike = ((unseen - UNSEEN.0) / (UNSEEN.1 - UNSEEN.0)).clamp(0.0, 1.0);
@@ -179,7 +179,7 @@ impl Table {
             let largest = around.map(|(.., square)| square).fold(0.0, f64::max);
             let far = (as_f64(nearest) / as_f64(FAR)).min(1.0);
             let untold = share * width * (UNTOLD.0 + (UNTOLD.1 - UNTOLD.0) * far);
-            largest + untold * untold
+            largest.sqrt().hypot(untold)
         };
         (0..CELLS).map(|row| (0..CELLS).map(|column| of_cell(row, column)).collect()).collect()
     }
@@ -221,9 +221,9 @@ mod tests {
     #[test]
     fn loops_that_are_all_alike_promise_nothing_of_others() {
         let drive = triangle(&[0.0, 12.0, 0.0, 12.0, 0.0, 12.0, 0.0]);
-        let squares = Table::of(&samples(|_, _| 1e-3, &drive, (0.0, 12.0)), 0.0).squares(1.0);
-        assert!((squares[6][6] - (1e-6 + UNTOLD.1 * UNTOLD.1)).abs() < 1e-9, "{}", squares[6][6]);
-        assert!((squares[0][6] - (1e-6 + UNTOLD.0 * UNTOLD.0)).abs() < 1e-9, "{}", squares[0][6]);
+        let errors = Table::of(&samples(|_, _| 1e-3, &drive, (0.0, 12.0)), 0.0).errors(1.0);
+        assert!((errors[6][6] - 1e-3_f64.hypot(UNTOLD.1)).abs() < 1e-9, "{}", errors[6][6]);
+        assert!((errors[0][6] - 1e-3_f64.hypot(UNTOLD.0)).abs() < 1e-9, "{}", errors[0][6]);
     }
 
     /// Various records with a good fit tell that the model lacks little anywhere, and where it lacks more.
@@ -232,8 +232,8 @@ mod tests {
         let peaks: Vec<f64> = (0..400).map(|k| f64::from((k * 7919) % 997) * 12.0 / 997.0).collect();
         let drive = triangle(&peaks);
         let of = |reversal: f64, _| if reversal > 9.0 { 1e-2 } else { 1e-4 };
-        let squares = Table::of(&samples(of, &drive, (0.0, 12.0)), 0.0).squares(1.0);
-        assert!(squares[11][3] > 1e-4, "{}", squares[11][3]);
-        assert!(squares[2][8] < 3e-5, "{}", squares[2][8]);
+        let errors = Table::of(&samples(of, &drive, (0.0, 12.0)), 0.0).errors(1.0);
+        assert!(errors[11][3] > 1e-2, "{}", errors[11][3]);
+        assert!(errors[2][8] < 5e-3, "{}", errors[2][8]);
     }
 }
