@@ -4,7 +4,8 @@ use hysteresis_control::binary::{Binary, Sampled};
 use hysteresis_control::learning::{RepetitiveControl, RepetitiveOptions, RepetitiveState, Supervision};
 use hysteresis_control::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, StateSpace};
 use hysteresis_control::stage::{
-    CELLS, ErrorBand, FeedForwardKind, Identified, LoopShift, RecordSource, SlowGain, Stage, StageParts, StageWarning, Units,
+    CELLS, ErrorBand, FeedForwardKind, Identified, LoopShift, RecordSource, SlowGain, Stage, StageParts, StageWarning,
+    Units,
 };
 use hysteresis_control::{Observer, ObserverOptions, StageController, StageControllerState};
 use hysteresis_core::{

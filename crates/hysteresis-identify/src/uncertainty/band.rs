@@ -18,16 +18,16 @@ use crate::result::identification::Identification;
 
 /// What a stage may lack beside what the table says, as a share of its loop width: where loops were recorded, and two cells
 /// from any.
-const UNTOLD: (f64, f64) = (0.015, 0.055);
+const UNTOLD: (f64, f64) = (0.02, 0.06);
 
 /// From how many cells on nothing is told of a place.
 const FAR: usize = 2;
 
 /// The share of cells without records in various records, and in records that are all alike.
-const UNSEEN: (f64, f64) = (0.3, 0.7);
+const UNSEEN: (f64, f64) = (0.5, 0.8);
 
 /// Various records whose errors are below this share of the loop width tell that the model lacks less.
-const USUAL: f64 = 0.02;
+const USUAL: f64 = 0.03;
 
 /// Where the width of a loop is not known, it is taken for this share of the range of positions.
 const USUAL_WIDTH: f64 = 0.1;
@@ -112,8 +112,8 @@ impl Samples {
         Self(samples)
     }
 
-    /// By which factors samples exceed a table, up to shares of the largest value of `of`; at least 1, as the table has the largest
-    /// of its neighbours.
+    /// By which factors samples exceed a table, up to shares of the largest value of `of`; at least 1, as the table has the second
+    /// largest of its neighbours.
     fn factors(&self, errors: &[Vec<f64>], noise: f64, of: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
         let largest = self.0.iter().map(&of).fold(f64::MIN_POSITIVE, f64::max);
         let mut from = f64::NEG_INFINITY;
@@ -162,7 +162,7 @@ impl Table {
         cells.filter_map(|(row, column)| Some((row, column, self.square(row, column)?)))
     }
 
-    /// The whole table, rms: of every cell the largest square around it, and what stages of this loop width lack besides.
+    /// The whole table, rms: of every cell the second largest square around it, and what stages of this loop width lack besides.
     fn errors(&self, width: f64) -> Vec<Vec<f64>> {
         let seen = self.all().count();
         if seen == 0 {
@@ -176,10 +176,13 @@ impl Table {
             let distance = |r: usize, c: usize| r.abs_diff(row).max(c.abs_diff(column));
             let nearest = self.all().map(|(r, c, _)| distance(r, c)).min().unwrap_or(FAR);
             let around = self.all().filter(|(r, c, _)| distance(*r, *c) <= nearest.max(1));
-            let largest = around.map(|(.., square)| square).fold(0.0, f64::max);
+            let mut around: Vec<f64> = around.map(|(.., square)| square).collect();
+            around.sort_unstable_by(|one, other| other.total_cmp(one));
+            // The largest alone may be that of a few samples behind a reversal.
+            let second = around.get(1).or(around.first()).copied().unwrap_or_default();
             let far = (as_f64(nearest) / as_f64(FAR)).min(1.0);
             let untold = share * width * (UNTOLD.0 + (UNTOLD.1 - UNTOLD.0) * far);
-            largest.sqrt().hypot(untold)
+            second.sqrt().hypot(untold)
         };
         (0..CELLS).map(|row| (0..CELLS).map(|column| of_cell(row, column)).collect()).collect()
     }
