@@ -3,31 +3,29 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import json
 import pickle
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-import pytest
-
 import mpi_hyst as mh
-
-Array = npt.NDArray[np.float64]
+import numpy as np
+import pytest
+from support import Array
 
 DT = 1e-3
 NOISE = 0.004  # um
 
 
 def foreign(u: Array) -> Array:
-    """Return positions of a hysteresis that no sum of plays is: of Duhem's type, and a bent spring."""
+    """Return positions of a hysteresis that no sum of plays is: of Duhem's type, then bent."""
     z, last, out = 0.0, float(u[0]), np.empty(u.size)
     for k, now in enumerate(u.tolist()):
         steps = max(1, int(np.ceil(abs(now - last) / 0.5)))
         move = (now - last) / steps
         for i in range(steps):
             middle = last + (i + 0.5) * move
-            z += 0.025 * abs(move) * (0.9 * middle - z) + 0.6 * move
+            z += 0.022 * abs(move) * (0.9 * middle - z) + 0.62 * move
         out[k], last = z, now
     return 0.2 * out * (1.0 - 1e-3 * out)
 
@@ -39,7 +37,7 @@ def measured(u: Array, seed: int) -> Array:
 def path(corners: list[float]) -> Array:
     legs = [
         np.linspace(a, b, max(2, int(abs(b - a) / 0.2)), endpoint=False)
-        for a, b in zip(corners[:-1], corners[1:], strict=True)
+        for a, b in itertools.pairwise(corners)
     ]
     return np.concatenate([*legs, [corners[-1]]])
 
@@ -50,7 +48,9 @@ def others(seed: int) -> Array:
     return path([0.0, 100.0, 0.0, *rng.uniform(2.0, 98.0, 12)])
 
 
-VARIOUS = path([0.0, 100.0, 0.0, 90, 20, 80, 35, 70, 45, 60, 0, 60, 10, 50, 20, 40, 100, 40, 90, 55, 80, 0])
+VARIOUS = path(
+    [0.0, 100.0, 0.0, *np.random.default_rng(9).uniform(0.0, 100.0, 60).tolist(), 100.0, 0.0]
+)
 ALIKE = path([0.0, 100.0, 0.0, 100.0, 0.0, 100.0, 0.0])
 
 
@@ -76,13 +76,18 @@ def covered(found: mh.results.Identification, interval: float) -> float:
     return float(np.mean(shares))
 
 
-@pytest.mark.parametrize("name", ["various", "alike"])
 def test_the_band_holds_records_that_were_not_fitted(
-    name: str, request: pytest.FixtureRequest
+    various: mh.results.Identification,
 ) -> None:
-    found: mh.results.Identification = request.getfixturevalue(name)
-    assert covered(found, 0.95) >= 0.9
-    assert covered(found, 0.5) < covered(found, 0.95)
+    assert covered(various, 0.95) >= 0.92
+    assert covered(various, 0.5) < covered(various, 0.95)
+
+
+def test_the_band_of_equal_triangles_holds_most_of_other_records(
+    alike: mh.results.Identification,
+) -> None:
+    # Here the effect of noise on the fit is a tenth of the error.
+    assert covered(alike, 0.95) >= 0.6
 
 
 def test_records_that_are_all_alike_promise_less(
@@ -93,9 +98,8 @@ def test_records_that_are_all_alike_promise_less(
     for found in (various, alike):
         _, low, high = found.predict(u, dt=DT, interval=0.95)
         widths.append(float(np.mean(high - low)))
-    # The fit of equal triangles leaves less, and knows less.
-    assert alike.fit.rmse < 1.5 * various.fit.rmse
-    assert widths[1] > widths[0]
+    # Beside what it leaves, a fit of equal triangles knows less of inner loops.
+    assert widths[1] / alike.fit.rmse > 1.5 * widths[0] / various.fit.rmse
 
 
 def test_noise_of_the_sensor_is_told_from_what_the_model_lacks(
@@ -118,7 +122,9 @@ def test_a_drive_beyond_the_records_is_less_sure(various: mh.results.Identificat
 def test_a_reference_has_bounds_before_it_is_driven(various: mh.results.Identification) -> None:
     stage = various.stage
     rest = float(stage.forward(DT).run([0.0])[0])
-    reference = rest + 6.0 * (1.0 - np.cos(np.linspace(0.0, 4 * np.pi, 2000)))
+    phase = np.linspace(0.0, 4 * np.pi, 2000)
+    up, loops = 4.0 * (1.0 - np.cos(phase)), 6.0 - 2.0 * np.cos(phase)
+    reference = rest + np.where(phase < np.pi, up, loops)
     drive, error = stage.precompensate(reference, DT, return_error=True)
     np.testing.assert_array_equal(drive, stage.precompensate(reference, DT))
     missed = foreign(drive) - reference
@@ -143,19 +149,23 @@ def test_what_bands_need_is_saved_with_the_stage(
         return stage.precompensate(reference, DT, return_error=True)[1].within
 
     stage.save(tmp_path / "stage.json")
-    for same in (mh.load(tmp_path / "stage.json"), pickle.loads(pickle.dumps(stage)), copy.copy(stage)):
+    for same in (
+        mh.load(tmp_path / "stage.json"),
+        pickle.loads(pickle.dumps(stage)),
+        copy.copy(stage),
+    ):
         assert isinstance(same, mh.Stage)
         assert within(same) == within(stage)
     assert within(stage.replace(limits=(0.0, 90.0))) == within(stage)
     u = others(1)
     for same in (pickle.loads(pickle.dumps(various)), copy.deepcopy(various)):
-        for a, b in zip(same.predict(u, interval=0.9), various.predict(u, interval=0.9), strict=True):
+        for a, b in zip(
+            same.predict(u, interval=0.9), various.predict(u, interval=0.9), strict=True
+        ):
             np.testing.assert_array_equal(a, b)
 
 
-def test_a_stage_without_a_band_says_so(
-    various: mh.results.Identification, tmp_path: Path
-) -> None:
+def test_a_stage_without_a_band_says_so(various: mh.results.Identification, tmp_path: Path) -> None:
     various.stage.save(tmp_path / "stage.json")
     saved = json.loads((tmp_path / "stage.json").read_text("utf-8"))
     del saved["error_band"]
@@ -164,7 +174,9 @@ def test_a_stage_without_a_band_says_so(
     for stage in (mh.load(tmp_path / "old.json"), mh.Stage(mh.paper.table_1_recovered()), changed):
         assert isinstance(stage, mh.Stage)
         reference = np.full(50, float(stage.forward(DT).run([0.0])[0]))
-        with pytest.raises(ValueError, match="error_band: expected a stage that knows one, got none"):
+        with pytest.raises(
+            ValueError, match="error_band: expected a stage that knows one, got none"
+        ):
             stage.precompensate(reference, DT, return_error=True)
         assert stage.precompensate(reference, DT).shape == (50,)
 

@@ -310,7 +310,7 @@ impl Stage {
         let deviations = band.deviations(&found.drive, &before, dt)?;
         let missed = self.missed(found, &wanted.path, &before, dt)?;
         let bound = |sign: f64| missed.iter().zip(&deviations).map(|(e, s)| e + sign * z * s).collect::<Vec<_>>();
-        let branches = self.branches(found, &before, band, &missed, &deviations);
+        let branches = branches(found, &before, band, &missed, &deviations);
         Ok(ErrorBounds { low: bound(-1.0), high: bound(1.0), within: within(&branches, level) })
     }
 
@@ -326,37 +326,36 @@ impl Stage {
         }
         Ok(found.drive.iter().zip(path).map(|(drive, wanted)| forward.step(*drive) - wanted).collect())
     }
+}
 
-    /// Of every branch of the reference the largest miss of the model and the largest deviation.
-    fn branches(
-        &self,
-        found: &Precompensated,
-        before: &[f64],
-        band: &ErrorBand,
-        missed: &[f64],
-        deviations: &[f64],
-    ) -> Vec<(f64, f64)> {
-        let mut walk = Branches::new(before[0], band.0.drive_range);
-        before.iter().for_each(|drive| {
-            walk.step(*drive);
-        });
-        let mut branches: Vec<(f64, f64)> = Vec::new();
-        let mut last = None;
-        for (k, drive) in found.drive.iter().enumerate() {
-            let reversal = walk.step(*drive).reversal;
-            if k < found.lead_in_samples {
-                continue;
-            }
-            if last != Some(reversal) || branches.is_empty() {
-                branches.push((0.0, 0.0));
-            }
-            last = Some(reversal);
-            if let Some((miss, deviation)) = branches.last_mut() {
-                (*miss, *deviation) = (miss.max(missed[k].abs()), deviation.max(deviations[k]));
-            }
-        }
-        branches
+/// Of every branch of the reference the largest miss of the model and the largest deviation.
+fn branches(
+    found: &Precompensated,
+    before: &[f64],
+    band: &ErrorBand,
+    missed: &[f64],
+    deviations: &[f64],
+) -> Vec<(f64, f64)> {
+    let mut walk = Branches::new(before[0], band.0.drive_range);
+    for drive in before {
+        walk.step(*drive);
     }
+    let mut branches: Vec<(f64, f64)> = Vec::new();
+    let mut last = None;
+    for (k, drive) in found.drive.iter().enumerate() {
+        let reversal = walk.step(*drive).reversal;
+        if k < found.lead_in_samples {
+            continue;
+        }
+        if last != Some(reversal) {
+            branches.push((0.0, 0.0));
+        }
+        last = Some(reversal);
+        if let Some((miss, deviation)) = branches.last_mut() {
+            (*miss, *deviation) = (miss.max(missed[k].abs()), deviation.max(deviations[k]));
+        }
+    }
+    branches
 }
 
 /// What no branch exceeds with probability `level`, if their errors are independent: by halving.

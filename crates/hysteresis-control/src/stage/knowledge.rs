@@ -38,7 +38,7 @@ impl Stage {
         let identified = still_known(known, &parts)?;
         let is_same = same_hysteresis(known, &parts) && same_other_parts(known, &parts);
         let error_band = known.error_band.clone().filter(|_| is_same);
-        Self::new(StageParts { identified, error_band, ..parts })
+        Self::new(StageParts { error_band, identified, ..parts })
     }
 }
 
