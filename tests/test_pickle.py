@@ -39,6 +39,11 @@ def identified() -> mh.results.Identification:
     return mh.identify(U, Y, operators=4, ratios=(0.95, 0.3, 0.35), input_offset=0.0, dead_time=0.0)
 
 
+def error_bounds() -> mh.results.ErrorBounds:
+    stage = identified().stage
+    return stage.precompensate([0.0, 0.1], DT, lead_in=0.1, return_error=True)[1]
+
+
 def dynamics() -> mh.results.DynamicsIdentification:
     u = np.where(np.arange(300) < 10, 0.0, 400.0)
     y = mh.plant.SecondOrder(800.0, 0.05).response(MODEL.forward().run(u), DT)
@@ -111,6 +116,7 @@ VALUES: dict[str, Callable[[], Any]] = {
 RESULTS: dict[str, Callable[[], Any]] = {
     "Preview": lambda: mh.control.preview(RESONANCE, DT, ahead=4),
     "Quality": lambda: identified().fit,
+    "ErrorBounds": error_bounds,
     "LeftOutLoop": lambda: identified().leave_one_loop_out(U, Y)[0],
     "Finding": lambda: mh.diagnose(U[:20], Y[:20], MODEL)[0],
     "Identification": identified,

@@ -142,9 +142,12 @@ def test_the_band_is_that_of_the_prediction(
     u, _ = record
     course, plane = mh.plot.uncertainty(found, u, skip=10).axes
     std = found.predict(u, return_std=True)[1]
-    np.testing.assert_array_equal(plane.get_lines()[0].get_ydata(), std[10:])
-    vertices = np.asarray(course.collections[0].get_paths()[0].vertices)
-    assert vertices[:, 1].max() == pytest.approx(1.96 * std[10:].max())
+    _, low, high = found.predict(u, interval=0.95)
+    halves = (0.5 * (high - low)[10:], 1.96 * std[10:])
+    for line, bands, half in zip(plane.get_lines(), course.collections, halves, strict=True):
+        np.testing.assert_allclose(line.get_ydata(), half, rtol=1e-9)
+        vertices = np.asarray(bands.get_paths()[0].vertices)
+        assert vertices[:, 1].max() == pytest.approx(half.max())
 
 
 @pytest.mark.parametrize(

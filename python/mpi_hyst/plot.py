@@ -345,9 +345,10 @@ def uncertainty(
 ) -> Figure:
     """Draw how far the prediction of an identified model may be off.
 
-    On the left the 95 % band over time, plus and minus 1.96 standard deviations. On the right the
-    standard deviation over the drive. It follows from the covariance of all that was fitted; the
-    noise of a measurement and what the model lacks come on top.
+    On the left two bands of 95 % over time. The wide one, `predict(u, interval=0.95)`, holds a
+    measured sample of the next record: what the model lacks and the noise of the sensor are in it.
+    The narrow one is the effect of noise on the fit alone, plus and minus 1.96 standard deviations
+    of `predict(u, return_std=True)`. On the right half of both over the drive.
 
     Parameters
     ----------
@@ -360,7 +361,7 @@ def uncertainty(
     units : (str, str), optional
         Of drive and position.
     axes : sequence of two matplotlib axes, optional
-        For the band and for the deviation; by default those of a new figure.
+        For the bands and for half of them; by default those of a new figure.
 
     Returns
     -------
@@ -391,9 +392,11 @@ def uncertainty(
     drive = samples("u", u)
     leading = skipped(skip, drive)
     predicted, std = found.predict(drive, return_std=True)
+    _, low, high = found.predict(drive, interval=0.95)
+    doubted = traces.Doubt(0.5 * (high - low), std)
     made = Modelled(drive, np.empty(0), predicted, leading, found.dt[0] if found.dt else None)
     trace = _trace("prediction", made, units)
-    return _drawn(axes, 2, traces.deviation, traces.draw_deviation, trace, std)
+    return _drawn(axes, 2, traces.doubt, traces.draw_doubt, trace, doubted, legends=(0,))
 
 
 def tuning(tuning: Tuning, axes: Sequence[Axes] | None = None) -> Figure:

@@ -1,5 +1,7 @@
 """What identification and diagnosis return: models with their errors, findings, verdicts.
 
+What identification says of the next record, `Stage.precompensate` hands out as `ErrorBounds`.
+
 `identify` makes an `Identification`, `identify_many` a `ManyIdentifications`,
 `identify_dynamics` a `DynamicsIdentification`, `identify_places` a `PlacesIdentification`,
 `compare` a `Comparison`, `diagnose` a list of `Finding`.
@@ -9,6 +11,7 @@ from mpi_hyst._core import (
     ComparedModel,
     Comparison,
     DynamicsIdentification,
+    ErrorBounds,
     Finding,
     Identification,
     LeftOutLoop,
@@ -23,6 +26,7 @@ __all__ = [
     "ComparedModel",
     "Comparison",
     "DynamicsIdentification",
+    "ErrorBounds",
     "Finding",
     "Identification",
     "LeftOutLoop",

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::learning::{RepetitiveOptions, RepetitiveState, Supervision};
 use crate::observer::ObserverState;
-use crate::stage::{Error, SlowGainFile, Stage, StageBytes, StageState};
+use crate::stage::{Error, Later, Stage, StageBytes, StageState};
 use crate::stage_controller::StageControllerState;
 
 const MAGIC: [u8; 8] = *b"mpi_hyst";
@@ -188,15 +188,15 @@ fn content_of(kind: Kind, bytes: &[u8]) -> Result<&[u8], String> {
 impl Binary for Stage {
     fn to_bytes(&self) -> Vec<u8> {
         let content = StageBytes::from(self.parts());
-        match content.slow_gain() {
-            Some(gain) => pack(Kind::Stage, &(content, gain)),
+        match content.later() {
+            Some(later) => pack(Kind::Stage, &(content, later)),
             None => pack(Kind::Stage, &content),
         }
     }
 
     fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let (content, gain) = unpack_grown::<StageBytes, SlowGainFile>(Kind::Stage, bytes)?;
-        content.stage(gain)
+        let (content, later) = unpack_grown::<StageBytes, Later>(Kind::Stage, bytes)?;
+        content.stage(later)
     }
 }
 

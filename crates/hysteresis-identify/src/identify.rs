@@ -30,6 +30,7 @@ use crate::terms::dynamics::LinearPart;
 use crate::terms::loop_shift::ShiftColumns;
 use crate::terms::operators::ModelKind;
 use crate::terms::weights::{WeightBasis, WeightLaw};
+use crate::uncertainty::band::sensor_noise;
 use crate::uncertainty::root::{ColouredFit, Root};
 use crate::uncertainty::standard_errors::{Covariance, Spread, StandardErrors};
 
@@ -99,6 +100,8 @@ fn fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>)
     let (found, left_out) = search_without_glitches(records, asked, monitor)?;
     let records = &leaving_out(records, &left_out)?[..];
     let found = identification(records, with_least_slope(records, found)?, monitor.evaluations())?;
+    let error_band = found.band_of(records);
+    let found = Identification { error_band, ..found };
     judge_sign(records, found, monitor)
 }
 
@@ -154,10 +157,14 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
     if !intervals.are_seconds() {
         warnings = without_interval(warnings, chain.linear.dead_time);
     }
-    let quality = |(place, record): (usize, &Record<'_>)| {
-        let predicted = chain.response_in(place, record.input(), intervals.of_record(place));
-        quality(record, &predicted, fit.output_offsets[place])
+    let response =
+        |(place, record): (usize, &Record<'_>)| chain.response_in(place, record.input(), intervals.of_record(place));
+    let responses: Vec<_> = records.iter().enumerate().map(response).collect();
+    let left = |(record, response): (&Record<'_>, &Vec<f64>)| {
+        record.fitted().map(|k| record.output()[k] - response[k]).collect::<Vec<_>>()
     };
+    let left: Vec<_> = records.iter().zip(&responses).map(left).collect();
+    let quality = |(place, record): (usize, &Record<'_>)| quality(record, &responses[place], fit.output_offsets[place]);
     let record_fits: Vec<_> = records.iter().enumerate().map(quality).collect();
     let dead_time = chain.linear.dead_time;
     let (creep, creep_amplitudes) = creep(&space, &fit.point, &chain)?;
@@ -179,6 +186,8 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         record_fits,
         left_out_samples: records.iter().map(|record| record.left_out().to_vec()).collect(),
         noise: root.deviation,
+        sensor_noise: sensor_noise(left.iter().map(Vec::as_slice)).min(root.deviation),
+        error_band: None,
         kkt_residual: fit.kkt_residual,
         covariance: Covariance::new(&fit, &root, &basis, &space),
         spread: Spread::new(&fit, &root, &basis, &space),

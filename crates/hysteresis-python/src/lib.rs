@@ -121,6 +121,8 @@ mod _core {
     #[pymodule_export]
     use crate::signal::signals::{chirp, decaying_triangle, multisine, sine, triangle};
     #[pymodule_export]
+    use crate::stage::error_bounds::ErrorBounds;
+    #[pymodule_export]
     use crate::stage::files::{c_header_text, c_name, fmu_texts, load, load_from, read_bytes};
     #[pymodule_export]
     use crate::stage::loop_shift::LoopShift;

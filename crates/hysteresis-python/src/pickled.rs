@@ -25,6 +25,7 @@ use crate::plant::plant::Plant;
 use crate::plant::run::Metrics;
 use crate::realtime::report::{LoopReport, LoopTimes};
 use crate::signal::excitation::{Excitation, ExperimentPart, ExperimentSegment};
+use crate::stage::error_bounds::ErrorBounds;
 use crate::stage::streams::{StageForward, StageInverse};
 use crate::stream::array_bracket::BracketArray;
 use crate::stream::bracket::Bracket;
@@ -35,6 +36,7 @@ use crate::stream::streams::{Forward, Inverse};
     ComparedModel,
     Comparison,
     ControllerTerms,
+    ErrorBounds,
     Excitation,
     ExperimentPart,
     ExperimentSegment,

@@ -418,12 +418,19 @@ def _left_out_figure(
 
 
 def _uncertainty(found: mh.results.Identification, drawn: Sequence[traces.Trace]) -> dict[str, Any]:
-    """Return the standard deviation of the prediction."""
+    """Return half the band that holds the next record, and the effect of noise on the fit."""
     with told_as_a_finding():
-        deviations = [found.predict(trace.input, return_std=True)[1] for trace in drawn]
-    pairs = list(zip(deviations, drawn, strict=True))
+        pairs = [(_doubt(found, trace), trace) for trace in drawn]
+    first, trace = pairs[0]
     return {
-        "largest": max(float(std[trace.skip :].max()) for std, trace in pairs),
-        "mean": float(np.sqrt(np.mean(np.square(deviations[0][drawn[0].skip :])))),
-        "drawn": [(trace.name, traces.deviation(trace, std)) for std, trace in pairs],
+        "half": float(first.half[trace.skip :].mean()),
+        "largest": max(float(one.half[trace.skip :].max()) for one, trace in pairs),
+        "std": float(np.sqrt(np.mean(np.square(first.std[trace.skip :])))),
+        "sensor": found.sensor_noise,
+        "drawn": [(trace.name, traces.doubt(trace, one)) for one, trace in pairs],
     }
+
+
+def _doubt(found: mh.results.Identification, trace: traces.Trace) -> traces.Doubt:
+    _, low, high = found.predict(trace.input, interval=0.95)
+    return traces.Doubt(0.5 * (high - low), found.predict(trace.input, return_std=True)[1])

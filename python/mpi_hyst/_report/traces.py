@@ -216,33 +216,39 @@ def _over_time(
     canvas.dress(axes, title, label, quantity.label)
 
 
-def deviation(trace: Trace, std: Samples) -> canvas.Figure:
-    """Draw the 95 % band of the prediction over time, and its deviation over the input."""
+@dataclass(frozen=True)
+class Doubt:
+    """How far a prediction may be off: half the 95 % band, and the effect of noise on the fit."""
+
+    half: Samples
+    std: Samples
+
+
+def doubt(trace: Trace, doubted: Doubt) -> canvas.Figure:
+    """Draw the 95 % bands of the prediction over time, and half of them over the input."""
     figure = canvas.new_figure(3.4)
-    draw_deviation(list(figure.subplots(1, 2, width_ratios=(1.6, 1.0))), trace, std)
+    draw_doubt(list(figure.subplots(1, 2, width_ratios=(1.6, 1.0))), trace, doubted)
+    canvas.top_legend(figure, figure.axes[0])
     return figure
 
 
-def draw_deviation(panels: Sequence[canvas.Axes], trace: Trace, std: Samples) -> None:
-    """Draw into two panels: the 95 % band over time, and the standard deviation over the input."""
+def draw_doubt(panels: Sequence[canvas.Axes], trace: Trace, doubted: Doubt) -> None:
+    """Draw into two panels: the 95 % bands over time, and half of them over the input."""
     course, plane = panels
     fitted = slice(trace.skip, None)
-    time, judged = trace.time[fitted], std[fitted]
-    kept = np.union1d(canvas.envelope(judged), [0, judged.size - 1])
-    course.fill_between(
-        time[kept],
-        -TWO_SIDED * judged[kept],
-        TWO_SIDED * judged[kept],
-        color=canvas.BLUE,
-        alpha=0.3,
-        linewidth=0,
+    time = trace.time[fitted]
+    bands = (
+        ("the next record", doubted.half[fitted], canvas.ORANGE),
+        ("noise on the fit alone", TWO_SIDED * doubted.std[fitted], canvas.BLUE),
     )
+    for label, half, colour in bands:
+        kept = np.union1d(canvas.envelope(half), [0, half.size - 1])
+        sides = (-half[kept], half[kept])
+        course.fill_between(time[kept], *sides, color=colour, alpha=0.3, linewidth=0, label=label)
+        canvas.cloud(plane, trace.input[fitted], half, 2.4, LOOP_POINTS, color=colour)
     course.axhline(0.0, color=canvas.SOFT, linewidth=0.8)
     course.set_xlim(time[0], time[-1])
-    canvas.cloud(plane, trace.input[fitted], judged, 2.4, LOOP_POINTS, color=canvas.BLUE)
     plane.set_ylim(bottom=0.0)
     of_unit = trace.output_quantity.in_parentheses
-    canvas.dress(course, "95 % band of the prediction over time", trace.time_label, f"Δ{of_unit}")
-    canvas.dress(
-        plane, "standard deviation over input", trace.input_quantity.label, f"std{of_unit}"
-    )
+    canvas.dress(course, "95 % bands of the prediction over time", trace.time_label, f"Δ{of_unit}")
+    canvas.dress(plane, "half the bands over input", trace.input_quantity.label, f"Δ{of_unit}")

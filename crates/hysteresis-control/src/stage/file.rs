@@ -8,7 +8,7 @@ use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, Pi
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{Error, Identified, LoopShift, SlowGain, Stage, StageParts, Units};
+use super::{Error, ErrorBand, Identified, LoopShift, SlowGain, Stage, StageParts, Units};
 use crate::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, Section, StateSpace};
 
 /// The schema of a stage file.
@@ -62,10 +62,13 @@ struct File {
     creep: Option<CreepFile>,
     dynamics: Vec<AnySection>,
     noise: Option<f64>,
+    /// Not there in files of stages without one, and of releases that knew none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    error_band: Option<ErrorBand>,
     identified: Option<Identified>,
 }
 
-/// As bytes it has all fields but for the schema, and for the slow gain, which comes behind the others.
+/// As bytes it has all fields but for the schema, and for those that come behind the others.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "File")]
 struct Whole {
@@ -85,7 +88,16 @@ struct Whole {
     creep: Option<CreepFile>,
     dynamics: Vec<AnySection>,
     noise: Option<f64>,
+    #[serde(skip)]
+    error_band: Option<ErrorBand>,
     identified: Option<Identified>,
+}
+
+/// What comes behind the other bytes of a stage that has any of it.
+#[derive(Default, Serialize, Deserialize)]
+pub(crate) struct Later {
+    slow_gain: Option<SlowGainFile>,
+    error_band: Option<ErrorBand>,
 }
 
 /// A stage for memories without files.
@@ -128,7 +140,7 @@ struct LoopShiftFile {
 
 #[derive(Clone, Copy, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct SlowGainFile {
+struct SlowGainFile {
     half_range: f64,
     amplitude: f64,
     zero: f64,
@@ -220,13 +232,16 @@ impl From<&StageParts> for StageBytes {
 
 impl StageBytes {
     /// What comes behind the other bytes of a stage that has it.
-    pub(crate) fn slow_gain(&self) -> Option<SlowGainFile> {
-        self.0.slow_gain
+    pub(crate) fn later(&self) -> Option<Later> {
+        let File { slow_gain, error_band, .. } = &self.0;
+        let has_any = slow_gain.is_some() || error_band.is_some();
+        has_any.then(|| Later { slow_gain: *slow_gain, error_band: error_band.clone() })
     }
 
     /// The stage, with what came behind.
-    pub(crate) fn stage(self, slow_gain: Option<SlowGainFile>) -> Result<Stage, Error> {
-        File { slow_gain, ..self.0 }.stage()
+    pub(crate) fn stage(self, later: Option<Later>) -> Result<Stage, Error> {
+        let Later { slow_gain, error_band } = later.unwrap_or_default();
+        File { slow_gain, error_band, ..self.0 }.stage()
     }
 }
 
@@ -247,6 +262,7 @@ impl File {
             creep: parts.creep.as_ref().map(CreepFile::from),
             dynamics: parts.dynamics.sections().iter().map(|section| AnySection(section.into())).collect(),
             noise: parts.noise,
+            error_band: parts.error_band.clone(),
             identified: parts.identified.clone(),
         }
     }
@@ -267,6 +283,7 @@ impl File {
             limits: self.limits,
             slew: self.slew,
             noise: self.noise,
+            error_band: self.error_band,
             identified: self.identified,
             units: self.units,
         })

@@ -19,7 +19,7 @@ impl Stage {
     ///
     /// The lag of amplifier, dynamics and dead time together was identified: parts that change it are refused, as the dead
     /// time holds the lag of whatever was not fitted. Another hysteresis or map takes all that was identified with it,
-    /// another loop shift, slow gain or other linear parts the errors and warnings.
+    /// another loop shift, slow gain or other linear parts the errors and warnings. Any of these takes the error band.
     ///
     /// ```
     /// use hysteresis_control::stage::{Stage, StageParts};
@@ -34,16 +34,19 @@ impl Stage {
     /// # Errors
     /// [`Error::Lag`], or as [`Stage::new`].
     pub fn with_parts(&self, parts: StageParts) -> Result<Self, Error> {
-        let identified = still_known(self.parts(), &parts)?;
-        Self::new(StageParts { identified, ..parts })
+        let known = self.parts();
+        let identified = still_known(known, &parts)?;
+        let is_same = same_hysteresis(known, &parts) && same_other_parts(known, &parts);
+        let error_band = known.error_band.clone().filter(|_| is_same);
+        Self::new(StageParts { error_band, identified, ..parts })
     }
 }
 
 /// What identification knows of parts that take the place of those that it found.
 fn still_known(known: &StageParts, changed: &StageParts) -> Result<Option<Identified>, Error> {
-    let same_hysteresis = (&known.hysteresis, &known.input_map, &known.output_map)
-        == (&changed.hysteresis, &changed.input_map, &changed.output_map);
-    let Some(identified) = known.identified.clone().filter(|_| same_hysteresis) else { return Ok(None) };
+    let Some(identified) = known.identified.clone().filter(|_| same_hysteresis(known, changed)) else {
+        return Ok(None);
+    };
     if same_other_parts(known, changed) {
         return Ok(Some(identified));
     }
@@ -56,6 +59,10 @@ fn still_known(known: &StageParts, changed: &StageParts) -> Result<Option<Identi
         warnings: Vec::new(),
         ..identified
     }))
+}
+
+fn same_hysteresis(one: &StageParts, other: &StageParts) -> bool {
+    (&one.hysteresis, &one.input_map, &one.output_map) == (&other.hysteresis, &other.input_map, &other.output_map)
 }
 
 /// Whether all is the same behind the hysteresis and its maps.

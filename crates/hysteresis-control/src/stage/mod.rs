@@ -27,9 +27,10 @@
 //!
 //! # Files
 //! `parts` says what a stage is made of. Here it becomes a [`Stage`], with its limits and ranges. The rest is made from it: `file`,
-//! `forward`, `precompensate` (the drive for a known reference), `knowledge` (what identification still knows of it), `design`
+//! `forward`, `precompensate` (the drive for a known reference), `band` (by how much it is missed), `knowledge` (what identification still knows of it), `design`
 //! (feedback, controllers).
 
+mod band;
 mod design;
 mod file;
 mod forward;
@@ -39,9 +40,10 @@ pub mod number;
 mod parts;
 mod precompensate;
 
+pub use band::{Branches, CELLS, ErrorBand, ErrorBounds, Place};
 pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
+pub(crate) use file::{Later, StageBytes};
 pub use file::{SCHEMA, read_file};
-pub(crate) use file::{SlowGainFile, StageBytes};
 pub use forward::{StageForward, StageState};
 pub use parts::{Identified, LoopShift, RecordSource, SlowGain, StageParts, StageWarning, Units};
 pub use precompensate::{PrecompensateOptions, Precompensated};
@@ -399,6 +401,8 @@ pub enum Error {
     NoLimits,
     /// A stage without a noise of the sensor, where one is needed.
     NoNoise,
+    /// A stage of which no error band is known, where one is asked for.
+    NoBand,
     /// A file that is no stage.
     File {
         /// What is wrong with it.
@@ -425,6 +429,7 @@ impl Error {
             Self::Falling => Some("output_map"),
             Self::NoLimits => Some("limits"),
             Self::NoNoise => Some("noise"),
+            Self::NoBand => Some("error_band"),
             Self::Bytes { .. } => Some("bytes"),
             Self::File { .. } => None,
         }
@@ -459,6 +464,11 @@ impl fmt::Display for Error {
             Self::NoLimits => write!(f, "limits: expected (low, high), got None, and the stage has none"),
             Self::NoNoise => write!(f, "noise: expected the rms noise of the sensor, got none: the stage states none"),
             Self::Bytes { expected, got } => write!(f, "bytes: expected {expected} as bytes, got {got}"),
+            Self::NoBand => write!(
+                f,
+                "error_band: expected a stage that knows one, got none: it was not identified, or by a release that knew no bands, \
+                 or parts were changed since; identify it again from its records"
+            ),
             Self::File { message } => write!(f, "not a stage file: {message}"),
         }
     }

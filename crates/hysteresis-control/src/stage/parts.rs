@@ -5,7 +5,7 @@ use hysteresis_core::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::number;
+use super::{ErrorBand, number};
 use crate::checks::check_positive;
 use crate::linear::{Creep, FirstOrder, LinearDynamics};
 
@@ -53,6 +53,8 @@ pub struct StageParts {
     pub slew: Option<f64>,
     /// Rms noise of the sensor, in the unit of the position.
     pub noise: Option<f64>,
+    /// How far positions may be from those that the stage predicts, if identification told it.
+    pub error_band: Option<ErrorBand>,
     /// What identification knows of the stage.
     pub identified: Option<Identified>,
     /// The units of drive and position.
@@ -76,6 +78,7 @@ impl StageParts {
             limits: None,
             slew: None,
             noise: None,
+            error_band: None,
             identified: None,
             units: Units::default(),
         }

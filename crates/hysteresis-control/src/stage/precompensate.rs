@@ -53,6 +53,16 @@ pub struct Precompensated {
     pub slewing_count: u64,
 }
 
+/// A path, and the stage where it begins.
+pub(super) struct Wanted {
+    inverse: QuasiStaticInverse,
+    /// The drive at which it has been at rest.
+    pub(super) start: f64,
+    /// Lead-in and reference in one.
+    pub(super) path: Vec<f64>,
+    lead_in_samples: usize,
+}
+
 impl Stage {
     /// The drives that move the stage along a reference, sampled at `dt` seconds: the position that is read at t_k is
     /// reference\[k\].
@@ -71,16 +81,8 @@ impl Stage {
         dt: f64,
         options: &PrecompensateOptions<'_>,
     ) -> Result<Precompensated, Error> {
-        check_samples(reference)?;
-        let limits = self.limits(options.limits)?;
-        let start = options.start.unwrap_or_else(|| rest_drive(limits));
-        check_start(start, limits)?;
-        let mut inverse = self.quasi_static(dt)?.inverse(limits)?;
-        inverse.settle(start);
-        follow_history(&mut inverse, options.history)?;
+        let Wanted { mut inverse, path, lead_in_samples, .. } = self.wanted(reference, dt, options)?;
         let before = inverse.output();
-        let rest = self.parts().dynamics.static_gain() * inverse.position();
-        let (path, lead_in_samples) = self.path(reference, dt, options.lead_in, (rest, before))?;
         let targets = self.invert_dynamics(path, dt)?;
         let mut found =
             Precompensated { drive: targets, lead_in_samples, first_step: 0.0, saturated_count: 0, slewing_count: 0 };
@@ -88,6 +90,25 @@ impl Stage {
         found.walk(&mut inverse, step);
         found.first_step = found.drive[0] - before;
         Ok(found)
+    }
+
+    /// Where the stage begins, and the path that it is to follow from there.
+    pub(super) fn wanted(
+        &self,
+        reference: &[f64],
+        dt: f64,
+        options: &PrecompensateOptions<'_>,
+    ) -> Result<Wanted, Error> {
+        check_samples(reference)?;
+        let limits = self.limits(options.limits)?;
+        let start = options.start.unwrap_or_else(|| rest_drive(limits));
+        check_start(start, limits)?;
+        let mut inverse = self.quasi_static(dt)?.inverse(limits)?;
+        inverse.settle(start);
+        follow_history(&mut inverse, options.history)?;
+        let rest = self.parts().dynamics.static_gain() * inverse.position();
+        let (path, lead_in_samples) = self.path(reference, dt, options.lead_in, (rest, inverse.output()))?;
+        Ok(Wanted { inverse, start, path, lead_in_samples })
     }
 
     /// The targets of the quasi-static inverse. With a negative dead time a row holds a position that is read later: the

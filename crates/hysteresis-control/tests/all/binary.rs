@@ -4,7 +4,8 @@ use hysteresis_control::binary::{Binary, Sampled};
 use hysteresis_control::learning::{RepetitiveControl, RepetitiveOptions, RepetitiveState, Supervision};
 use hysteresis_control::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, StateSpace};
 use hysteresis_control::stage::{
-    FeedForwardKind, Identified, LoopShift, RecordSource, SlowGain, Stage, StageParts, StageWarning, Units,
+    CELLS, ErrorBand, FeedForwardKind, Identified, LoopShift, RecordSource, SlowGain, Stage, StageParts, StageWarning,
+    Units,
 };
 use hysteresis_control::{Observer, ObserverOptions, StageController, StageControllerState};
 use hysteresis_core::{
@@ -36,6 +37,11 @@ fn identified(numbers: [f64; 3]) -> Identified {
         }],
         records: vec![RecordSource { name: "a.csv".into(), sha256: Some("00ff".into()) }],
     }
+}
+
+fn error_band() -> ErrorBand {
+    let errors = vec![vec![0.25; CELLS]; CELLS];
+    ErrorBand::new(0.003, (-1.5, 2.5), 0.1, errors, vec![(300.0, 1.5)], vec![(0.1, 1.0), (10.0, 2.0)]).unwrap()
 }
 
 fn every_section() -> LinearDynamics {
@@ -78,7 +84,7 @@ prop_compose! {
         hysteresis in hysteresis(),
         maps in prop::array::uniform2(prop::option::of(0.5..2.0)),
         amplifier in prop::option::of(100.0..5000.0),
-        (shift, gain) in any::<(bool, bool)>(),
+        (shift, gain, band) in any::<(bool, bool, bool)>(),
         creep in prop::option::of(1_u16..5),
         order in any::<bool>(),
         (dead_time, slew, noise) in (0.0..1e-2, prop::option::of(1.0..1e6), prop::option::of(0.0..1.0)),
@@ -99,6 +105,7 @@ prop_compose! {
             limits,
             slew,
             noise,
+            error_band: band.then(error_band),
             identified: known.map(identified),
             units: Units { drive: "V".into(), position: "µm".into() },
             ..StageParts::new(hysteresis)

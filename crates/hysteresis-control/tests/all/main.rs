@@ -2,6 +2,7 @@
 
 mod binary;
 mod dynamics;
+mod error_band;
 mod feedforward;
 mod filters;
 mod learning;

@@ -3,7 +3,7 @@
 use faer::Mat;
 use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, LinearDynamics, Modes};
 use hysteresis_control::stage;
-use hysteresis_control::stage::{Identified, LoopShift, SlowGain, Stage, StageParts, StageWarning};
+use hysteresis_control::stage::{ErrorBand, Identified, LoopShift, SlowGain, Stage, StageParts, StageWarning};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, PiecewiseLinearMap, Ratios};
 
 use crate::choose::cross_validation::CrossValidation;
@@ -73,9 +73,16 @@ pub struct Identification {
     /// [`Options::loss`](crate::Options::loss). They enter neither [`fit`](Self::fit) nor anything else that is said of the
     /// fit.
     pub left_out_samples: Vec<Vec<usize>>,
-    /// The standard deviation of the noise, from the residuals: the root of the sum of their squares over the number of
+    /// The standard deviation of what is left: the root of the sum of their squares over the number of
     /// samples less that of unknowns, in the unit of the output.
     pub noise: f64,
+    /// The noise of the sensor: the white part of the residuals, of the record that has least of it. Where the model lacks something
+    /// it is below [`noise`](Self::noise).
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub sensor_noise: f64,
+    /// How far the next record may be from what the model predicts; none in results of releases that knew no bands.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub error_band: Option<ErrorBand>,
     /// By how much the weights miss the conditions of Karush, Kuhn and Tucker for the best ones at these other parameters: the largest derivative of the sum of squares that a permitted change of a weight would follow
     /// downhill, as a share of the product of the norms of its column and of the data. Rounding: 1e-13 or less.
     pub kkt_residual: f64,
@@ -160,6 +167,26 @@ impl Identification {
     pub fn predict_std(&self, input: &[f64]) -> Result<Vec<f64>, RecordError> {
         check_finite("input", input)?;
         Ok(self.spread.of(input, self.interval()))
+    }
+
+    /// How far above and below [`predict_at`](Self::predict_at) a sample of another record lies with probability `level`, the offset of that
+    /// record apart: what the model lacks and the noise of the sensor together, from the [`error_band`](Self::error_band).
+    ///
+    /// ```
+    /// use std::ops::ControlFlow;
+    /// use hysteresis_identify::{Options, Record, identify};
+    /// let drive: Vec<f64> = (0..800).map(|k| 5.0 * (1.0 - k as f64 / 800.0) * (k as f64 / 20.0).sin()).collect();
+    /// let position: Vec<f64> = drive.iter().map(|u| 0.2 * u + 0.001 * u * u).collect();
+    /// let found = identify(&[Record::new(&drive, &position, 0)?], &Options::default(), &mut |_| ControlFlow::Continue(()))?;
+    /// let half = found.predict_interval(&drive, 1.0, 0.95)?;
+    /// assert!(half.len() == 800 && half.iter().all(|half| *half > 0.0));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`stage::Error`] without a band, for numbers that are not finite, and for a level that is not between 0 and 1.
+    pub fn predict_interval(&self, input: &[f64], dt: f64, level: f64) -> Result<Vec<f64>, stage::Error> {
+        self.error_band.as_ref().ok_or(stage::Error::NoBand)?.half_widths(input, &[], dt, level)
     }
 
     /// Whether the result deserves trust: the worst of its [`warnings`](Self::warnings).
@@ -317,7 +344,8 @@ impl Identification {
             output_map: self.output_map(),
             amplifier: self.amplifier(),
             dead_time: self.causal_dead_time(),
-            noise: Some(self.noise),
+            noise: Some(self.sensor_noise),
+            error_band: self.error_band.clone(),
             identified: Some(self.identified()),
             ..StageParts::new(hysteresis)
         }

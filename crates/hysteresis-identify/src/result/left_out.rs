@@ -22,6 +22,9 @@ const SWING: f64 = 0.05;
 /// With more loops than this, neighbours are left out together.
 const MOST: usize = 200;
 
+/// Into about how many stretches of loops records are cut for their error band.
+const STRETCHES: usize = 10;
+
 /// One loop, predicted with and without its own share in the weights.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -73,6 +76,25 @@ impl Identification {
     /// record.
     pub fn leave_one_loop_out(&self, records: &[Record<'_>]) -> Result<Vec<LeftOutLoop>, Error> {
         let records = &self.as_fitted(records)[..];
+        let loops = loops(records, MOST);
+        self.left_out(records, &loops, |pass, solutions| pass.judge(solutions))
+    }
+
+    /// What every stretch of loops leaves with the weights that all other stretches ask for, for every sample of every record; NaN
+    /// where nothing is fitted.
+    ///
+    /// Stretches are long, so that what is held out differs from what stays.
+    pub(crate) fn held_out_residuals(&self, records: &[Record<'_>]) -> Result<Vec<Vec<f64>>, Error> {
+        self.left_out(records, &loops(records, STRETCHES), |pass, solutions| pass.held_out(solutions))
+    }
+
+    /// Fits the weights without every loop, and takes what that makes of the loops.
+    fn left_out<T>(
+        &self,
+        records: &[Record<'_>],
+        loops: &[(usize, Range<usize>)],
+        take: impl FnOnce(&Pass<'_>, &[LeftOutSolution]) -> T,
+    ) -> Result<T, Error> {
         let interval = |record: &Record<'_>| record.dt().unwrap_or(self.chain.dt);
         let length = |record: &Record<'_>| as_f64(record.input().len()) * interval(record);
         let shortest = records.iter().map(length).reduce(f64::min).ok_or(Error::NoRecords)?;
@@ -81,7 +103,6 @@ impl Identification {
             let expected = "records that are longer than the dead time";
             return Err(Error::domain("dead_time", None, expected, dead_time));
         }
-        let loops = loops(records);
         if loops.len() < 2 {
             return Err(Error::TooFewLoops { got: loops.len() });
         }
@@ -95,10 +116,10 @@ impl Identification {
         };
         let intervals: Vec<f64> = records.iter().map(interval).collect();
         let own = OwnColumns::new(records, |place| intervals[place], &self.chain.creep_underway);
-        let pass = Pass { records, loops: &loops, tangent, intervals, own: &own };
+        let pass = Pass { records, loops, tangent, intervals, own: &own };
         let problem = LeaveOneOut { own: &own, basis: &basis, penalty: &self.penalty };
         let solutions = problem.solutions(&pass.triangles(&basis), |loop_| loops[loop_].0);
-        Ok(pass.judge(&solutions))
+        Ok(take(&pass, &solutions))
     }
 
     /// Records as long as those that were fitted without what was left out of these; other records as they are.
@@ -115,7 +136,7 @@ impl Identification {
 }
 
 /// Every loop of every record: the record and the samples.
-fn loops(records: &[Record<'_>]) -> Vec<(usize, Range<usize>)> {
+fn loops(records: &[Record<'_>], most: usize) -> Vec<(usize, Range<usize>)> {
     let fitted = || records.iter().map(|record| &record.input()[record.skip()..]);
     let (low, high) = bounds_of(fitted().map(bounds));
     let swing = SWING * (high - low);
@@ -127,7 +148,7 @@ fn loops(records: &[Record<'_>]) -> Vec<(usize, Range<usize>)> {
     };
     let maxima: Vec<Vec<usize>> = fitted().map(maxima).collect();
     let count: usize = maxima.iter().map(|maxima| maxima.len().saturating_sub(1).max(1)).sum();
-    let together = count.div_ceil(MOST);
+    let together = count.div_ceil(most);
     let mut loops = Vec::with_capacity(count);
     for (place, (record, maxima)) in records.iter().zip(maxima).enumerate() {
         let inner = maxima.get(1..maxima.len().saturating_sub(1)).unwrap_or(&[]);
@@ -195,6 +216,27 @@ impl Pass<'_> {
         });
         triangles.push(in_unknowns(factor));
         triangles
+    }
+
+    /// What every loop leaves with the weights of the others, and the offset of its record where others tell it.
+    fn held_out(&self, solutions: &[LeftOutSolution]) -> Vec<Vec<f64>> {
+        let (records, mut own) = (self.records.len(), vec![0.0; self.own.len()]);
+        let mut left: Vec<_> = self.records.iter().map(|record| vec![f64::NAN; record.input().len()]).collect();
+        self.walk(|number, k, known, columns| {
+            let place = self.loops[number].0;
+            self.own.write(place, k, &mut own);
+            let solution = &solutions[number + 1];
+            let predicted = known + solution.output(&own, columns, records) + solution.own[place].unwrap_or(0.0);
+            left[place][k] = self.records[place].output()[k] - predicted;
+        });
+        for (number, (place, samples)) in self.loops.iter().enumerate() {
+            if solutions[number + 1].own[*place].is_none() {
+                let fitted: Vec<usize> = self.fitted(*place, samples).collect();
+                let mean = fitted.iter().map(|k| left[*place][*k]).sum::<f64>() / as_f64(fitted.len());
+                fitted.iter().for_each(|k| left[*place][*k] -= mean);
+            }
+        }
+        left
     }
 
     /// The errors of every loop, with the weights of all loops, which come first, and those of the others.

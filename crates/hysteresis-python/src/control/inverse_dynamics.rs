@@ -342,6 +342,6 @@ pub(crate) fn precompensate<'py>(
     #[py(field = None)] history: Option<Vec<f64>>,
     #[py(field = None)] lead_in: Option<f64>,
 ) -> Vector<'py> {
-    let found = drives(&stage.get().0, reference, dt, &keywords)?;
+    let (found, _) = drives(&stage.get().0, reference, dt, &keywords, None)?;
     Ok(PyArray1::from_vec(py, found.drive))
 }

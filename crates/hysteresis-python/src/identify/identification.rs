@@ -4,7 +4,7 @@ use hysteresis_control::linear::Dynamics;
 use hysteresis_core::Ratios;
 use hysteresis_identify::{self as identification, RecordError};
 use hysteresis_python_macros::methods;
-use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 use serde::{Deserialize, Serialize};
@@ -145,10 +145,18 @@ impl Identification {
         self.found.position_range
     }
 
-    /// Standard deviation of the measurement noise, estimated from the residuals, in the unit of the output.
+    /// Standard deviation of what is left, the root of the sum of squares over the degrees of freedom, in the unit of the output: noise of
+    /// the sensor, and what the model lacks.
     #[getter]
     fn noise(&self) -> f64 {
         self.found.noise
+    }
+
+    /// Rms noise of the sensor, in the unit of the output: the white part of the residuals, from their second differences, of the record
+    /// that has least of it. Where the model lacks something it is below `noise`.
+    #[getter]
+    fn sensor_noise(&self) -> f64 {
+        self.found.sensor_noise
     }
 
     /// The output offset of every record, in the unit of the output.
@@ -345,6 +353,11 @@ impl Identification {
     /// limit) counts as known, and so does what the records do not tell at all: beyond the inputs that they reach, the truth may
     /// be further away: a UserWarning says so.
     ///
+    /// `interval=0.95` gives a band that holds the next record: the output, and for every sample a lower and an upper bound within which a
+    /// measured sample lies with that probability. It rests on loops held out in turn: on where the drive turned round last, where it is,
+    /// how fast and for how long it has moved, and where nothing like it was recorded on what stages lack there by experience. The
+    /// offset of the other record is apart, as every record has its own.
+    ///
     /// Examples
     /// --------
     /// >>> import mpi_hyst as mh
@@ -356,16 +369,27 @@ impl Identification {
     /// >>> predicted, std = found.predict(u, return_std=True)
     /// >>> predicted.shape == std.shape == u.shape, bool(0 < std.max() < 0.015)
     /// (True, True)
-    #[overload("(self, u: ArrayLike, *, dt: float | None=None, return_std: Literal[False]=False) -> Vector")]
-    #[overload("(self, u: ArrayLike, *, dt: None=None, return_std: Literal[True]) -> tuple[Vector, Vector]")]
+    /// >>> predicted, low, high = found.predict(u, interval=0.95)
+    /// >>> bool(((low < y) & (y < high)).mean() >= 0.93)
+    /// True
+    #[overload(
+        "(self, u: ArrayLike, *, dt: float | None=None, return_std: Literal[False]=False, interval: None=None) -> Vector"
+    )]
+    #[overload(
+        "(self, u: ArrayLike, *, dt: None=None, return_std: Literal[True], interval: None=None) -> tuple[Vector, Vector]"
+    )]
+    #[overload(
+        "(self, u: ArrayLike, *, dt: float | None=None, return_std: Literal[False]=False, interval: float) -> tuple[Vector, Vector, Vector]"
+    )]
     fn predict<'py>(
         &self,
         py: Python<'py>,
         u: PyReadonlyArray1<'py, f64>,
         #[py(*, = None)] dt: Option<f64>,
         #[py(= false)] return_std: bool,
+        #[py(= None)] interval: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        check_prediction(dt, return_std)?;
+        check_prediction(dt, return_std, interval)?;
         let input = u.as_slice()?;
         let array = |values: Result<Vec<f64>, RecordError>| {
             values.map(|values| PyArray1::from_vec(py, values)).map_err(|error| raise(record(error)))
@@ -373,6 +397,16 @@ impl Identification {
         let predicted = array(dt.map_or_else(|| self.found.predict(input), |dt| self.found.predict_at(input, dt)))?;
         if let Some(found) = self.found.extrapolation(input) {
             warn(py, &format!("u: {}", found.message))?;
+        }
+        if let Some(level) = interval {
+            let dt = dt.or(self.found.dt.first().copied()).unwrap_or(1.0);
+            let half = self.found.predict_interval(input, dt, level).map_err(raise)?;
+            let bound = |sign: f64| -> PyResult<_> {
+                let pairs =
+                    predicted.readonly().as_slice()?.iter().zip(&half).map(|(y, half)| y + sign * half).collect();
+                Ok(PyArray1::from_vec(py, pairs))
+            };
+            return Ok((predicted.clone(), bound(-1.0)?, bound(1.0)?).into_pyobject(py)?.into_any());
         }
         if !return_std {
             return Ok(predicted.into_any());
@@ -585,7 +619,10 @@ impl Identification {
 }
 
 /// The sampling interval of a prediction: above 0, and that of the first record where its standard deviation is asked for.
-fn check_prediction(dt: Option<f64>, return_std: bool) -> PyResult<()> {
+fn check_prediction(dt: Option<f64>, return_std: bool, interval: Option<f64>) -> PyResult<()> {
+    if let (true, Some(level)) = (return_std, interval) {
+        return Err(errors::value("interval", format_args!("expected None beside return_std, got {level:?}")));
+    }
     let Some(dt) = dt else { return Ok(()) };
     let expected = if return_std {
         "None beside return_std, which is for the sampling of the first record"

@@ -1,6 +1,7 @@
 //! The stage: one object that holds all parts, its file, and what runs that is made from it.
 
 mod design;
+pub(crate) mod error_bounds;
 pub(crate) mod files;
 pub(crate) mod loop_shift;
 pub(crate) mod slow_gain;

@@ -14,6 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use pythonize::pythonize;
 
+use super::error_bounds::ErrorBounds;
 use super::loop_shift::LoopShift;
 use super::slow_gain::SlowGain;
 use crate::argument::{Argument, Asked, Class};
@@ -264,10 +265,15 @@ impl Stage {
     /// lead_in : float, optional
     ///     Seconds of a smooth way from there to the beginning of the reference, in front of the result. Without it the
     ///     reference must begin where the stage is.
+    /// return_error : bool
+    ///     Also by how much the reference will be missed, before anything is driven: bounds of the position itself that cover what
+    ///     the model does not know. A stage that was not identified knows none.
+    /// interval : float
+    ///     The probability with which these bounds hold.
     ///
     /// Returns
     /// -------
-    /// array of n floats, or more by the samples of the lead-in
+    /// array of n floats, or more by the samples of the lead-in; with `return_error` a pair of it and `results.ErrorBounds`
     ///
     /// Raises
     /// ------
@@ -279,6 +285,12 @@ impl Stage {
     /// UserWarning
     ///     If limits or slew rate held drives back.
     #[gather(keywords: Keywords)]
+    #[overload(
+        "(self, reference: ArrayLike | Trajectory, dt: float, *, limits: Sequence[float] | None=None, start: float | None=None, history: ArrayLike | None=None, lead_in: float | None=None, return_error: Literal[False]=False, interval: float=0.95) -> Vector"
+    )]
+    #[overload(
+        "(self, reference: ArrayLike | Trajectory, dt: float, *, limits: Sequence[float] | None=None, start: float | None=None, history: ArrayLike | None=None, lead_in: float | None=None, return_error: Literal[True], interval: float=0.95) -> tuple[Vector, ErrorBounds]"
+    )]
     fn precompensate<'py>(
         &self,
         py: Python<'py>,
@@ -288,9 +300,15 @@ impl Stage {
         #[py(field = None)] start: Option<f64>,
         #[py(field = None)] history: Option<Vec<f64>>,
         #[py(field = None)] lead_in: Option<f64>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let found = precompensate(&self.0, reference, dt, &keywords)?;
-        Ok(PyArray1::from_vec(py, found.drive))
+        #[py(= false)] return_error: bool,
+        #[py(= 0.95)] interval: f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (found, bounds) = precompensate(&self.0, reference, dt, &keywords, return_error.then_some(interval))?;
+        let drive = PyArray1::from_vec(py, found.drive);
+        match bounds {
+            None => Ok(drive.into_any()),
+            Some(bounds) => Ok((drive, ErrorBounds::new(bounds, interval)).into_pyobject(py)?.into_any()),
+        }
     }
 
     /// Writes the stage to a JSON file; the file appears only when it is complete.
@@ -517,13 +535,15 @@ pub(crate) fn checked_limits(
     Ok(limits)
 }
 
-/// The drives for a reference, samples or a trajectory; warns of drives that were held back.
+/// The drives for a reference, samples or a trajectory; warns of drives that were held back. With the probability `level` asked for,
+/// bounds of the errors that hold with it.
 pub(crate) fn precompensate(
     stage: &stage::Stage,
     reference: &Bound<'_, PyAny>,
     dt: f64,
     keywords: &Keywords,
-) -> PyResult<Precompensated> {
+    level: Option<f64>,
+) -> PyResult<(Precompensated, Option<stage::ErrorBounds>)> {
     let py = reference.py();
     let options = PrecompensateOptions {
         limits: checked_limits(py, stage, keywords.limits)?,
@@ -533,7 +553,12 @@ pub(crate) fn precompensate(
     };
     let reference_samples = samples("reference", reference, dt)?;
     check_room("reference", reference_samples.len(), PASS)?;
-    let found = py.detach(|| stage.precompensate(&reference_samples, dt, &options)).map_err(raise)?;
+    let design = || {
+        let found = stage.precompensate(&reference_samples, dt, &options)?;
+        let bounds = level.map(|level| stage.error_bounds(&found, &reference_samples, dt, &options, level));
+        Ok::<_, stage::Error>((found, bounds.transpose()?))
+    };
+    let (found, errors) = py.detach(design).map_err(raise)?;
     if found.begins_with_a_jump() {
         let (step, unit) = (found.first_step, &stage.parts().units.drive);
         warn(
@@ -555,5 +580,5 @@ pub(crate) fn precompensate(
             warn(py, &format!("reference: {count} of {} drives were held back by {what}", found.drive.len()))?;
         }
     }
-    Ok(found)
+    Ok((found, errors))
 }

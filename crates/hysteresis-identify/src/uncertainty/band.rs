@@ -1,0 +1,242 @@
+//! The error band of a stage, out of what held-out loops leave.
+//!
+//! Standard errors say how far noise moves the parameters of a model that is true. What decides the error on the next record is
+//! what the model lacks. So every stretch of loops is predicted with the weights of all others, and the squares of what is left
+//! go into a table by the drive of the last reversal and that of now.
+//!
+//! Records that are all alike hold no loop out that differs from those that stay: their table promises too much. Stages
+//! lack there what stages lack elsewhere: on twenty stages of foreign physics, recorded by three equal triangles, the error of other
+//! drives was 0.02 to 0.06 of the width of the loop, and 0.003 where the model was true, whatever the fit had left. So the
+//! table gets a share of that width: little where loops were recorded, more where none were, and less as the records become
+//! various and the fit stays good.
+
+use hysteresis_control::stage::{Branches, CELLS, ErrorBand, Place};
+
+use crate::records::record::Record;
+use crate::records::signal::{as_f64, rms};
+use crate::result::identification::Identification;
+
+/// What a stage may lack beside what the table says, as a share of its loop width: where loops were recorded, and two cells
+/// from any.
+const UNTOLD: (f64, f64) = (0.02, 0.06);
+
+/// From how many cells on nothing is told of a place.
+const FAR: usize = 2;
+
+/// The share of cells without records in various records, and in records that are all alike.
+const UNSEEN: (f64, f64) = (0.5, 0.8);
+
+/// Various records whose errors are below this share of the loop width tell that the model lacks less.
+const USUAL: f64 = 0.03;
+
+/// Where the width of a loop is not known, it is taken for this share of the range of positions.
+const USUAL_WIDTH: f64 = 0.1;
+
+/// Up to which shares of the largest rate and of the longest time a factor counts.
+const SHARES: [f64; 4] = [0.01, 0.1, 0.3, 1.0];
+
+/// No factor is larger, and none rests on fewer samples.
+const MOST: f64 = 4.0;
+const FEWEST: usize = 50;
+
+impl Identification {
+    /// The error band out of the records that were fitted; none for numbers that no band can have.
+    pub(crate) fn band_of(&self, records: &[Record<'_>]) -> Option<ErrorBand> {
+        // One loop alone, or records shorter than the dead time: what they leave themselves.
+        let left = self.held_out_residuals(records).unwrap_or_else(|_| self.own_residuals(records));
+        let intervals = records.iter().map(|record| record.dt().unwrap_or(self.chain.dt));
+        let samples = Samples::new(records, &left, intervals, self.drive_range);
+        let width = self.record_fits.iter().filter_map(|fit| fit.loop_width).fold(0.0, f64::max);
+        let width = if width > 0.0 { width } else { USUAL_WIDTH * self.fit.range };
+        let noise = self.sensor_noise;
+        let table = Table::of(&samples, noise);
+        let errors = table.errors(width);
+        let rates = samples.factors(&errors, noise, |sample| sample.rate);
+        let times = samples.factors(&errors, noise, |sample| sample.seconds);
+        ErrorBand::new(noise, self.drive_range, width, errors, rates, times).ok()
+    }
+
+    /// What the fit itself leaves; NaN where nothing is fitted.
+    fn own_residuals(&self, records: &[Record<'_>]) -> Vec<Vec<f64>> {
+        let of_record = |(place, record): (usize, &Record<'_>)| {
+            let mut left = vec![f64::NAN; record.input().len()];
+            let all = self.residuals(record, Some(place));
+            record.fitted().for_each(|k| left[k] = all[k]);
+            left
+        };
+        records.iter().enumerate().map(of_record).collect()
+    }
+}
+
+/// The noise of the sensor: the white part of what is left, from second differences, of the record that has least of it.
+///
+/// What the model lacks changes slowly from sample to sample. A record of less than fifty samples counts only if all do.
+pub(crate) fn sensor_noise<'a>(left: impl Iterator<Item = &'a [f64]> + Clone) -> f64 {
+    let white = |values: &[f64]| {
+        let second: Vec<f64> = values.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
+        // A second difference of white noise has the variance 1 + 4 + 1.
+        rms(&second) / 6.0_f64.sqrt()
+    };
+    let least = |fewest: usize| {
+        let long = left.clone().filter(|values| values.len() >= fewest);
+        long.map(white).reduce(f64::min)
+    };
+    least(FEWEST).or_else(|| least(3)).unwrap_or(0.0)
+}
+
+/// A held-out sample.
+struct Sample {
+    place: Place,
+    rate: f64,
+    seconds: f64,
+    square: f64,
+    /// The time that it stands for.
+    weight: f64,
+}
+
+struct Samples(Vec<Sample>);
+
+impl Samples {
+    fn new(records: &[Record<'_>], left: &[Vec<f64>], intervals: impl Iterator<Item = f64>, range: (f64, f64)) -> Self {
+        let mut samples = Vec::new();
+        for ((record, left), dt) in records.iter().zip(left).zip(intervals) {
+            let mut branches = Branches::new(record.input()[0], range);
+            for (drive, left) in record.input().iter().zip(left) {
+                let place = branches.step(*drive);
+                let (rate, seconds) = (place.rate(dt), place.samples * dt);
+                if left.is_finite() {
+                    samples.push(Sample { place, rate, seconds, square: left * left, weight: dt });
+                }
+            }
+        }
+        Self(samples)
+    }
+
+    /// By which factors samples exceed a table, up to shares of the largest value of `of`; at least 1, as the table has the second
+    /// largest of its neighbours.
+    fn factors(&self, errors: &[Vec<f64>], noise: f64, of: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
+        let largest = self.0.iter().map(&of).fold(f64::MIN_POSITIVE, f64::max);
+        let mut from = f64::NEG_INFINITY;
+        let factor = |share: f64| {
+            let to = share * largest;
+            let within = self.0.iter().filter(|sample| from < of(sample) && of(sample) <= to);
+            let (mut count, mut found, mut expected) = (0, 0.0, 0.0);
+            for Sample { place, square, weight, .. } in within {
+                count += 1;
+                found += weight * square;
+                expected += weight * (errors[place.row()][place.column()].powi(2) + noise * noise);
+            }
+            from = to;
+            let factor = if count >= FEWEST && expected > 0.0 { (found / expected).clamp(1.0, MOST) } else { 1.0 };
+            (to, factor)
+        };
+        SHARES.map(factor).to_vec()
+    }
+}
+
+/// The squares by cell, and the time that they stand for.
+struct Table {
+    sums: Vec<Vec<(f64, f64)>>,
+    noise: f64,
+}
+
+impl Table {
+    fn of(samples: &Samples, noise: f64) -> Self {
+        let mut sums = vec![vec![(0.0, 0.0); CELLS]; CELLS];
+        for Sample { place, square, weight, .. } in &samples.0 {
+            let (sum, time) = &mut sums[place.row()][place.column()];
+            *sum += weight * square;
+            *time += weight;
+        }
+        Self { sums, noise }
+    }
+
+    /// The mean square error of the model in a cell, without noise; none where nothing was recorded.
+    fn square(&self, row: usize, column: usize) -> Option<f64> {
+        let (sum, time) = self.sums[row][column];
+        (time > 0.0).then(|| (sum / time - self.noise * self.noise).max(0.0))
+    }
+
+    fn all(&self) -> impl Iterator<Item = (usize, usize, f64)> + Clone {
+        let cells = (0..CELLS).flat_map(|row| (0..CELLS).map(move |column| (row, column)));
+        cells.filter_map(|(row, column)| Some((row, column, self.square(row, column)?)))
+    }
+
+    /// The whole table, rms: of every cell the second largest square around it, and what stages of this loop width lack besides.
+    fn errors(&self, width: f64) -> Vec<Vec<f64>> {
+        let seen = self.all().count();
+        if seen == 0 {
+            return vec![vec![UNTOLD.1 * width; CELLS]; CELLS];
+        }
+        let unseen = 1.0 - as_f64(seen) / as_f64(CELLS * CELLS);
+        let alike = ((unseen - UNSEEN.0) / (UNSEEN.1 - UNSEEN.0)).clamp(0.0, 1.0);
+        let error = (self.all().map(|(.., square)| square).sum::<f64>() / as_f64(seen)).sqrt();
+        let share = alike + (1.0 - alike) * (error / (USUAL * width)).min(1.0);
+        let of_cell = |row: usize, column: usize| {
+            let distance = |r: usize, c: usize| r.abs_diff(row).max(c.abs_diff(column));
+            let nearest = self.all().map(|(r, c, _)| distance(r, c)).min().unwrap_or(FAR);
+            let around = self.all().filter(|(r, c, _)| distance(*r, *c) <= nearest.max(1));
+            let mut around: Vec<f64> = around.map(|(.., square)| square).collect();
+            around.sort_unstable_by(|one, other| other.total_cmp(one));
+            // The largest alone may be that of a few samples behind a reversal.
+            let second = around.get(1).or(around.first()).copied().unwrap_or_default();
+            let far = (as_f64(nearest) / as_f64(FAR)).min(1.0);
+            let untold = share * width * (UNTOLD.0 + (UNTOLD.1 - UNTOLD.0) * far);
+            second.sqrt().hypot(untold)
+        };
+        (0..CELLS).map(|row| (0..CELLS).map(|column| of_cell(row, column)).collect()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::records::signal::white;
+
+    fn samples(of: impl Fn(f64, f64) -> f64, drive: &[f64], range: (f64, f64)) -> Samples {
+        let mut branches = Branches::new(drive[0], range);
+        let left = drive.iter().map(|u| {
+            let place = branches.step(*u);
+            of(place.reversal, *u)
+        });
+        let left = vec![left.collect::<Vec<_>>()];
+        let record = Record::new(drive, drive, 0).unwrap();
+        Samples::new(&[record], &left, [0.01].into_iter(), range)
+    }
+
+    fn triangle(peaks: &[f64]) -> Vec<f64> {
+        let leg =
+            |ends: &[f64]| (0..100).map(|k| ends[0] + (ends[1] - ends[0]) * f64::from(k) / 100.0).collect::<Vec<_>>();
+        peaks.windows(2).flat_map(leg).collect()
+    }
+
+    /// Noise is told from what the model lacks, however large that is.
+    #[test]
+    fn noise_is_what_neighbours_do_not_share() {
+        let slow = (0..4000).map(|k| 3.0 * (f64::from(k) * 1e-3).sin());
+        let left: Vec<f64> = slow.zip(white(4000)).map(|(slow, noise)| slow + 0.01 * noise).collect();
+        let scale = rms(&white(4000));
+        let noise = sensor_noise([&left[..]].into_iter());
+        assert!((noise / (0.01 * scale) - 1.0).abs() < 0.1, "{noise} {scale}");
+    }
+
+    /// Where nothing was recorded the band is that of other stages, not that of the fit.
+    #[test]
+    fn loops_that_are_all_alike_promise_nothing_of_others() {
+        let drive = triangle(&[0.0, 12.0, 0.0, 12.0, 0.0, 12.0, 0.0]);
+        let errors = Table::of(&samples(|_, _| 1e-3, &drive, (0.0, 12.0)), 0.0).errors(1.0);
+        assert!((errors[6][6] - 1e-3_f64.hypot(UNTOLD.1)).abs() < 1e-9, "{}", errors[6][6]);
+        assert!((errors[0][6] - 1e-3_f64.hypot(UNTOLD.0)).abs() < 1e-9, "{}", errors[0][6]);
+    }
+
+    /// Various records with a good fit tell that the model lacks little anywhere, and where it lacks more.
+    #[test]
+    fn the_table_follows_the_held_out_errors_of_various_loops() {
+        let peaks: Vec<f64> = (0..400).map(|k| f64::from((k * 7919) % 997) * 12.0 / 997.0).collect();
+        let drive = triangle(&peaks);
+        let of = |reversal: f64, _| if reversal > 9.0 { 1e-2 } else { 1e-4 };
+        let errors = Table::of(&samples(of, &drive, (0.0, 12.0)), 0.0).errors(1.0);
+        assert!(errors[11][3] > 1e-2, "{}", errors[11][3]);
+        assert!(errors[2][8] < 5e-3, "{}", errors[2][8]);
+    }
+}

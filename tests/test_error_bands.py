@@ -1,0 +1,196 @@
+"""Bands that hold the next record, said before it is driven."""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import json
+import pickle
+from pathlib import Path
+
+import mpi_hyst as mh
+import numpy as np
+import pytest
+from support import Array
+
+DT = 1e-3
+NOISE = 0.004  # um
+
+
+def foreign(u: Array) -> Array:
+    """Return positions of a hysteresis that no sum of plays is: of Duhem's type, then bent."""
+    z, last, out = 0.0, float(u[0]), np.empty(u.size)
+    for k, now in enumerate(u.tolist()):
+        steps = max(1, int(np.ceil(abs(now - last) / 0.5)))
+        move = (now - last) / steps
+        for i in range(steps):
+            middle = last + (i + 0.5) * move
+            z += 0.022 * abs(move) * (0.9 * middle - z) + 0.62 * move
+        out[k], last = z, now
+    return 0.2 * out * (1.0 - 1e-3 * out)
+
+
+def measured(u: Array, seed: int) -> Array:
+    return foreign(u) + np.random.default_rng(seed).normal(0.0, NOISE, u.size)
+
+
+def path(corners: list[float]) -> Array:
+    legs = [
+        np.linspace(a, b, max(2, int(abs(b - a) / 0.2)), endpoint=False)
+        for a, b in itertools.pairwise(corners)
+    ]
+    return np.concatenate([*legs, [corners[-1]]])
+
+
+def others(seed: int) -> Array:
+    """Return a drive of random corners behind a full stroke."""
+    rng = np.random.default_rng(seed)
+    return path([0.0, 100.0, 0.0, *rng.uniform(2.0, 98.0, 12)])
+
+
+VARIOUS = path(
+    [0.0, 100.0, 0.0, *np.random.default_rng(9).uniform(0.0, 100.0, 60).tolist(), 100.0, 0.0]
+)
+ALIKE = path([0.0, 100.0, 0.0, 100.0, 0.0, 100.0, 0.0])
+
+
+@pytest.fixture(scope="module")
+def various() -> mh.results.Identification:
+    return mh.identify(VARIOUS, measured(VARIOUS, 1), dt=DT)
+
+
+@pytest.fixture(scope="module")
+def alike() -> mh.results.Identification:
+    return mh.identify(ALIKE, measured(ALIKE, 2), dt=DT)
+
+
+def covered(found: mh.results.Identification, interval: float) -> float:
+    shares = []
+    for seed in range(8):
+        u = others(seed)
+        y, judged = measured(u, 10 + seed), slice(1000, None)
+        predicted, low, high = found.predict(u, dt=DT, interval=interval)
+        offset = float(np.mean((y - predicted)[judged]))
+        inside = (y - offset >= low) & (y - offset <= high)
+        shares.append(float(inside[judged].mean()))
+    return float(np.mean(shares))
+
+
+def test_the_band_holds_records_that_were_not_fitted(
+    various: mh.results.Identification,
+) -> None:
+    assert covered(various, 0.95) >= 0.92
+    assert covered(various, 0.5) < covered(various, 0.95)
+
+
+def test_the_band_of_equal_triangles_holds_most_of_other_records(
+    alike: mh.results.Identification,
+) -> None:
+    # Here the effect of noise on the fit is a tenth of the error.
+    assert covered(alike, 0.95) >= 0.6
+
+
+def test_records_that_are_all_alike_promise_less(
+    various: mh.results.Identification, alike: mh.results.Identification
+) -> None:
+    u = others(3)
+    widths = []
+    for found in (various, alike):
+        _, low, high = found.predict(u, dt=DT, interval=0.95)
+        widths.append(float(np.mean(high - low)))
+    # Beside what it leaves, a fit of equal triangles knows less of inner loops.
+    assert widths[1] / alike.fit.rmse > 1.5 * widths[0] / various.fit.rmse
+
+
+def test_noise_of_the_sensor_is_told_from_what_the_model_lacks(
+    various: mh.results.Identification,
+) -> None:
+    assert various.noise > 1.3 * NOISE
+    assert various.sensor_noise == pytest.approx(NOISE, rel=0.15)
+    assert various.stage.noise == various.sensor_noise
+
+
+def test_a_drive_beyond_the_records_is_less_sure(various: mh.results.Identification) -> None:
+    u = path([0.0, 130.0])
+    with pytest.warns(UserWarning, match="beyond the identified"):
+        _, low, high = various.predict(u, dt=DT, interval=0.95)
+    half = 0.5 * (high - low)
+    inside, beyond = np.searchsorted(u, 95.0), -1
+    assert half[beyond] > 2.0 * half[inside]
+
+
+def test_a_reference_has_bounds_before_it_is_driven(various: mh.results.Identification) -> None:
+    stage = various.stage
+    rest = float(stage.forward(DT).run([0.0])[0])
+    phase = np.linspace(0.0, 4 * np.pi, 2000)
+    up, loops = 4.0 * (1.0 - np.cos(phase)), 6.0 - 2.0 * np.cos(phase)
+    reference = rest + np.where(phase < np.pi, up, loops)
+    drive, error = stage.precompensate(reference, DT, return_error=True)
+    np.testing.assert_array_equal(drive, stage.precompensate(reference, DT))
+    missed = foreign(drive) - reference
+    missed -= missed.mean()
+    assert np.mean((error.low <= missed) & (missed <= error.high)) >= 0.9
+    assert np.abs(missed).max() <= error.within
+    assert error.within >= 0.5 * float((error.high - error.low).max())
+    assert error.interval == 0.95
+    wider = stage.precompensate(reference, DT, return_error=True, interval=0.99)[1]
+    assert wider.within > error.within
+    again = pickle.loads(pickle.dumps(error))
+    np.testing.assert_array_equal(again.low, error.low)
+    assert repr(again) == repr(error)
+
+
+def test_what_bands_need_is_saved_with_the_stage(
+    various: mh.results.Identification, tmp_path: Path
+) -> None:
+    stage, reference = various.stage, np.full(50, float(various.stage.forward(DT).run([0.0])[0]))
+
+    def within(stage: mh.Stage) -> float:
+        return stage.precompensate(reference, DT, return_error=True)[1].within
+
+    stage.save(tmp_path / "stage.json")
+    for same in (
+        mh.load(tmp_path / "stage.json"),
+        pickle.loads(pickle.dumps(stage)),
+        copy.copy(stage),
+    ):
+        assert isinstance(same, mh.Stage)
+        assert within(same) == within(stage)
+    assert within(stage.replace(limits=(0.0, 90.0))) == within(stage)
+    u = others(1)
+    for same in (pickle.loads(pickle.dumps(various)), copy.deepcopy(various)):
+        for a, b in zip(
+            same.predict(u, interval=0.9), various.predict(u, interval=0.9), strict=True
+        ):
+            np.testing.assert_array_equal(a, b)
+
+
+def test_a_stage_without_a_band_says_so(various: mh.results.Identification, tmp_path: Path) -> None:
+    various.stage.save(tmp_path / "stage.json")
+    saved = json.loads((tmp_path / "stage.json").read_text("utf-8"))
+    del saved["error_band"]
+    (tmp_path / "old.json").write_text(json.dumps(saved), "utf-8")
+    changed = various.stage.replace(dead_time=various.stage.dead_time + 1e-5)
+    for stage in (mh.load(tmp_path / "old.json"), mh.Stage(mh.paper.table_1_recovered()), changed):
+        assert isinstance(stage, mh.Stage)
+        reference = np.full(50, float(stage.forward(DT).run([0.0])[0]))
+        with pytest.raises(
+            ValueError, match="error_band: expected a stage that knows one, got none"
+        ):
+            stage.precompensate(reference, DT, return_error=True)
+        assert stage.precompensate(reference, DT).shape == (50,)
+
+
+@pytest.mark.parametrize("interval", [0.0, 1.0, 95.0, float("nan")])
+def test_an_interval_is_a_probability(various: mh.results.Identification, interval: float) -> None:
+    with pytest.raises(ValueError, match="interval: expected a probability between 0 and 1"):
+        various.predict(VARIOUS, interval=interval)
+    with pytest.raises(ValueError, match="interval: expected a probability between 0 and 1"):
+        various.stage.precompensate([0.0], DT, lead_in=0.1, return_error=True, interval=interval)
+
+
+def test_a_band_and_a_deviation_are_not_asked_for_at_once(
+    various: mh.results.Identification,
+) -> None:
+    with pytest.raises(ValueError, match="interval: expected None beside return_std"):
+        various.predict(VARIOUS, return_std=True, interval=0.95)  # type: ignore[call-overload]
