@@ -27,6 +27,8 @@ from mpi_hyst._core import (
     Bracket,
     BracketArray,
     CoupledPlay,
+    Duhem,
+    DuhemInverse,
     Forward,
     ForwardArray,
     Inverse,
@@ -45,6 +47,7 @@ from mpi_hyst._core import (
     identify,
     identify_dynamics,
     identify_many,
+    identify_oscillator,
     load,
 )
 from mpi_hyst._progress import ProgressBar
@@ -54,6 +57,8 @@ __all__ = [
     "Bracket",
     "BracketArray",
     "CoupledPlay",
+    "Duhem",
+    "DuhemInverse",
     "Forward",
     "ForwardArray",
     "Inverse",
@@ -76,6 +81,7 @@ __all__ = [
     "identify",
     "identify_dynamics",
     "identify_many",
+    "identify_oscillator",
     "io",
     "load",
     "paper",

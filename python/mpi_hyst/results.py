@@ -1,8 +1,8 @@
 """What identification and diagnosis return: models with their errors, findings, verdicts.
 
 `identify` makes an `Identification`, `identify_many` a `ManyIdentifications`,
-`identify_dynamics` a `DynamicsIdentification`, `compare` a `Comparison`, `diagnose` a list of
-`Finding`.
+`identify_dynamics` a `DynamicsIdentification`, `identify_oscillator` an
+`OscillatorIdentification`, `compare` a `Comparison`, `diagnose` a list of `Finding`.
 """
 
 from mpi_hyst._core import (
@@ -13,6 +13,7 @@ from mpi_hyst._core import (
     Identification,
     LeftOutLoop,
     ManyIdentifications,
+    OscillatorIdentification,
     Quality,
     loop_width,
     verdict,
@@ -26,6 +27,7 @@ __all__ = [
     "Identification",
     "LeftOutLoop",
     "ManyIdentifications",
+    "OscillatorIdentification",
     "Quality",
     "loop_width",
     "verdict",
