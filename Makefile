@@ -15,7 +15,7 @@ SITE := target/docs
 TIMES := target/bench/python.json
 # The library of functional mock-up units, which the Python package packs.
 UNITS := $(VENV)/.units
-PYTHON_CODE := python tests examples docs benches/python checks/fuzz
+PYTHON_CODE := python tests examples docs benches/python benches/benchmarks checks/fuzz
 CAPI ?= target/capi
 
 # Where cargo builds, and criterion and gungraun leave what they measured.
@@ -29,7 +29,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo package test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-quick bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python bench-identify bench-many bench-read capi fmu wheel wheel-try wheel-audit sdist-try lowest crates semver workflow licences realtime firmware header soak \
+	bench-check bench-reference bench-brief bench-python bench-identify bench-many bench-read bench-benchmarks capi fmu wheel wheel-try wheel-audit sdist-try lowest crates semver workflow licences realtime firmware header soak \
 	fuzz mutants audit sbom kill-saves full-disk picture docs linkcheck linkcheck-web format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
@@ -189,6 +189,9 @@ bench-many: $(PACKAGE) $(TOOLS) ## time and accuracy of identifying 4096 actuato
 
 bench-read: $(PACKAGE) $(TOOLS) ## time and memory of reading a CSV of 1 GB beside polars; READ="--size 0.3" for 0.3 GB
 	$(BIN)/python benches/python/read.py $(READ)
+
+bench-benchmarks: $(PACKAGE) $(TOOLS) ## public benchmarks beside published figures; BOUC_WEN="--official FOLDER" for the official test files
+	$(BIN)/python benches/benchmarks/bouc_wen.py $(BOUC_WEN)
 
 # Only what others link: for a Rust library too, all crates below would be compiled to machine code once more.
 capi: ## the C library, its header and its pkg-config file, in the folder CAPI (target/capi)

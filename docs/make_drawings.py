@@ -262,6 +262,33 @@ def learning() -> None:
     save(figure, "learning")
 
 
+def inside() -> None:
+    """Draw hysteresis that acts on the motion, and what a linear oscillator misses of it."""
+    dt = 1e-3
+    hysteresis = mh.Duhem.from_bouc_wen(2.5e4, 1e3, 0.8, -1.1)
+    plant = mh.plant.HystereticOscillator(0.5, 5.0, 2.5e4, hysteresis)
+    record = mh.signals.chirp(60.0, 5.0, 100.0, seconds=2.0, rate=1 / dt)
+    found = mh.identify_oscillator(record, plant.response(record, dt=dt), dt=dt)
+    t = dt * np.arange(600)
+    drive = 40.0 * (np.sin(2 * np.pi * 11.0 * t) + np.sin(2 * np.pi * 29.0 * t))
+    y = plant.response(drive, dt=dt)
+    # Without hysteresis, as stiff as the oscillator is about 0.
+    flat = mh.Duhem([-1.0, 1.0], [1e-6, 1e-6], [1e-6, 1e-6])
+    linear = mh.plant.HystereticOscillator(0.5, 5.0, 5e4, flat).response(drive, dt=dt)
+    figure = Figure(figsize=(8.0, 3.2), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    left.plot(1e3 * y, plant.hysteresis.run(y), color=BLUE, linewidth=1.0)
+    plain(left, "position y (mm)", "hysteresis z (m/s²)")
+    for name, response, colour in (
+        ("linear", linear, GREY),
+        ("identified", found.model.response(drive, dt=dt), BLUE),
+    ):
+        right.semilogy(t, 1e6 * abs(response - y) + 1e-6, color=colour, linewidth=0.9, label=name)
+    right.legend(fontsize=8, loc="lower right")
+    plain(right, "time (s)", "error on an unseen drive (µm)")
+    save(figure, "inside")
+
+
 def main() -> None:
     """Draw everything."""
     operators()
@@ -294,6 +321,7 @@ def main() -> None:
     tuning()
     uncertainty()
     learning()
+    inside()
 
 
 if __name__ == "__main__":

@@ -21,7 +21,16 @@ def test_defaults_of_options_are_those_of_their_crates() -> None:
 def test_all_gathered_options_are_compared() -> None:
     functions = {name.rpartition(".")[0] for name in COMPARED}
     assert functions >= {
-        *("identify", "compare", "identify_many", "identify_dynamics", "experiment", "run", "tune"),
+        *(
+            "identify",
+            "compare",
+            "identify_many",
+            "identify_dynamics",
+            "identify_oscillator",
+            "experiment",
+            "run",
+            "tune",
+        ),
         *("HybridController.new", "ActuatorArray.controller", "RecursiveIdentifier.new"),
         *("IterativeLearning.new", "Stage.iterative_learning", "RepetitiveControl.new"),
     }

@@ -62,6 +62,17 @@ def run() -> mh.plant.Run:
     )
 
 
+OSCILLATOR = mh.plant.HystereticOscillator(
+    0.5, 5.0, 2.5e4, mh.Duhem.from_bouc_wen(2.5e4, 1e3, 0.8, -1.1)
+)
+
+
+def oscillator() -> mh.results.OscillatorIdentification:
+    u = mh.signals.chirp(60.0, 5.0, 100.0, seconds=0.5, rate=1000)
+    y = OSCILLATOR.response(u, dt=1e-3)
+    return mh.identify_oscillator(u, y, dt=1e-3, hold="zero", knots=3)
+
+
 def real_time() -> mh.realtime.LoopReport:
     plant = mh.plant.Plant(STAGE, dt=1e-3)
     rest: dict[str, Any] = {"rest_drive": 0.0, "rest_rate": 1e4}
@@ -98,6 +109,7 @@ VALUES: dict[str, Callable[[], Any]] = {
     "LowPass": lambda: mh.control.LowPass(200.0, 0.7),
     "Lead": lambda: mh.control.Lead(100.0, 900.0),
     "Biquad": lambda: mh.control.Biquad([0.5, 0.5, 0.0], [-0.1, 0.0]),
+    "HystereticOscillator": lambda: OSCILLATOR,
     "SlowGain": lambda: mh.plant.SlowGain(500.0, -0.02, 1.0, 2.0),
     "LoopShift": lambda: mh.plant.LoopShift(0.0, 500.0, (-0.2, 0.1), 0.2, 0.5),
     "Stage": lambda: STAGE,
@@ -132,6 +144,7 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "ExperimentPart": lambda: experiment()[0],
     "ExperimentSegment": lambda: experiment()[1].segments[1],
     "ControllerTerms": lambda: controller().terms,
+    "OscillatorIdentification": oscillator,
     "LoopReport": lambda: real_time(),
     "LoopTimes": lambda: real_time().compute,
 }
@@ -140,6 +153,9 @@ RESULTS: dict[str, Callable[[], Any]] = {
 RUNNING: dict[str, tuple[Callable[[], Any], Callable[[Any, float], Any]]] = {
     "Play": (lambda: mh.Play(0.5), lambda one, x: one.step(x)),
     "CoupledPlay": (lambda: mh.CoupledPlay(1.0, 0.8, 0.3, 0.4), lambda one, x: one.step(x)),
+    "Duhem": (lambda: OSCILLATOR.hysteresis, lambda one, x: one.step(1e-3 * x)),
+    "DuhemInverse": (lambda: OSCILLATOR.hysteresis.inverse(0.5), lambda one, x: one.step(x)),
+    "OscillatorForward": (lambda: OSCILLATOR.forward(DT), lambda one, x: one.step(x)),
     "Forward": (
         lambda: CONVENTIONAL.forward(initial=[0.25, 0.25]),
         lambda one, x: one.step(x),

@@ -3,8 +3,9 @@
 What identification says of the next record, `Stage.precompensate` hands out as `ErrorBounds`.
 
 `identify` makes an `Identification`, `identify_many` a `ManyIdentifications`,
-`identify_dynamics` a `DynamicsIdentification`, `identify_places` a `PlacesIdentification`,
-`compare` a `Comparison`, `diagnose` a list of `Finding`.
+`identify_dynamics` a `DynamicsIdentification`, `identify_oscillator` an
+`OscillatorIdentification`, `identify_places` a `PlacesIdentification`, `compare` a `Comparison`,
+`diagnose` a list of `Finding`.
 """
 
 from mpi_hyst._core import (
@@ -16,6 +17,7 @@ from mpi_hyst._core import (
     Identification,
     LeftOutLoop,
     ManyIdentifications,
+    OscillatorIdentification,
     PlacesIdentification,
     Quality,
     loop_width,
@@ -31,6 +33,7 @@ __all__ = [
     "Identification",
     "LeftOutLoop",
     "ManyIdentifications",
+    "OscillatorIdentification",
     "PlacesIdentification",
     "Quality",
     "loop_width",

@@ -1,6 +1,7 @@
 //! Links only if the hot path cannot panic: see Cargo.toml. Run, it calls each function once.
 
 mod control;
+mod duhem;
 mod embedded;
 mod several;
 
@@ -288,5 +289,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     array_step(&mut array, &samples[..3], &mut output[..3])?;
     array_run(&mut array, &samples, &mut output)?;
     embedded::run(&model)?;
+    duhem::run()?;
     control::run(&model)
 }

@@ -8,6 +8,7 @@
 //! - [`sampling`]: how long a signal may be; [`trajectory`]: motions of one axis and scans.
 //! - [`feedforward`]: the inverse of linear dynamics. [`tuning`]: filters and gains. [`learning`]: from periods that repeat.
 //! - [`stage`]: all of an actuator in one object, its file, and what is made from it.
+//! - [`oscillator`]: hysteresis that acts on the motion itself, inside one mode.
 //! - [`Observer`], then [`StageController`], which joins controller, observer and learning.
 //! - [`binary`]: stages and saved states as bytes.
 //!
@@ -22,6 +23,7 @@ pub mod filters;
 pub mod learning;
 pub mod linear;
 mod observer;
+pub mod oscillator;
 mod riccati;
 pub mod sampling;
 pub mod stage;

@@ -17,7 +17,7 @@
 // sample of a stream begins in `stream`, and leaves it for `engine` where its straight line ends; each says the way in its first lines.
 // `quasistatic` puts maps, creep and loop shift around the hysteresis, `control` closes the loop, with the sections of `filter` in it.
 // Every file imports from those that come before it here, and none of these from it: `error`, `real`, `fingerprint`, `store`, `process`,
-// `operator`, `filter`, `model`, `engine`, `stream`, `embedded`, `quasistatic`, `control`, `dsp_process`.
+// `operator`, `duhem`, `filter`, `model`, `engine`, `stream`, `embedded`, `quasistatic`, `control`, `dsp_process`.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -30,6 +30,7 @@ extern crate std;
 mod control;
 #[cfg(feature = "dsp_process")]
 mod dsp_process;
+mod duhem;
 pub mod embedded;
 mod engine;
 mod error;
@@ -53,6 +54,7 @@ pub use control::{
     ArrayController, ArrayControllerState, ArrayCounters, ArrayOptions, ArraySample, ArrayStop, AxesCommand,
     AxisMatrix, ControllerState, DriveLimits, FeedForwardState, MultiAxisController, MultiAxisState, PreviewState,
 };
+pub use duhem::{Duhem, DuhemForward, DuhemInverse, DuhemInverseState, DuhemState};
 #[cfg(feature = "alloc")]
 pub use engine::{BankState, CompiledModel, FamilyState, MemoryState, Method, TurningPointState};
 pub use engine::{Direction, TurningPoint};

@@ -19,6 +19,8 @@
 //! 7. `judge` looks for what the records cannot tell and what the model left in them: findings, and a verdict.
 //! 8. `result` is what comes out. [`identify`] goes this way from beginning to end.
 //!
+//! `inside` is a way of its own, for hysteresis inside the dynamics: [`identify_oscillator`].
+//!
 //! `compare` goes it for several models, `many` for many actuators, `places` without a position sensor, and `recursive` takes sample by sample while the actuator runs.
 
 #![forbid(unsafe_code)]
@@ -30,6 +32,7 @@ mod error;
 mod fit;
 mod identify;
 mod identify_dynamics;
+mod inside;
 mod judge;
 mod many;
 mod options;
@@ -49,6 +52,7 @@ pub use error::{Error, RecordError};
 pub use fit::progress::{Progress, SearchStage, Stop};
 pub use identify::identify;
 pub use identify_dynamics::{DynamicsIdentification, DynamicsOptions, identify_dynamics};
+pub use inside::{OscillatorIdentification, OscillatorOptions, OscillatorTrial, identify_oscillator};
 pub use judge::diagnose;
 pub use judge::finding::{Finding, FindingCode, Severity, Verdict};
 pub use many::records::{ActuatorFit, BriefFinding, ManyIdentifications, ManyRecords};

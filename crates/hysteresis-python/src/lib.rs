@@ -79,6 +79,8 @@ mod _core {
     #[pymodule_export]
     use crate::identify::identify::identify;
     #[pymodule_export]
+    use crate::identify::inside::{OscillatorIdentification, identify_oscillator};
+    #[pymodule_export]
     use crate::identify::many::identify_many;
     #[pymodule_export]
     use crate::identify::many_identifications::ManyIdentifications;
@@ -93,9 +95,13 @@ mod _core {
     #[pymodule_export]
     use crate::linear::sections::{Antiresonance, FirstOrder, Modes, SecondOrder, StateSpace};
     #[pymodule_export]
+    use crate::model::duhem::{Duhem, DuhemInverse};
+    #[pymodule_export]
     use crate::model::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
     #[pymodule_export]
     use crate::model::operators::{CoupledPlay, Play};
+    #[pymodule_export]
+    use crate::plant::oscillator::{HystereticOscillator, OscillatorForward};
     #[pymodule_export]
     use crate::plant::paper::{gains, plant, table_1, table_1_recovered, table_2};
     #[pymodule_export]
@@ -154,6 +160,9 @@ mod _core {
         module.setattr("_defaults", wrap_pyfunction!(crate::argument::shown_defaults, module)?)?;
         let py = module.py();
         single_argument::add::<CoupledPlay>(py)?;
+        single_argument::add::<Duhem>(py)?;
+        single_argument::add::<DuhemInverse>(py)?;
+        single_argument::add::<OscillatorForward>(py)?;
         single_argument::add::<Play>(py)?;
         single_argument::add::<Filter>(py)?;
         single_argument::add::<Forward>(py)?;

@@ -17,10 +17,13 @@ use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::identify::compare::{ComparedModel, Comparison};
 use crate::identify::diagnose::Finding;
 use crate::identify::identification::Identification;
+use crate::identify::inside::OscillatorIdentification;
 use crate::identify::many_identifications::ManyIdentifications;
 use crate::identify::quality::{LeftOutLoop, Quality};
 use crate::identify::recursive::RecursiveIdentifier;
+use crate::model::duhem::{Duhem, DuhemInverse};
 use crate::model::operators::{CoupledPlay, Play};
+use crate::plant::oscillator::OscillatorForward;
 use crate::plant::plant::Plant;
 use crate::plant::run::Metrics;
 use crate::realtime::report::{LoopReport, LoopTimes};
@@ -48,6 +51,7 @@ use crate::stream::streams::{Forward, Inverse};
     ManyIdentifications,
     Margins,
     Metrics,
+    OscillatorIdentification,
     Quality
 )]
 impl Each {
@@ -67,6 +71,8 @@ impl Each {
     Bracket,
     BracketArray,
     CoupledPlay,
+    Duhem,
+    DuhemInverse,
     Filter,
     Forward,
     ForwardArray,
@@ -75,6 +81,7 @@ impl Each {
     InverseArray,
     IterativeLearning,
     Observer,
+    OscillatorForward,
     Plant,
     Play,
     RecursiveIdentifier,

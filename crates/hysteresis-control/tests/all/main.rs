@@ -11,6 +11,7 @@ mod linear;
 mod loop_shift;
 mod no_allocation;
 mod observer;
+mod oscillator;
 mod scan;
 mod slow_gain;
 mod stage;

@@ -9,6 +9,7 @@ mod control_losses;
 mod control_refusals;
 mod control_safety;
 mod dsp_process;
+mod duhem;
 mod embedded;
 mod embedded_control;
 mod filter;

@@ -10,10 +10,23 @@ use super::single_argument::Stepper;
 use super::streams::{Forward, Inverse};
 use crate::control::filters::Filter;
 use crate::convert::objects::exclusive;
+use crate::model::duhem::{Duhem, DuhemInverse};
 use crate::model::operators::{CoupledPlay, Play};
+use crate::plant::oscillator::OscillatorForward;
 use crate::stage::streams::{StageForward, StageInverse};
 
-#[methods(Play, CoupledPlay, Filter, Forward, Inverse, StageForward, StageInverse)]
+#[methods(
+    Play,
+    CoupledPlay,
+    Duhem,
+    DuhemInverse,
+    Filter,
+    Forward,
+    Inverse,
+    OscillatorForward,
+    StageForward,
+    StageInverse
+)]
 impl Each {
     /// Takes an array of samples, bit for bit like `step` in a loop, into `out` or a new array.
     fn run<'py>(

@@ -1,0 +1,138 @@
+//! (e^t - 1) / t and ln(1 + q) / q to rounding: there is neither exponential nor logarithm without std.
+
+/// 1 / (n + 1)! for n = 0 ..= 13: (e^t - 1) / t as a power series.
+const SERIES: [f64; 14] = [
+    1.0,
+    1.0 / 2.0,
+    1.0 / 6.0,
+    1.0 / 24.0,
+    1.0 / 120.0,
+    1.0 / 720.0,
+    1.0 / 5040.0,
+    1.0 / 40_320.0,
+    1.0 / 362_880.0,
+    1.0 / 3_628_800.0,
+    1.0 / 39_916_800.0,
+    1.0 / 479_001_600.0,
+    1.0 / 6_227_020_800.0,
+    1.0 / 87_178_291_200.0,
+];
+
+/// Up to this magnitude these terms are enough: the next one is below 2e-17.
+const SMALL: f64 = 0.35;
+
+/// ln 2 in two parts: a count times the first is exact.
+const LN_2: (f64, f64) = (6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10);
+
+/// 1 / (2 n + 1) for n = 0 ..= 11: artanh(s) / s as a power series of s^2, enough up to s = 0.18.
+const ARTANH: [f64; 12] = [
+    1.0,
+    1.0 / 3.0,
+    1.0 / 5.0,
+    1.0 / 7.0,
+    1.0 / 9.0,
+    1.0 / 11.0,
+    1.0 / 13.0,
+    1.0 / 15.0,
+    1.0 / 17.0,
+    1.0 / 19.0,
+    1.0 / 21.0,
+    1.0 / 23.0,
+];
+
+/// The power series of (e^t - 1) / t, summed in pairs: a chain of products would take four times as long.
+#[inline(always)]
+fn series(t: f64) -> f64 {
+    let [c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12, c13] = SERIES;
+    let (t2, pair) = (t * t, |a: f64, b: f64| a + b * t);
+    let (t4, four) = (t2 * t2, |a: f64, b: f64| a + b * t2);
+    let low = four(pair(c0, c1), pair(c2, c3)) + four(pair(c4, c5), pair(c6, c7)) * t4;
+    let high = four(pair(c8, c9), pair(c10, c11)) + pair(c12, c13) * t4;
+    low + high * (t4 * t4)
+}
+
+/// artanh(s) / s by its power series of s^2.
+fn artanh_ratio(square: f64) -> f64 {
+    ARTANH.iter().rev().fold(0.0, |sum, c| sum * square + c)
+}
+
+/// (e^t - 1) / t, which is 1 at 0. Beyond t = 700 it is that of 700, or less.
+#[inline]
+pub(super) fn relative_growth(t: f64) -> f64 {
+    if t.abs() <= SMALL { series(t) } else { growth(t) / t }
+}
+
+/// e^t - 1 away from 0.
+#[inline(never)]
+fn growth(t: f64) -> f64 {
+    // Below, it is -1 to rounding.
+    let t = t.clamp(-50.0, 700.0);
+    #[expect(clippy::cast_possible_truncation, reason = "within -73 to 1010")]
+    let twos = (t * core::f64::consts::LOG2_E + 0.5_f64.copysign(t)) as i32;
+    let count = f64::from(twos);
+    let rest = (t - count * LN_2.0) - count * LN_2.1;
+    let power = power_of_two(twos);
+    power * (rest * series(rest)) + (power - 1.0)
+}
+
+/// 2^n for n within -1022 and 1023.
+fn power_of_two(n: i32) -> f64 {
+    f64::from_bits(u64::from((n + 1023).unsigned_abs()) << 52)
+}
+
+/// ln(1 + q) / q, given q and 1 + q, each to rounding; 1 + q is positive and normal.
+pub(super) fn relative_logarithm(q: f64, ratio: f64) -> f64 {
+    if q.abs() < 0.3 {
+        let s = q / (2.0 + q);
+        return 2.0 / (2.0 + q) * artanh_ratio(s * s);
+    }
+    logarithm(ratio) / q
+}
+
+/// ln of a positive normal number away from 1.
+fn logarithm(x: f64) -> f64 {
+    const MANTISSA: u64 = (1 << 52) - 1;
+    let bits = x.to_bits();
+    #[expect(clippy::cast_possible_truncation, reason = "eleven bits")]
+    let exponent = (bits >> 52) as i32 - 1023;
+    let mantissa = f64::from_bits(bits & MANTISSA | 1023 << 52);
+    // Near 1 on both sides.
+    let above = mantissa > core::f64::consts::SQRT_2;
+    let (mantissa, exponent) = if above { (0.5 * mantissa, exponent + 1) } else { (mantissa, exponent) };
+    let s = (mantissa - 1.0) / (mantissa + 1.0);
+    let count = f64::from(exponent);
+    count * LN_2.0 + (2.0 * s * artanh_ratio(s * s) + count * LN_2.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scan() -> impl Iterator<Item = f64> {
+        let sizes = (0..4000).map(|i| 10.0_f64.powf(-18.0 + 0.0051 * f64::from(i)));
+        sizes.flat_map(|size| [size, -size])
+    }
+
+    #[test]
+    fn growth_is_that_of_the_standard_library() {
+        for t in scan().filter(|t| (-600.0..600.0).contains(t)) {
+            let (got, want) = (relative_growth(t), t.exp_m1() / t);
+            assert!((got / want - 1.0).abs() < 6e-16, "{t} {got} {want}");
+        }
+        assert_eq!((relative_growth(0.0), relative_growth(-1e100)), (1.0, 1e-100));
+        assert!(relative_growth(f64::INFINITY).abs() < f64::INFINITY);
+    }
+
+    #[test]
+    fn logarithm_is_that_of_the_standard_library() {
+        for q in scan().filter(|q| (-0.999..600.0).contains(q)) {
+            let (got, want) = (relative_logarithm(q, 1.0 + q), q.ln_1p() / q);
+            assert!((got / want - 1.0).abs() < 8e-16, "{q} {got} {want}");
+        }
+        for exponent in -99..99 {
+            let x = 1.37 * 10.0_f64.powi(exponent);
+            let (got, want) = (relative_logarithm(x - 1.0, x), x.ln() / (x - 1.0));
+            assert!((got / want - 1.0).abs() < 6e-16, "{x} {got} {want}");
+        }
+    }
+}

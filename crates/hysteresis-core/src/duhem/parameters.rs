@@ -1,0 +1,154 @@
+use crate::duhem::chain::{Chain, Place};
+use crate::error::{Bound, Error, check_all_finite, check_length};
+
+/// The least and the largest f, and the largest magnitude of a knot and of a gradient: no product overflows.
+const SCALE: (f64, f64) = (1e-50, 1e50);
+
+/// Where f of a Bouc-Wen model would reach zero it stays at this share of alpha.
+const FLOOR: f64 = 1e-9;
+
+/// A free Duhem operator: z' = f+(z) x' where x rises, z' = f-(z) x' where x falls.
+///
+/// Coleman and Hodgdon's model, with f+ and f- positive and piecewise linear over z on up to N knots that both share. So z rises
+/// where x rises and falls where x falls. It does not depend on the rate: along a branch z is a function of x, a chain of
+/// exponentials with one solution in closed form from knot to knot. Beyond the outer knots a line that grows outwards goes on, and f
+/// stays as it is where the line falls: so f is positive everywhere, and Bouc-Wen hysteresis of exponent 1 is the case of three
+/// knots. z has no memory of turning points, and loops need not close.
+///
+/// x and z may have any unit; f has that of z over x.
+///
+/// After B. D. Coleman and M. L. Hodgdon, "A constitutive relation for rate-independent hysteresis in ferromagnetically soft
+/// materials", Int. J. Eng. Sci. 24(6), 897-919, 1986.
+///
+/// ```
+/// use hysteresis_core::{Duhem, DuhemForward, Process};
+/// // f+ = 1 - z/2 and f- = 1 + z/2 between -1 and 1.
+/// let duhem = Duhem::<3>::new(&[-1.0, 0.0, 1.0], &[1.5, 1.0, 0.5], &[0.5, 1.0, 1.5])?;
+/// let mut forward = DuhemForward::new(duhem);
+/// assert!((forward.step(1.0) - 2.0 * (1.0 - f64::exp(-0.5))).abs() < 1e-15);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Duhem<const N: usize> {
+    pub(super) rising: Chain<N>,
+    /// -z over -x: a falling branch is a rising one of this.
+    pub(super) falling: Chain<N>,
+}
+
+impl<const N: usize> Duhem<N> {
+    /// From the knots z, and f+ and f- there.
+    ///
+    /// # Errors
+    /// [`Error::Whole`] for fewer than two knots or more than N, [`Error::Length`] unless there are as many values of f+ and f-,
+    /// [`Error::Domain`] for knots that do not increase or are beyond 1e50, for f outside 1e-50 to 1e50, or where f changes by more
+    /// than 1e50 per unit of z.
+    pub fn new(knots: &[f64], rising: &[f64], falling: &[f64]) -> Result<Self, Error> {
+        if !(2..=N).contains(&knots.len()) {
+            let expected = Bound::FromTo { first: 2, last: N };
+            return Err(Error::Whole { parameter: "knots", index: None, expected, got: knots.len() as u64 });
+        }
+        check_all_finite("knots", knots)?;
+        for (index, z) in knots.iter().enumerate() {
+            let before = index.checked_sub(1).and_then(|i| knots.get(i));
+            if before.is_some_and(|before| z <= before) || z.abs() > SCALE.1 {
+                let expected = "a number above the one before it, at most 1e50 in magnitude";
+                return Err(Error::domain("knots", Some(index), expected, *z));
+            }
+        }
+        check_slopes("rising", knots, rising)?;
+        check_slopes("falling", knots, falling)?;
+        let upwards = knots.iter().copied().zip(rising.iter().copied());
+        let downwards = knots.iter().zip(falling).rev().map(|(z, f)| (-z, *f));
+        Ok(Self { rising: Chain::new(upwards), falling: Chain::new(downwards) })
+    }
+
+    /// Bouc-Wen hysteresis of exponent 1: z' = alpha x' - beta (gamma |x'| z + delta x' |z|).
+    ///
+    /// f+ = alpha - beta (gamma z + delta |z|) and f- = alpha + beta (gamma z - delta |z|): three knots. Where f would fall to zero, z
+    /// comes to rest: f stays at 1e-9 alpha there.
+    ///
+    /// # Errors
+    /// [`Error::Whole`] if N is below 3, [`Error::Domain`] unless alpha and beta are above 0 and gamma at least 0, as passivity asks,
+    /// or for numbers so large or small that [`new`](Self::new) does not take the knots.
+    ///
+    /// ```
+    /// use hysteresis_core::{Duhem, DuhemForward, Process};
+    /// // The public Bouc-Wen benchmark: N over m.
+    /// let mut z = DuhemForward::new(Duhem::<3>::from_bouc_wen(5e4, 1e3, 0.8, -1.1)?);
+    /// // Along a rising branch above 0, f = alpha + 300 z.
+    /// assert!((z.step(1e-3) - 5e4 / 300.0 * f64::exp_m1(0.3)).abs() < 1e-12);
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    pub fn from_bouc_wen(alpha: f64, beta: f64, gamma: f64, delta: f64) -> Result<Self, Error> {
+        let expected = "a number from 1e-50 to 1e50";
+        for (parameter, got) in [("alpha", alpha), ("beta", beta)] {
+            if !(SCALE.0..=SCALE.1).contains(&got) {
+                return Err(Error::domain(parameter, None, expected, got));
+            }
+        }
+        if !(0.0..=SCALE.1).contains(&gamma) {
+            return Err(Error::domain("gamma", None, "a number from 0 to 1e50", gamma));
+        }
+        if delta.is_nan() || delta.abs() > SCALE.1 {
+            return Err(Error::domain("delta", None, "a number of magnitude at most 1e50", delta));
+        }
+        // Per unit of |z|, by how much f falls where z grows, and where it comes back to 0.
+        let (outwards, inwards) = (beta * (gamma + delta), beta * (delta - gamma));
+        let steepest = beta * (gamma + delta.abs());
+        let (reach, end) = if outwards > 0.0 {
+            ((1.0 - FLOOR) * (alpha / outwards), FLOOR * alpha)
+        } else {
+            // Anywhere: the lines go on beyond.
+            let reach = if steepest > 0.0 { alpha / steepest } else { alpha };
+            (reach, alpha - outwards * reach)
+        };
+        let back = alpha - inwards * reach;
+        Self::new(&[-reach, 0.0, reach], &[back, alpha, end], &[end, alpha, back])
+    }
+
+    /// The knots z.
+    pub fn knots(&self) -> impl Iterator<Item = f64> + '_ {
+        self.rising.knots().map(|(z, _)| z)
+    }
+
+    /// f+ at the knots.
+    pub fn rising(&self) -> impl Iterator<Item = f64> + '_ {
+        self.rising.knots().map(|(_, f)| f)
+    }
+
+    /// f- at the knots, in the order of [`knots`](Self::knots).
+    pub fn falling(&self) -> impl Iterator<Item = f64> + '_ {
+        let count = self.knots().count();
+        // The chain has them the other way round.
+        (0..count).rev().filter_map(|i| self.falling.knots().nth(i).map(|(_, f)| f))
+    }
+
+    /// dz/dx at z: f+ or f-.
+    #[must_use]
+    pub fn slope(&self, z: f64, rising: bool) -> f64 {
+        let (chain, z) = if rising { (&self.rising, z) } else { (&self.falling, -z) };
+        chain.find(z.clamp(-SCALE.1 * SCALE.1, SCALE.1 * SCALE.1), Place(0)).1.slope_at(z)
+    }
+
+    /// The smallest f of both directions: z grows at least by this per unit of x.
+    #[must_use]
+    pub fn min_slope(&self) -> f64 {
+        self.rising().chain(self.falling()).fold(f64::INFINITY, f64::min)
+    }
+}
+
+fn check_slopes(parameter: &'static str, knots: &[f64], slopes: &[f64]) -> Result<(), Error> {
+    check_length(parameter, knots.len(), slopes.len())?;
+    let mut before = None;
+    for (index, (z, f)) in knots.iter().zip(slopes).enumerate() {
+        if !(SCALE.0..=SCALE.1).contains(f) {
+            return Err(Error::domain(parameter, Some(index), "a number above 0 (1e-50 to 1e50)", *f));
+        }
+        if before.is_some_and(|(z0, f0): (f64, f64)| (f - f0).abs() > SCALE.1 * (z - z0)) {
+            let expected = "a change by at most 1e50 per unit of z since the knot before";
+            return Err(Error::domain(parameter, Some(index), expected, *f));
+        }
+        before = Some((*z, *f));
+    }
+    Ok(())
+}

@@ -1,0 +1,243 @@
+//! The laws of the Duhem operator, under the same names as in the Python tests.
+
+use hysteresis_core::{Duhem, DuhemForward, DuhemInverse, DuhemState, Error, Process};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+/// A few roundings of each of up to a hundred exponentials.
+const AGREE: f64 = 1e-13;
+
+fn any_duhem() -> impl Strategy<Value = Duhem<9>> {
+    let slope = prop_oneof![0.05..3.0, Just(1.0), Just(0.05)];
+    (2..=9_usize)
+        .prop_flat_map(move |n| (-2.0..0.0, vec(0.3..1.0, n), vec(slope.clone(), n), vec(slope.clone(), n)))
+        .prop_map(|(first, widths, rising, falling)| {
+            let knots: Vec<f64> =
+                widths.iter().scan(first, |z, width| Some(std::mem::replace(z, *z + width))).collect();
+            Duhem::new(&knots, &rising, &falling).unwrap()
+        })
+}
+
+/// Jumps, small moves, repeats and denormals.
+fn history() -> impl Strategy<Value = Vec<f64>> {
+    let sample = prop_oneof![4 => -3.0..3.0, 1 => Just(0.0), 1 => Just(-0.0), 1 => Just(1.0), 1 => Just(5e-324)];
+    (vec(sample, 1..30), vec(-0.02..0.02, 0..30)).prop_map(|(jumps, moves)| {
+        let last = *jumps.last().unwrap();
+        let walked = moves.into_iter().scan(last, |x, by| {
+            *x += by;
+            Some(*x)
+        });
+        jumps.into_iter().chain(walked).collect()
+    })
+}
+
+fn run(process: &mut impl Process, input: &[f64]) -> Vec<f64> {
+    let mut output = vec![0.0; input.len()];
+    process.run(input, &mut output).unwrap();
+    output
+}
+
+fn bits(values: &[f64]) -> Vec<u64> {
+    values.iter().map(|value| value.to_bits()).collect()
+}
+
+/// z after a straight move, by many steps of fourth order.
+fn integrated(slope: impl Fn(f64, bool) -> f64, mut z: f64, (from, to): (f64, f64)) -> f64 {
+    const STEPS: u32 = 4000;
+    let (h, rising) = ((to - from) / f64::from(STEPS), to > from);
+    for _ in 0..STEPS {
+        let k1 = slope(z, rising);
+        let k2 = slope(z + 0.5 * h * k1, rising);
+        let k3 = slope(z + 0.5 * h * k2, rising);
+        z += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + slope(z + h * k3, rising));
+    }
+    z
+}
+
+proptest! {
+    #[test]
+    fn equals_integration(duhem in any_duhem(), x in vec(-1.0..1.0, 1..6)) {
+        let mut forward = DuhemForward::new(duhem);
+        let (mut last, mut z) = (0.0, 0.0);
+        for x in x {
+            z = integrated(|z, rising| duhem.slope(z, rising), z, (last, x));
+            let got = forward.step(x);
+            // Where a knot lies within a step of the integration, that is of second order.
+            prop_assert!((got - z).abs() <= 2e-5 * z.abs().max(1.0), "{got} {z}");
+            (last, z) = (x, got);
+        }
+    }
+
+    #[test]
+    fn sampling_independence(duhem in any_duhem(), x in history(), parts in 2..9_u32) {
+        let (mut whole, mut split) = (DuhemForward::new(duhem), DuhemForward::new(duhem));
+        let mut last = 0.0;
+        for x in x {
+            for part in 1..parts {
+                split.step(last + (x - last) * f64::from(part) / f64::from(parts));
+            }
+            prop_assert_eq!(whole.step(x).to_bits(), split.step(x).to_bits());
+            last = x;
+        }
+    }
+
+    #[test]
+    fn rate_independence(duhem in any_duhem(), x in history(), times in 2..5_usize) {
+        let (mut once, mut held) = (DuhemForward::new(duhem), DuhemForward::new(duhem));
+        for x in x {
+            let z = once.step(x);
+            for _ in 0..times {
+                prop_assert_eq!(held.step(x).to_bits(), z.to_bits());
+            }
+        }
+    }
+
+    #[test]
+    fn monotony(duhem in any_duhem(), x in history()) {
+        let mut forward = DuhemForward::new(duhem);
+        for x in x {
+            let (before, from) = (forward.output(), forward.input());
+            let rise = (forward.step(x) - before) * (x - from).signum();
+            let least = duhem.min_slope() * (x - from).abs();
+            let rounding = AGREE * before.abs().max(forward.output().abs()).max(1.0);
+            prop_assert!(rise >= least - rounding, "{rise} {least}");
+        }
+    }
+
+    #[test]
+    fn inverse_undoes_forward(duhem in any_duhem(), x in history(), share in -0.9..2.0) {
+        let gain = share * if share < 0.0 { duhem.min_slope() } else { 1.0 };
+        let (mut forward, mut inverse) = (DuhemForward::new(duhem), DuhemInverse::new(duhem, gain).unwrap());
+        let mut scale = 10.0_f64;
+        for x in x {
+            let z = forward.step(x);
+            let got = inverse.step(gain * x + z);
+            // Roundings of the largest z so far, which grows as differences do, and what they move x by.
+            scale = scale.max(z.abs());
+            let rounding = 100.0 * AGREE * scale / (gain + duhem.min_slope());
+            prop_assert!((got - x).abs() <= rounding, "{got} {x}");
+        }
+    }
+
+    #[test]
+    fn forward_undoes_inverse(duhem in any_duhem(), sums in history(), share in -0.9..2.0) {
+        let gain = share * if share < 0.0 { duhem.min_slope() } else { 1.0 };
+        let (mut forward, mut inverse) = (DuhemForward::new(duhem), DuhemInverse::new(duhem, gain).unwrap());
+        let mut scale = 10.0_f64;
+        for sum in sums {
+            let ahead = inverse.peek(sum);
+            let x = inverse.step(sum);
+            prop_assert_eq!(ahead.to_bits(), x.to_bits());
+            let got = gain * x + forward.step(x);
+            scale = scale.max((gain * x).abs()).max(forward.output().abs());
+            prop_assert!((got - sum).abs() <= 10.0 * AGREE * scale, "{got} {sum}");
+            prop_assert!((forward.output() - inverse.hysteresis()).abs() <= AGREE * scale);
+        }
+    }
+
+    #[test]
+    fn peek_changes_nothing_and_run_is_step(duhem in any_duhem(), x in history(), probe in -3.0..3.0) {
+        let (mut stepped, mut block) = (DuhemForward::new(duhem), DuhemForward::new(duhem));
+        let expected: Vec<f64> = x.iter().map(|x| {
+            let ahead = stepped.peek(*x);
+            stepped.peek(probe);
+            assert_eq!(stepped.step(*x).to_bits(), ahead.to_bits());
+            ahead
+        }).collect();
+        prop_assert_eq!(bits(&expected), bits(&run(&mut block, &x)));
+    }
+
+    #[test]
+    fn a_saved_state_continues_bit_for_bit(duhem in any_duhem(), x in history(), y in history()) {
+        let mut forward = DuhemForward::new(duhem);
+        let mut inverse = DuhemInverse::new(duhem, 0.5).unwrap();
+        run(&mut forward, &x);
+        run(&mut inverse, &x);
+        let (mut other, mut other_inverse) = (DuhemForward::new(duhem), DuhemInverse::new(duhem, 0.5).unwrap());
+        other.set_state(&forward.state()).unwrap();
+        other_inverse.set_state(&inverse.state()).unwrap();
+        prop_assert_eq!(forward.output().to_bits(), other.output().to_bits());
+        prop_assert_eq!(bits(&run(&mut forward, &y)), bits(&run(&mut other, &y)));
+        prop_assert_eq!(bits(&run(&mut inverse, &y)), bits(&run(&mut other_inverse, &y)));
+    }
+
+    #[test]
+    fn bouc_wen_is_three_knots(alpha in 0.5..2.0, beta in 0.5..2.0, gamma in 0.1..1.0, delta in -1.5..1.5, x in vec(-2.0..2.0, 1..5)) {
+        let mut forward = DuhemForward::new(Duhem::<3>::from_bouc_wen(alpha, beta, gamma, delta).unwrap());
+        let (mut last, mut z) = (0.0, 0.0);
+        for x in x {
+            let slope = |z: f64, rising| alpha - beta * (if rising { gamma * z } else { -gamma * z } + delta * z.abs());
+            z = integrated(slope, z, (last, x));
+            let got = forward.step(x);
+            prop_assert!((got - z).abs() <= 2e-5 * z.abs().max(1.0), "{got} {z}");
+            (last, z) = (x, got);
+        }
+    }
+}
+
+#[test]
+fn what_is_no_number_changes_nothing_and_is_counted() {
+    let duhem = Duhem::<3>::from_bouc_wen(1.0, 1.0, 0.5, 0.25).unwrap();
+    let (mut forward, mut inverse) = (DuhemForward::new(duhem), DuhemInverse::new(duhem, 1.0).unwrap());
+    let (z, x) = (forward.step(0.7), inverse.step(0.7));
+    for bad in [f64::NAN, f64::INFINITY, -1e101] {
+        assert_eq!((forward.peek(bad), forward.step(bad), inverse.peek(bad), inverse.step(bad)), (z, z, x, x));
+    }
+    assert_eq!((forward.rejected(), inverse.rejected()), (3, 3));
+    forward.reset();
+    inverse.reset();
+    assert_eq!((forward.output(), forward.rejected(), inverse.output(), inverse.rejected()), (0.0, 0, 0.0, 0));
+}
+
+#[test]
+fn the_largest_inputs_stay_finite() {
+    let duhem = Duhem::<2>::new(&[0.0, 1.0], &[1.0, 3.0], &[3.0, 1.0]).unwrap();
+    let (mut forward, mut inverse) = (DuhemForward::new(duhem), DuhemInverse::new(duhem, 0.0).unwrap());
+    for x in [1e100, -1e100, 0.0, 1e100, 1e99] {
+        assert!(forward.step(x).abs() <= 1e100 && inverse.step(x).abs() <= 1e100);
+    }
+    let steep = DuhemInverse::new(duhem, -0.5).unwrap().step(1e100);
+    assert!((steep.ln() - (1e100_f64.ln() / 2.0).ln()).abs() < 0.05, "{steep}");
+}
+
+#[test]
+fn refusals_name_what_is_wrong() {
+    let refused = |knots: &[f64], rising: &[f64], falling: &[f64]| {
+        let error = Duhem::<3>::new(knots, rising, falling).unwrap_err();
+        (error.parameter(), error.to_string())
+    };
+    let (two, ones) = ([0.0, 1.0], [1.0, 1.0]);
+    assert_eq!(refused(&[0.0], &[1.0], &[1.0]).1, "knots: expected a whole number from 2 to 3, got 1");
+    assert_eq!(refused(&[0.0; 4], &[1.0; 4], &[1.0; 4]).0, Some("knots"));
+    assert_eq!(refused(&[1.0, 1.0], &ones, &ones).0, Some("knots"));
+    assert_eq!(refused(&[0.0, f64::NAN], &ones, &ones).0, Some("knots"));
+    assert_eq!(refused(&two, &[1.0, 0.0], &ones).1, "rising[1]: expected a number above 0 (1e-50 to 1e50), got 0.0");
+    assert_eq!(refused(&two, &ones, &[1.0]).0, Some("falling"));
+    assert_eq!(refused(&two, &ones, &[-1.0, 1.0]).0, Some("falling"));
+    assert_eq!(refused(&[0.0, 1e-40], &[1.0, 1e20], &ones).0, Some("rising"));
+    let parameter = |got: Result<Duhem<3>, Error>| got.unwrap_err().parameter();
+    assert_eq!(parameter(Duhem::from_bouc_wen(0.0, 1.0, 1.0, 0.0)), Some("alpha"));
+    assert_eq!(parameter(Duhem::from_bouc_wen(1.0, f64::NAN, 1.0, 0.0)), Some("beta"));
+    assert_eq!(parameter(Duhem::from_bouc_wen(1.0, 1.0, -0.1, 0.0)), Some("gamma"));
+    assert_eq!(parameter(Duhem::from_bouc_wen(1.0, 1.0, 1.0, f64::INFINITY)), Some("delta"));
+    let duhem = Duhem::<3>::from_bouc_wen(1.0, 1.0, 0.0, 0.0).unwrap();
+    assert_eq!(DuhemInverse::new(duhem, -1.0).unwrap_err().parameter(), Some("gain"));
+    assert_eq!(DuhemForward::starting_at(duhem, 0.0, f64::NAN).unwrap_err().parameter(), Some("z"));
+    let mut forward = DuhemForward::new(duhem);
+    let good = forward.state();
+    let wrong = DuhemState { anchor_input: 1.0, ..good };
+    assert_eq!(forward.set_state(&wrong).unwrap_err().parameter(), Some("state.anchor_input"));
+    assert_eq!(forward.state(), good);
+}
+
+#[test]
+fn parameters_are_what_was_given() {
+    let duhem = Duhem::<4>::new(&[-1.0, 0.0, 2.0], &[1.0, 2.0, 3.0], &[4.0, 5.0, 0.5]).unwrap();
+    assert_eq!(duhem.knots().collect::<Vec<_>>(), [-1.0, 0.0, 2.0]);
+    assert_eq!(duhem.rising().collect::<Vec<_>>(), [1.0, 2.0, 3.0]);
+    assert_eq!(duhem.falling().collect::<Vec<_>>(), [4.0, 5.0, 0.5]);
+    assert_eq!(duhem.min_slope(), 0.5);
+    // Outwards a line that grows goes on, one that falls stays.
+    assert_eq!((duhem.slope(4.0, true), duhem.slope(-3.0, true)), (4.0, 1.0));
+    assert_eq!((duhem.slope(4.0, false), duhem.slope(-3.0, false), duhem.slope(1.0, false)), (0.5, 4.0, 2.75));
+}

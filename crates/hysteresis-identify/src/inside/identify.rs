@@ -1,0 +1,296 @@
+use hysteresis_control::oscillator::{Hold, HystereticOscillator, MAX_KNOTS};
+use hysteresis_core::Duhem;
+
+use super::data::{Data, Part};
+use super::descent::{Fit, descend};
+use super::pass::{Excitation, KNOTS, Point};
+use super::result::{OscillatorIdentification, OscillatorTrial, standard_errors};
+use crate::error::Error;
+use crate::records::signal::as_f64;
+
+/// How an oscillator is identified. By default everything is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OscillatorOptions {
+    /// How many periods the record has, all steady; 1 for one from rest that does not repeat. None looks for them.
+    pub periods: Option<usize>,
+    /// What the drive does between samples. None takes what fits better.
+    pub hold: Option<Hold>,
+    /// The number of knots: 3, 5 or 9. None takes what held-out samples ask for.
+    pub knots: Option<usize>,
+    /// Leading samples that are not fitted, of a record that does not repeat.
+    pub skip: usize,
+}
+
+/// More knots must make held-out samples better by this many standard deviations of the difference.
+const SIGNIFICANT: f64 = 2.0;
+
+/// Samples whose errors are correlated: differences are judged by means of so many.
+const BLOCK: usize = 64;
+
+/// By how much of their reach the knots lie beyond the largest z.
+const MARGIN: f64 = 0.02;
+
+/// What z may go beyond the knots, or fall short of them, before they are set anew.
+const MOVED: (f64, f64) = (1.0, 0.9);
+
+/// How often knots are set anew.
+const PLACEMENTS: usize = 4;
+
+/// Identifies y'' + c y' + k y + z\[y\] = b u, z a Duhem operator of y, from a record of the drive u and the position y.
+///
+/// It begins at the best linear oscillator: a scan over frequency and damping, then a descent. Half of its stiffness becomes f+ = f-
+/// over three knots at the reach of z, all parameters descend by Gauss-Newton steps with the exact derivatives of the integration, and
+/// the knots are set anew until they cover all of z. Then come five knots, and nine, each from where the last ended. Each model is
+/// fitted to the first 70 % of the samples (of a period, if the record has several: they are averaged) and judged by the last
+/// 30 %, which it simulates freely; more knots must be better there by two standard deviations. The chosen one is fitted to all.
+///
+/// # Errors
+/// [`Error::Record`] for signals of unequal length, without variation or with numbers that are not finite; [`Error::Core`] for an
+/// option outside its domain; [`Error::TooFewSamples`] for fewer fitted samples than twice the parameters of the smallest model.
+///
+/// ```
+/// use hysteresis_control::oscillator::{Hold, HystereticOscillator};
+/// use hysteresis_core::Duhem;
+/// use hysteresis_identify::{OscillatorOptions, identify_oscillator};
+/// let plant = HystereticOscillator::new(0.5, 5.0, 2.5e4, Duhem::from_bouc_wen(2.5e4, 1e3, 0.8, -1.1)?)?;
+/// let u: Vec<f64> = (0..1500).map(f64::from).map(|k| 40.0 * ((0.01 * k).sin() + (2e-4 * k * k).sin())).collect();
+/// let y = plant.response(&u, 1e-3, Hold::Zero, None)?;
+/// let options = OscillatorOptions { knots: Some(3), hold: Some(Hold::Zero), ..OscillatorOptions::default() };
+/// let found = identify_oscillator(&u, &y, 1e-3, &options)?;
+/// assert!(found.rms < 2e-3 * found.linear_rms);
+/// # Ok::<(), hysteresis_identify::Error>(())
+/// ```
+pub fn identify_oscillator(
+    u: &[f64],
+    y: &[f64],
+    dt: f64,
+    options: &OscillatorOptions,
+) -> Result<OscillatorIdentification, Error> {
+    if let Some(got) = options.knots.filter(|knots| !KNOTS.contains(knots)) {
+        return Err(Error::whole("knots", "3, 5 or 9", got));
+    }
+    let data = Data::new(u, y, dt, options.periods, options.skip)?;
+    let expected = fewest_samples(options.knots.unwrap_or(KNOTS[0]));
+    let got = data.samples(Part::Fitted).count();
+    if got < expected {
+        return Err(Error::TooFewSamples { expected, got });
+    }
+    let holds: &[Hold] = match &options.hold {
+        Some(hold) => std::slice::from_ref(hold),
+        None => &[Hold::Zero, Hold::BandLimited],
+    };
+    let mut searches = holds.iter().filter_map(|hold| Search::new(&data, *hold)).collect::<Vec<_>>();
+    // The same model over another drive: what it misses of the fitted samples decides.
+    searches.sort_by(|p, q| p.first.at.squares.total_cmp(&q.first.at.squares));
+    let Some(best) = searches.into_iter().next() else {
+        return Err(Error::domain("dt", None, "an interval in which the resonance of the record is resolved", dt));
+    };
+    best.finish(options)
+}
+
+/// A linear oscillator, and the fits with ever more knots.
+struct Search<'a> {
+    excitation: Excitation<'a>,
+    hold: Hold,
+    sub_steps: usize,
+    linear: Fit,
+    /// With three knots, where they were put at first.
+    first: Fit,
+    passes: usize,
+}
+
+impl<'a> Search<'a> {
+    /// As far as three knots. None if no oscillator follows the record.
+    fn new(data: &'a Data, hold: Hold) -> Option<Self> {
+        let coarse = Excitation::new(data, data.fine_drive(hold, 4), data.dt / 4.0);
+        let start = best_linear(&coarse)?;
+        let sub_steps = sub_steps(start.parameters[1], start.parameters[2], data.dt);
+        let excitation = Excitation::new(data, data.fine_drive(hold, sub_steps), data.dt / as_f64(sub_steps));
+        let linear = descend(&excitation, &start, start.parameters[2], Part::Fitted)?;
+        let stiffness = linear.point.parameters[2];
+        let start = placed_evenly(&linear.point, data);
+        // Enough to tell one hold from another.
+        let first =
+            descend(&excitation, &placed(&start, excitation.range(&start)?, KNOTS[0])?, stiffness, Part::Fitted)?;
+        let passes = linear.passes + first.passes;
+        Some(Self { excitation, hold, sub_steps, linear, first, passes })
+    }
+
+    fn stiffness(&self) -> f64 {
+        self.linear.point.parameters[2]
+    }
+
+    /// Descends with so many knots, which are set anew until they cover what z does.
+    fn settled(&mut self, start: Point, knots: usize, part: Part) -> Option<Fit> {
+        let mut point = start;
+        let mut best: Option<Fit> = None;
+        for _ in 0..PLACEMENTS {
+            let range = self.excitation.range(&point)?;
+            point = placed(&point, range, knots)?;
+            let fit = descend(&self.excitation, &point, self.stiffness(), part)?;
+            self.passes += fit.passes;
+            let covered = covers(&fit.point.knots, fit.at.range);
+            point = fit.point.clone();
+            let better = best.as_ref().is_none_or(|best| fit.at.squares < best.at.squares);
+            if better || covered {
+                best = Some(fit);
+            }
+            if covered {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Tries all numbers of knots, or goes as far as that which was asked for; chooses; and fits all samples.
+    fn finish(mut self, options: &OscillatorOptions) -> Result<OscillatorIdentification, Error> {
+        let dt = self.excitation.data.dt;
+        let unstable = || Error::domain("dt", None, "an interval in which the motion of the model stays finite", dt);
+        let most = options.knots.unwrap_or(KNOTS[KNOTS.len() - 1]);
+        let samples = self.excitation.data.samples(Part::Fitted).count();
+        let mut fits = vec![self.linear.clone()];
+        let mut start = self.first.point.clone();
+        for knots in KNOTS.into_iter().filter(|knots| *knots <= most && samples >= fewest_samples(*knots)) {
+            let fit = self.settled(start, knots, Part::Fitted).ok_or_else(unstable)?;
+            start = fit.point.clone();
+            fits.push(fit);
+        }
+        let held_out = |fit: &Fit| self.excitation.residual(&fit.point, Part::HeldOut).ok_or_else(unstable);
+        let held_out = fits.iter().map(held_out).collect::<Result<Vec<_>, _>>()?;
+        let row = |(fit, held_out): (&Fit, &Vec<f64>)| OscillatorTrial {
+            knots: fit.point.knots.len(),
+            parameters: fit.at.jacobian.ncols(),
+            fitted_rms: rms(&fit.at.residual),
+            held_out_rms: rms(held_out),
+        };
+        let tried = fits.iter().zip(&held_out).map(row).collect();
+        // Hysteresis is what was asked for: the linear oscillator is a row to compare with.
+        let chosen = if options.knots.is_some() { fits.len() - 1 } else { chosen(&held_out).max(1) };
+        let start = fits[chosen].point.clone();
+        let knots = start.knots.len();
+        let last = self.settled(start, knots, Part::All).ok_or_else(unstable)?;
+        self.result(&last, tried, chosen)
+    }
+
+    fn result(
+        &self,
+        last: &Fit,
+        tried: Vec<OscillatorTrial>,
+        chosen: usize,
+    ) -> Result<OscillatorIdentification, Error> {
+        let (point, data) = (&last.point, self.excitation.data);
+        let hysteresis = Duhem::<MAX_KNOTS>::new(&point.knots, point.rising(), point.falling())?;
+        let [gain, damping, stiffness] = [0, 1, 2].map(|i| point.parameters[i]);
+        Ok(OscillatorIdentification {
+            model: HystereticOscillator::new(gain, damping, stiffness, hysteresis)?,
+            output_offset: point.offset,
+            dt: data.dt,
+            hold: self.hold.name().to_owned(),
+            sub_steps: self.sub_steps,
+            periods: data.periods,
+            rms: rms(&last.at.residual),
+            linear_rms: tried[0].fitted_rms,
+            held_out_rms: tried[chosen].held_out_rms,
+            noise: data.noise,
+            standard_errors: standard_errors(last),
+            tried,
+            evaluations: self.passes,
+        })
+    }
+}
+
+/// Twice the number of parameters.
+fn fewest_samples(knots: usize) -> usize {
+    2 * (3 + 2 * knots + 1)
+}
+
+/// The linear oscillator with half of its stiffness as an operator without hysteresis.
+fn placed_evenly(linear: &Point, data: &Data) -> Point {
+    let half = 0.5 * linear.parameters[2];
+    let reach = data.y.iter().fold(0.0, |reach: f64, y| reach.max((y - linear.offset).abs()));
+    let parameters = [&[linear.parameters[0], linear.parameters[1], half][..], &[half; 6]].concat();
+    Point { knots: vec![-half * reach, 0.0, half * reach], parameters, offset: linear.offset }
+}
+
+/// As many sub-steps as the default of a model has that is half as stiff again.
+fn sub_steps(damping: f64, stiffness: f64, dt: f64) -> usize {
+    let fastest = (1.5 * stiffness).sqrt().max(damping) * dt;
+    let mut count = 4;
+    while fastest > 0.1 * as_f64(count) && count < 1000 {
+        count += 1;
+    }
+    count
+}
+
+/// The same f over `count` knots that cover a range of z: one at 0, where Bouc-Wen hysteresis bends, and as many on each side.
+fn placed(point: &Point, range: (f64, f64), count: usize) -> Option<Point> {
+    let width = range.1 - range.0;
+    let (low, high) = ((range.0 - MARGIN * width).min(-MARGIN * width), (range.1 + MARGIN * width).max(MARGIN * width));
+    let side = count / 2;
+    let share = |i: usize| as_f64(i) / as_f64(side);
+    let below = (0..side).map(|i| low * (1.0 - share(i)));
+    let knots: Vec<f64> = below.chain((0..=side).map(|i| high * share(i))).collect();
+    let before = Duhem::<MAX_KNOTS>::new(&point.knots, point.rising(), point.falling()).ok()?;
+    let slopes = |rising: bool| knots.iter().map(|z| before.slope(*z, rising)).collect::<Vec<_>>();
+    let parameters = [&point.parameters[..3], &slopes(true), &slopes(false)].concat();
+    Some(Point { parameters, offset: point.offset, knots })
+}
+
+/// Whether the knots reach as far as z does, and not much further.
+fn covers(knots: &[f64], (low, high): (f64, f64)) -> bool {
+    let (first, last) = (knots[0], knots[knots.len() - 1]);
+    let within = |reach: f64, outer: f64| reach <= MOVED.0 * outer && reach >= MOVED.1 * outer;
+    let width = high - low;
+    // A side on which z hardly goes has a knot at the margin.
+    let small = |reach: f64| reach <= MARGIN * width;
+    (within(-low, -first) || small(-low)) && (within(high, last) || small(high))
+}
+
+/// The scan for the best linear oscillator: frequencies from two periods in the record to the highest that the interval resolves.
+fn best_linear(excitation: &Excitation<'_>) -> Option<Point> {
+    const FREQUENCIES: usize = 48;
+    let data = excitation.data;
+    let (low, high) = (std::f64::consts::TAU * 2.0 / (as_f64(data.y.len()) * data.dt), 2.5 / data.dt);
+    let mean = data.y.iter().sum::<f64>() / as_f64(data.y.len());
+    let mut best: Option<(f64, Point)> = None;
+    for i in 0..FREQUENCIES {
+        let frequency = low * (high / low).powf(as_f64(i) / as_f64(FREQUENCIES - 1));
+        for ratio in [0.03, 0.15, 0.6] {
+            let parameters = vec![1.0, 2.0 * ratio * frequency, frequency * frequency];
+            let mut point = Point { knots: Vec::new(), parameters, offset: mean };
+            let Some(response) = excitation.response(&point) else { continue };
+            let pairs = || data.samples(Part::Fitted).map(|k| (response[k], data.y[k] - mean));
+            let (squares, product): (f64, f64) = pairs().fold((0.0, 0.0), |(s, p), (r, y)| (s + r * r, p + r * y));
+            let gain = product / squares;
+            let missed: f64 = pairs().map(|(r, y)| (y - gain * r).powi(2)).sum();
+            if missed.is_finite() && best.as_ref().is_none_or(|(least, _)| missed < *least) {
+                point.parameters[0] = gain;
+                best = Some((missed, point));
+            }
+        }
+    }
+    best.map(|(_, point)| point)
+}
+
+/// The place of the smallest model that no larger one beats by more than chance.
+fn chosen(held_out: &[Vec<f64>]) -> usize {
+    let mut best = 0;
+    for (larger, errors) in held_out.iter().enumerate().skip(1) {
+        let gains: Vec<f64> = held_out[best]
+            .chunks(BLOCK)
+            .zip(errors.chunks(BLOCK))
+            .map(|(p, q)| p.iter().zip(q).map(|(p, q)| p * p - q * q).sum())
+            .collect();
+        let count = as_f64(gains.len());
+        let mean = gains.iter().sum::<f64>() / count;
+        let variance = gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        if mean > SIGNIFICANT * (variance / count).sqrt() {
+            best = larger;
+        }
+    }
+    best
+}
+
+fn rms(errors: &[f64]) -> f64 {
+    (errors.iter().map(|e| e * e).sum::<f64>() / as_f64(errors.len().max(1))).sqrt()
+}

@@ -1,0 +1,104 @@
+use faer::Mat;
+use hysteresis_control::oscillator::HystereticOscillator;
+
+use super::descent::Fit;
+use crate::algebra::factor::{back_substitute, triangle_of};
+use crate::records::signal::as_f64;
+
+/// An oscillator with hysteresis inside, and how well it follows its record.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct OscillatorIdentification {
+    /// The oscillator.
+    pub model: HystereticOscillator,
+    /// What is added to its position, in the unit of y.
+    pub output_offset: f64,
+    /// The sampling interval in seconds.
+    pub dt: f64,
+    /// What the drive does between samples: "zero" or `"band_limited"`.
+    pub hold: String,
+    /// The number of integration steps in a sampling interval.
+    pub sub_steps: usize,
+    /// The number of periods that were averaged; 1 if the record does not repeat.
+    pub periods: usize,
+    /// The rms error over all fitted samples, of the mean of the periods: noise included.
+    pub rms: f64,
+    /// That of the best linear oscillator.
+    pub linear_rms: f64,
+    /// The rms error of the chosen number of knots over samples to which it was not fitted.
+    pub held_out_rms: f64,
+    /// Standard deviation of the noise of a measured sample, if several periods tell it.
+    pub noise: Option<f64>,
+    /// Standard errors of b, c, k, f+ and f- at the knots, and the output offset, for white noise; infinite where the record does not
+    /// tell a parameter.
+    pub standard_errors: Vec<f64>,
+    /// The linear oscillator and every number of knots that was tried.
+    pub tried: Vec<OscillatorTrial>,
+    /// How many passes over the record the search took.
+    pub evaluations: usize,
+}
+
+/// A model that was tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct OscillatorTrial {
+    /// The number of knots; 0 is the linear oscillator.
+    pub knots: usize,
+    /// The number of parameters, the output offset included.
+    pub parameters: usize,
+    /// The rms error over the samples that it was fitted to.
+    pub fitted_rms: f64,
+    /// The rms error over those held out.
+    pub held_out_rms: f64,
+}
+
+impl OscillatorIdentification {
+    /// The numbers as a text: the model, its parameters with their standard errors, and what was tried.
+    #[must_use]
+    pub fn summary(&self) -> String {
+        let operator = self.model.hysteresis();
+        let (knots, count) = (operator.knots().count(), self.standard_errors.len());
+        let mut lines = vec![format!("Oscillator with hysteresis inside, {knots} knots, {count} parameters")];
+        let values = [self.model.gain(), self.model.damping(), self.model.stiffness()];
+        let named = ["gain b", "damping c (1/s)", "stiffness k (1/s^2)"].into_iter().zip(values);
+        for ((name, value), error) in named.zip(&self.standard_errors) {
+            lines.push(format!("  {name:<20} {value:>13.6e} +- {error:.1e}"));
+        }
+        let (rising, falling) = self.standard_errors[3..].split_at(knots);
+        let slopes = operator.rising().zip(rising).zip(operator.falling().zip(falling));
+        for (z, ((up, up_error), (down, down_error))) in operator.knots().zip(slopes) {
+            let slopes = format!("f+ {up:>12.5e} +- {up_error:.1e}, f- {down:>12.5e} +- {down_error:.1e}");
+            lines.push(format!("  z = {z:>12.5e}:  {slopes}"));
+        }
+        let noise = self.noise.map_or_else(String::new, |noise| format!(", noise of a sample {noise:.3e}"));
+        lines.push(format!("Error {:.3e} rms over {} period(s){noise}; drive: {}", self.rms, self.periods, self.hold));
+        lines.push("Tried:    knots  parameters  fitted rms  held-out rms".to_owned());
+        for OscillatorTrial { knots, parameters, fitted_rms, held_out_rms } in &self.tried {
+            let mark = if *held_out_rms == self.held_out_rms { "  <- chosen" } else { "" };
+            let name = if *knots == 0 { "linear".to_owned() } else { knots.to_string() };
+            lines.push(format!("  {name:>13}  {parameters:>10}  {fitted_rms:>10.3e}  {held_out_rms:>12.3e}{mark}"));
+        }
+        lines.join("\n")
+    }
+}
+
+/// Standard errors from the derivatives at the end of a fit.
+pub(super) fn standard_errors(fit: &Fit) -> Vec<f64> {
+    let jacobian = &fit.at.jacobian;
+    let (rows, columns) = (jacobian.nrows(), jacobian.ncols());
+    // Columns of unit size, as their units differ by many orders.
+    let norms: Vec<f64> = (0..columns).map(|j| jacobian.col(j).norm_l2()).collect();
+    let triangle = triangle_of(Mat::from_fn(rows, columns, |i, j| jacobian[(i, j)] / norms[j]));
+    let variance = fit.at.squares / as_f64(rows.saturating_sub(columns).max(1));
+    let mut sums = vec![0.0; columns];
+    for j in 0..columns {
+        let mut column = vec![0.0; columns];
+        column[j] = 1.0;
+        back_substitute(triangle.as_ref(), &mut column);
+        for (sum, x) in sums.iter_mut().zip(column) {
+            *sum += x * x;
+        }
+    }
+    let told = |x: f64| if x.is_finite() { x } else { f64::INFINITY };
+    sums.iter().zip(norms).map(|(sum, norm)| told((variance * sum).sqrt() / norm)).collect()
+}
