@@ -40,8 +40,8 @@ def test_pairs_of_a_file_give_a_stage(room: Path) -> None:
 
 
 def write_scan(room: Path) -> Array:
-    """Write images of 32 lines by 64 pixels, and return the drive."""
-    pixels, lines = 64, 32
+    """Write images of 64 lines by 64 pixels, and return the drive."""
+    pixels, lines = 64, 64
     there = np.linspace(-1.0, 1.0, pixels)
     line = np.concatenate([there, there[::-1]])
     way = np.concatenate([np.linspace(0, 1, pixels), np.linspace(1, -1, pixels)])
@@ -66,7 +66,7 @@ def test_images_give_a_corrected_image_and_a_report(room: Path) -> None:
     result = run(*given(room), *images, "--before", "128", *outputs)
     assert result.exit_code == 0, result.output
     assert "one_loop_size" in result.stdout
-    assert np.load(room / "even.npy").shape == (32, 64)
+    assert np.load(room / "even.npy").shape == (64, 64)
     text = (room / "report.html").read_text("utf-8")
     assert "The image before and after" in text and "data:image/svg+xml" in text
     (line,) = (one for one in result.stdout.splitlines() if "trace and retrace differ" in one)
@@ -79,7 +79,7 @@ def test_images_give_a_corrected_image_and_a_report(room: Path) -> None:
     [
         ([], "expected --trace and --retrace, or --pairs, got neither"),
         (["--trace", "trace.npy"], "--retrace: expected one for each --trace, got 1 and 0"),
-        (["--pairs", "lengths.csv"], "--pairs: expected rows of 3 numbers"),
+        (["--pairs", "trace.npy"], "--pairs: expected rows of 3 numbers"),
         (["--pairs", "drive.csv"], "drive.csv: expected a table of numbers"),
         (["--pairs", "pairs.npy", "--before", "-1"], "--before: expected one number of samples"),
         (["--pairs", "pairs.npy", "--corrected", "even.npy"], "--corrected: expected --trace"),
