@@ -104,8 +104,8 @@ def test_positions_in_a_third_scan(found: mh.results.PlacesIdentification) -> No
     line = slice(-256, -128)
     true, said = third.position[line], found.predict(third.drive)[line]
     span = np.ptp(true)
-    even = np.linspace(true[0], true[-1], true.size)
-    assert 0.08 < np.abs(even - true).max() / span < 0.2
+    back = third.position[-128:][::-1]
+    assert 0.08 < np.abs(back - true).max() / span < 0.15
     off = (said - said.mean()) - (true - true.mean())
     assert np.sqrt(np.mean(off**2)) < 0.01 * span
 
@@ -126,7 +126,8 @@ def test_a_corrected_image_has_both_ways_at_the_same_places(
         )
 
     before = differ(third.trace, third.retrace[:, ::-1])
-    assert differ(trace, retrace) < 0.2 * before
+    # The shortest waves of the sample are 7 % of the range: 1 % off is 0.9 rad of them.
+    assert differ(trace, retrace) < 0.35 * before
 
 
 def test_a_scan_of_512_by_512_takes_ten_seconds_of_one_core() -> None:

@@ -209,7 +209,14 @@ def test_load_cell_from_known_loads() -> None:
     held = np.arange(3, loads.size, 4)
     lengths = [(0, held[0], k, reading[k] - reading[held[0]]) for k in held[1:]]
     found = mh.identify_places(
-        loads, [], lengths, dt=1.0, model="conventional", input_offset=0.0, dead_time=0.0, creep=None
+        loads,
+        [],
+        lengths,
+        dt=1.0,
+        model="conventional",
+        input_offset=0.0,
+        dead_time=0.0,
+        creep=None,
     )
     other = np.repeat(np.array([0, 80, 35, 55, 5, 95, 15, 45, 0], dtype=float), 4)
     cell = ReferenceModel([1.0, 0.004, 0.003, 0.002], [0.0, 5.0, 15.0, 30.0])

@@ -1,0 +1,93 @@
+"""The command places: drives, images, pairs and lengths in files; stage, image and report out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mpi_hyst as mh
+import numpy as np
+import pytest
+from commands import assert_refused, run
+from support import Array
+from test_places import lengths_of, simulated
+
+DT = 0.005
+
+
+@pytest.fixture
+def room(tmp_path: Path) -> Path:
+    u, y, pairs = simulated()
+    table = np.column_stack([np.arange(u.size) * DT, u])
+    np.savetxt(tmp_path / "drive.csv", table, delimiter=",", header="time_s,drive_v", comments="")
+    np.save(tmp_path / "pairs.npy", pairs)
+    np.savetxt(tmp_path / "lengths.csv", lengths_of(y, [(50, 150)]), delimiter=",")
+    return tmp_path
+
+
+def given(room: Path) -> list[str]:
+    return ["places", str(room / "drive.csv"), "--lengths", str(room / "lengths.csv")]
+
+
+def test_pairs_of_a_file_give_a_stage(room: Path) -> None:
+    result = run(*given(room), "--pairs", str(room / "pairs.npy"), "-o", str(room / "stage.json"))
+    assert result.exit_code == 0, result.output
+    assert "verdict: green" in result.stdout
+    u, y, pairs = simulated()
+    found = mh.identify_places(u, pairs, lengths_of(y, [(50, 150)]), dt=DT)
+    stage = mh.load(room / "stage.json")
+    assert isinstance(stage, mh.Stage)
+    assert stage.forward(DT).run(u) == pytest.approx(found.predict(u), abs=1e-6)
+
+
+def write_scan(room: Path) -> Array:
+    """Write images of 64 lines by 64 pixels, and return the drive."""
+    pixels, lines = 64, 64
+    there = np.linspace(-1.0, 1.0, pixels)
+    line = np.concatenate([there, there[::-1]])
+    way = np.concatenate([np.linspace(0, 1, pixels), np.linspace(1, -1, pixels)])
+    u = 2.0 * np.concatenate([way, np.tile(line, lines)])
+    model = mh.PrandtlIshlinskii([0.6, 0.15, 0.1], [0.0, 0.3, 0.8])
+    at = model.forward().run(u)[way.size :].reshape(lines, 2, pixels)
+    height = np.sin(9.0 * at) + np.sin(14.0 * at + 1.0)
+    np.save(room / "trace.npy", height[:, 0])
+    np.savetxt(room / "retrace.csv", height[:, 1], delimiter=",")
+    table = np.column_stack([np.arange(u.size) * DT, u])
+    np.savetxt(room / "drive.csv", table, delimiter=",", header="time_s,drive_v", comments="")
+    length = at[0, 0, 50] - at[0, 0, 10]
+    np.savetxt(room / "lengths.csv", [(0, way.size + 10, way.size + 50, length)], delimiter=",")
+    return u
+
+
+def test_images_give_a_corrected_image_and_a_report(room: Path) -> None:
+    pytest.importorskip("skimage", reason="the extra `images` is not installed")
+    write_scan(room)
+    images = ["--trace", str(room / "trace.npy"), "--retrace", str(room / "retrace.csv")]
+    outputs = ["--corrected", str(room / "even.npy"), "--report", str(room / "report.html")]
+    result = run(*given(room), *images, "--before", "128", *outputs)
+    assert result.exit_code == 0, result.output
+    assert "one_loop_size" in result.stdout
+    assert np.load(room / "even.npy").shape == (64, 64)
+    text = (room / "report.html").read_text("utf-8")
+    assert "The image before and after" in text and "data:image/svg+xml" in text
+    (line,) = (one for one in result.stdout.splitlines() if "trace and retrace differ" in one)
+    before, after = (float(word) for word in line.split() if word[0].isdigit())
+    assert after < 0.2 * before
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ([], "expected --trace and --retrace, or --pairs, got neither"),
+        (["--trace", "trace.npy"], "--retrace: expected one for each --trace, got 1 and 0"),
+        (["--pairs", "trace.npy"], "--pairs: expected rows of 3 numbers"),
+        (["--pairs", "drive.csv"], "drive.csv: expected a table of numbers"),
+        (["--pairs", "pairs.npy", "--before", "-1"], "--before: expected one number of samples"),
+        (["--pairs", "pairs.npy", "--corrected", "even.npy"], "--corrected: expected --trace"),
+        (["--pairs", "pairs.npy", "-o", "pairs.npy"], "is an input file"),
+    ],
+)
+def test_wrong_input_is_refused(room: Path, options: list[str], said: str) -> None:
+    write_scan(room)
+    before = {path.name for path in room.iterdir()}
+    whole = [str(room / one) if one.endswith((".npy", ".csv")) else one for one in options]
+    assert_refused(run(*given(room), *whole), room, before, said)
