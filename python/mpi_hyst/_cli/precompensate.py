@@ -104,7 +104,7 @@ def run(request: Request) -> str:
     assumed = assumed_of(columns, column, stated_unit(stage.units[1]), request.sampled)
     quantity = of_stage(quantity, stage)
     _refuse_drive(columns, quantity)
-    drive, residual, notes = _design(stage, columns[column], dt, quantity.unit, request)
+    drive, residual, within, notes = _design(stage, columns[column], dt, quantity.unit, request)
     table = {drive_with_unit(stage.units[0]): drive}
     is_timed = columns.time_column is not None or request.sampled.rate is not None
     if is_timed:
@@ -114,7 +114,7 @@ def run(request: Request) -> str:
         note(text)
     write_outputs([Output.of(request.drive_path, write_table(table))])
     rate = f" at {1.0 / dt:.6g} Hz" if is_timed else ""
-    summary = _summary(request, stage, quantity, drive, residual, rate)
+    summary = _summary(request, stage, quantity, drive, residual, within, rate)
     return "\n".join([summary, *notes])
 
 
@@ -137,14 +137,15 @@ def _interval(columns: Columns, stage: mh.Stage, request: Request) -> float:
 
 def _design(
     stage: mh.Stage, reference: Samples, dt: float, unit: str, request: Request
-) -> tuple[Samples, Samples, list[str]]:
-    """Return the drive, the error of the stage itself under it, and warnings for the summary."""
+) -> tuple[Samples, Samples, float | None, list[str]]:
+    """Return the drive, the error of the stage itself under it, its bound, and warnings."""
     names = {**flags(Request), "reference": str(request.trajectory)}
     names["dt"] = "--rate" if request.sampled.rate is not None else names["reference"]
     with refusing(request.stage_path, names):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             drive = stage.precompensate(reference, dt, **passed(request, "precompensate"))
+        within = _within(stage, reference, dt, request)
         residual = _residual(stage, reference, drive, dt, request)
     notes = [f"warning: {name_options(one.message, names)}" for one in caught]
     worst = int(residual.argmax())
@@ -156,7 +157,20 @@ def _design(
             f"warning: {request.trajectory}: the stage misses it by up to {miss}, "
             f"at sample {worst}: it is too fast there, or needs --lead-in to begin in motion"
         )
-    return drive, residual, notes
+    return drive, residual, within, notes
+
+
+def _within(stage: mh.Stage, reference: Samples, dt: float, request: Request) -> float | None:
+    """Return what the position misses with 95 % by no more; None if the stage does not know it."""
+    given = passed(request, "precompensate")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the drive was made with the same ones
+            return stage.precompensate(reference, dt, **given, return_error=True)[1].within
+    except ValueError as error:
+        if getattr(error, "parameter", None) == "error_band":
+            return None
+        raise
 
 
 def _residual(
@@ -183,6 +197,7 @@ def _summary(
     quantity: Quantity,
     drive: Samples,
     residual: Samples,
+    within: float | None,
     rate: str,
 ) -> str:
     unit, _ = stage.units
@@ -202,9 +217,16 @@ def _summary(
         ("limits", _limits(request, stage, drive)),
         *([] if stage.slew is None else [("slew rate", f"{stage.slew:g} {unit}/s")]),
         ("max |model - target|", in_unit(float(residual.max()), quantity.unit, 3)),
+        ("position - target", _claim(within, quantity.unit)),
     ]
     title = f"{request.drive_path}: drive for {quantity.column} of {request.trajectory}"
     return f"{title}\n\n{text_pairs(pairs)}"
+
+
+def _claim(within: float | None, unit: str) -> str:
+    if within is None:
+        return "not known: the stage has no error band"
+    return f"within {in_unit(within, unit, 3)} with 95 %, the offset apart"
 
 
 def _before(request: Request, start: float, unit: str) -> str:

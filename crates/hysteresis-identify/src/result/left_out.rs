@@ -77,7 +77,7 @@ impl Identification {
     pub fn leave_one_loop_out(&self, records: &[Record<'_>]) -> Result<Vec<LeftOutLoop>, Error> {
         let records = &self.as_fitted(records)[..];
         let loops = loops(records, MOST);
-        self.left_out(records, &loops, |pass, solutions| pass.judge(solutions))
+        self.left_out(records, &loops, |pass, solutions| Ok(pass.judge(solutions)))
     }
 
     /// What every stretch of loops leaves with the weights that all other stretches ask for, for every sample of every record; NaN
@@ -85,7 +85,7 @@ impl Identification {
     ///
     /// Stretches are long, so that what is held out differs from what stays.
     pub(crate) fn held_out_residuals(&self, records: &[Record<'_>]) -> Result<Vec<Vec<f64>>, Error> {
-        self.left_out(records, &loops(records, STRETCHES), |pass, solutions| pass.held_out(solutions))
+        self.left_out(records, &loops(records, STRETCHES), |pass, solutions| Ok(pass.held_out(solutions)))
     }
 
     /// Fits the weights without every loop, and takes what that makes of the loops.
@@ -93,7 +93,7 @@ impl Identification {
         &self,
         records: &[Record<'_>],
         loops: &[(usize, Range<usize>)],
-        take: impl FnOnce(&Pass<'_>, &[LeftOutSolution]) -> T,
+        take: impl FnOnce(&Pass<'_>, &[LeftOutSolution]) -> Result<T, Error>,
     ) -> Result<T, Error> {
         let interval = |record: &Record<'_>| record.dt().unwrap_or(self.chain.dt);
         let length = |record: &Record<'_>| as_f64(record.input().len()) * interval(record);
@@ -119,7 +119,7 @@ impl Identification {
         let pass = Pass { records, loops, tangent, intervals, own: &own };
         let problem = LeaveOneOut { own: &own, basis: &basis, penalty: &self.penalty };
         let solutions = problem.solutions(&pass.triangles(&basis), |loop_| loops[loop_].0);
-        Ok(take(&pass, &solutions))
+        take(&pass, &solutions)
     }
 
     /// Records as long as those that were fitted without what was left out of these; other records as they are.
@@ -233,7 +233,9 @@ impl Pass<'_> {
             if solutions[number + 1].own[*place].is_none() {
                 let fitted: Vec<usize> = self.fitted(*place, samples).collect();
                 let mean = fitted.iter().map(|k| left[*place][*k]).sum::<f64>() / as_f64(fitted.len());
-                fitted.iter().for_each(|k| left[*place][*k] -= mean);
+                for k in fitted {
+                    left[*place][k] -= mean;
+                }
             }
         }
         left
