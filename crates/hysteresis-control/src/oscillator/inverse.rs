@@ -137,7 +137,9 @@ impl HystereticOscillator {
                 before = to.1;
             }
             let mean = (first + mean) / (3.0 * as_f64(PARTS));
-            drives.push(if hold == Hold::Zero { mean } else { first } / self.gain());
+            // Nothing is known of what comes behind the last sample.
+            let is_mean = hold == Hold::Zero && k + 1 < motion.position.len();
+            drives.push(if is_mean { mean } else { first } / self.gain());
         }
         drives
     }
