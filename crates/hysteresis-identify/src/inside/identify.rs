@@ -40,10 +40,10 @@ const PLACEMENTS: usize = 4;
 ///
 /// It begins at the best linear oscillator: a scan over frequency and damping, then a descent. Half of its stiffness becomes f+ = f-
 /// over three knots at the reach of z, all parameters descend by Gauss-Newton steps with the exact derivatives of the integration, and
-/// the knots are set anew until they cover all of z. Then come five knots, and nine, each from where the last ended, as long as that
-/// pays. Each model is
-/// fitted to the first 70 % of the samples (of a period, if the record has several: they are averaged) and judged by the last
-/// 30 %, which it simulates freely; more knots must be better there by two standard deviations. The chosen one is fitted to all.
+/// the knots are set anew until they cover all of z. Then come five knots, and nine, each from where the last ended, as long as
+/// that pays. Each model is fitted to the first 70 % of the samples (of a period, if the record has several: they are averaged) and
+/// judged by the last 30 %, which it simulates freely; more knots must be better there by two standard deviations. The chosen one
+/// is fitted to all.
 ///
 /// # Errors
 /// [`Error::Record`] for signals of unequal length, without variation or with numbers that are not finite; [`Error::Core`] for an
