@@ -263,7 +263,7 @@ def learning() -> None:
 
 
 def inside() -> None:
-    """Draw hysteresis that acts on the motion, and what a linear oscillator misses of it."""
+    """Draw hysteresis that acts on the motion, and how well it is identified."""
     dt = 1e-3
     hysteresis = mh.Duhem.from_bouc_wen(2.5e4, 1e3, 0.8, -1.1)
     plant = mh.plant.HystereticOscillator(0.5, 5.0, 2.5e4, hysteresis)
@@ -280,7 +280,7 @@ def inside() -> None:
     left.plot(1e3 * y, plant.hysteresis.run(y), color=BLUE, linewidth=1.0)
     plain(left, "position y (mm)", "hysteresis z (m/s²)")
     for name, response, colour in (
-        ("linear", linear, GREY),
+        ("hysteresis left out", linear, GREY),
         ("identified", found.model.response(drive, dt=dt), BLUE),
     ):
         right.semilogy(t, 1e6 * abs(response - y) + 1e-6, color=colour, linewidth=0.9, label=name)

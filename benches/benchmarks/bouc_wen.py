@@ -91,7 +91,8 @@ def multisine(rng: np.random.Generator, rms: float) -> Array:
     lines = np.arange(np.ceil(BAND[0] * SAMPLES / RATE), BAND[1] * SAMPLES // RATE + 1, dtype=int)
     spectrum[lines] = np.exp(2j * np.pi * rng.random(lines.size))
     u: Array = np.fft.irfft(spectrum)
-    return u * (rms / u.std())
+    u *= rms / u.std()
+    return u
 
 
 def periodic(drive: Array) -> tuple[Array, Array]:

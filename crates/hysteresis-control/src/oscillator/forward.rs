@@ -176,7 +176,7 @@ impl HystereticOscillator {
         let (equation, h) = (self.equation(), dt / as_f64(sub_steps));
         let (mut state, mut y, mut z) = (State::rest(), Vec::with_capacity(u.len()), Vec::with_capacity(u.len()));
         for period in 0..=settle.unwrap_or(0) {
-            for k in 0..u.len() {
+            for (k, held) in u.iter().enumerate() {
                 if period == settle.unwrap_or(0) {
                     y.push(state.position);
                     z.push(state.hysteresis);
@@ -184,7 +184,7 @@ impl HystereticOscillator {
                 state = fine.sub_steps(k).fold(state, |state, drive| equation.step(&state, h, drive));
                 if !is_admissible(state.position) {
                     let expected = "a drive under which the motion stays within 1e100";
-                    return Err(Error::domain("u", Some(k), expected, u[k]));
+                    return Err(Error::domain("u", Some(k), expected, *held));
                 }
             }
         }

@@ -93,7 +93,6 @@ pub(super) fn relative_logarithm(q: f64, ratio: f64) -> f64 {
 fn logarithm(x: f64) -> f64 {
     const MANTISSA: u64 = (1 << 52) - 1;
     let bits = x.to_bits();
-    #[expect(clippy::cast_possible_truncation, reason = "eleven bits")]
     let exponent = (bits >> 52) as i32 - 1023;
     let mantissa = f64::from_bits(bits & MANTISSA | 1023 << 52);
     // Near 1 on both sides.

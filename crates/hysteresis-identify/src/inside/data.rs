@@ -51,7 +51,7 @@ impl Data {
         };
         Record::new(u, y, skip).map_err(|error| in_record(error).in_record(0))?.sampled_every(dt)?;
         let periods = match periods {
-            Some(periods) if periods >= 1 && u.len() % periods == 0 => periods,
+            Some(periods) if periods >= 1 && u.len().is_multiple_of(periods) => periods,
             Some(got) => {
                 return Err(Error::whole("periods", "a whole number above 0 that divides the number of samples", got));
             }
@@ -92,7 +92,7 @@ fn found_periods(u: &[f64], y: &[f64]) -> usize {
     let (low, high) = bounds(u);
     let repeats = |count: usize| {
         let n = u.len() / count;
-        u.len() % count == 0
+        u.len().is_multiple_of(count)
             && u[n..].iter().zip(u).all(|(one, other)| (one - other).abs() <= SAME_DRIVE * (high - low))
     };
     let Some(count) = (2..=MOST_PERIODS.min(u.len() / 2)).rev().find(|count| repeats(*count)) else { return 1 };

@@ -51,6 +51,7 @@ impl<const P: usize> Mul for Dual<P> {
     type Output = Self;
 
     #[inline(always)]
+    #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule")]
     fn mul(self, other: Self) -> Self {
         let (u, v) = (self.value, other.value);
         self.with(u * v, &other, |p, q| p * v + u * q)

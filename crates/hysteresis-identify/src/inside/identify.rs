@@ -40,9 +40,10 @@ const PLACEMENTS: usize = 4;
 ///
 /// It begins at the best linear oscillator: a scan over frequency and damping, then a descent. Half of its stiffness becomes f+ = f-
 /// over three knots at the reach of z, all parameters descend by Gauss-Newton steps with the exact derivatives of the integration, and
-/// the knots are set anew until they cover all of z. Then come five knots, and nine, each from where the last ended. Each model is
-/// fitted to the first 70 % of the samples (of a period, if the record has several: they are averaged) and judged by the last
-/// 30 %, which it simulates freely; more knots must be better there by two standard deviations. The chosen one is fitted to all.
+/// the knots are set anew until they cover all of z. Then come five knots, and nine, each from where the last ended, as long as
+/// that pays. Each model is fitted to the first 70 % of the samples (of a period, if the record has several: they are averaged) and
+/// judged by the last 30 %, which it simulates freely; more knots must be better there by two standard deviations. The chosen one
+/// is fitted to all.
 ///
 /// # Errors
 /// [`Error::Record`] for signals of unequal length, without variation or with numbers that are not finite; [`Error::Core`] for an
@@ -116,6 +117,11 @@ impl<'a> Search<'a> {
         Some(Self { excitation, hold, sub_steps, linear, first, passes })
     }
 
+    /// What a fit misses of the samples held out.
+    fn held_out(&self, fit: &Fit) -> Option<Vec<f64>> {
+        self.excitation.residual(&fit.point, Part::HeldOut)
+    }
+
     fn stiffness(&self) -> f64 {
         self.linear.point.parameters[2]
     }
@@ -142,21 +148,24 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// Tries all numbers of knots, or goes as far as that which was asked for; chooses; and fits all samples.
+    /// Tries more knots as long as that pays, or goes as far as what was asked for; chooses; and fits all samples.
     fn finish(mut self, options: &OscillatorOptions) -> Result<OscillatorIdentification, Error> {
         let dt = self.excitation.data.dt;
         let unstable = || Error::domain("dt", None, "an interval in which the motion of the model stays finite", dt);
         let most = options.knots.unwrap_or(KNOTS[KNOTS.len() - 1]);
         let samples = self.excitation.data.samples(Part::Fitted).count();
         let mut fits = vec![self.linear.clone()];
+        let mut held_out = vec![self.held_out(&self.linear).ok_or_else(unstable)?];
         let mut start = self.first.point.clone();
         for knots in KNOTS.into_iter().filter(|knots| *knots <= most && samples >= fewest_samples(*knots)) {
             let fit = self.settled(start, knots, Part::Fitted).ok_or_else(unstable)?;
             start = fit.point.clone();
+            held_out.push(self.held_out(&fit).ok_or_else(unstable)?);
             fits.push(fit);
+            if options.knots.is_none() && chosen(&held_out) + 1 < fits.len() {
+                break;
+            }
         }
-        let held_out = |fit: &Fit| self.excitation.residual(&fit.point, Part::HeldOut).ok_or_else(unstable);
-        let held_out = fits.iter().map(held_out).collect::<Result<Vec<_>, _>>()?;
         let row = |(fit, held_out): (&Fit, &Vec<f64>)| OscillatorTrial {
             knots: fit.point.knots.len(),
             parameters: fit.at.jacobian.ncols(),

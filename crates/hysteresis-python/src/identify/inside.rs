@@ -185,7 +185,7 @@ impl From<AnyHold> for Option<Hold> {
 /// a piezo stage `identify` is right: its hysteresis stands in front of the dynamics.
 ///
 /// z is a `Duhem` operator of y. The search begins at the best linear oscillator and goes from 3 knots to 5 and 9 by Gauss-Newton steps
-/// with exact derivatives. Each is fitted to the first 70 % of the samples and judged by a free simulation of the others: more
+/// with exact derivatives, as long as more knots pay. Each is fitted to the first 70 % of the samples and judged by a free simulation of the others: more
 /// knots must be better there by two standard deviations. The chosen one is then fitted to all.
 ///
 /// Periods of a steady record are averaged. A record that does not repeat begins at rest, at the output offset.

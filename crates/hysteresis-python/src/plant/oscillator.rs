@@ -159,7 +159,7 @@ impl HystereticOscillator {
 
     /// The drive that makes the oscillator follow a wanted motion y: u = (y'' + c y' + k y + z\[y\]) / b, in one pass.
     ///
-    /// Give `velocity` and `acceleration` where they are known. Without them they are central differences of eighth order: with
+    /// Give `velocity` and `acceleration` where they are known. Without them they are central differences of eighth order, still before the beginning: with
     /// 20 samples in the shortest period of the motion they miss less than 1e-6, with 10 about 1e-4. z is exact, between
     /// samples too. A drive that is held is the mean over its interval.
     fn inverse<'py>(
