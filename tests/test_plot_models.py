@@ -145,7 +145,7 @@ def test_the_band_is_that_of_the_prediction(
     _, low, high = found.predict(u, interval=0.95)
     halves = (0.5 * (high - low)[10:], 1.96 * std[10:])
     for line, bands, half in zip(plane.get_lines(), course.collections, halves, strict=True):
-        np.testing.assert_allclose(line.get_ydata(), half, rtol=1e-9)
+        np.testing.assert_allclose(np.asarray(line.get_ydata(), dtype=float), half, rtol=1e-9)
         vertices = np.asarray(bands.get_paths()[0].vertices)
         assert vertices[:, 1].max() == pytest.approx(half.max())
 

@@ -445,7 +445,7 @@ mod tests {
         let places: Vec<_> = [0.0, 4.0, 8.0, 7.9, 8.5, 5.0, 3.0].iter().map(|u| walk.step(*u)).collect();
         let reversals: Vec<_> = places.iter().map(|place| (place.reversal, place.samples)).collect();
         // 7.9 is a tremble of a converter.
-        assert_eq!(reversals[4], (0.0, 3.0));
+        assert_eq!(reversals[4], (0.0, 4.0));
         assert_eq!(reversals[6], (8.5, 2.0));
         assert_eq!((places[6].row(), places[6].column()), (10, 3));
     }

@@ -145,9 +145,9 @@ fn controllers() -> Vec<StageController> {
     kinds.map(|(kind, options)| stage.controller(kind, &options).unwrap().into()).into()
 }
 
-/// What stages without it write is what they wrote before there was one.
+/// What stages without them write is what they wrote before there were any.
 #[test]
-fn a_slow_gain_comes_behind_all_other_bytes() {
+fn slow_gain_and_band_come_behind_all_other_bytes() {
     let with = stage();
     let without = Stage::new(StageParts { slow_gain: None, ..with.parts().clone() }).unwrap();
     let content = |stage: &Stage| {
@@ -155,9 +155,12 @@ fn a_slow_gain_comes_behind_all_other_bytes() {
         bytes[14..bytes.len() - 4].to_vec()
     };
     let (longer, shorter) = (content(&with), content(&without));
-    assert_eq!(longer.len(), shorter.len() + 4 * 8);
+    // Two marks say that there is a slow gain, and no band.
+    assert_eq!(longer.len(), shorter.len() + 2 + 4 * 8);
     assert!(longer.starts_with(&shorter));
     assert!(with.to_json().contains("slow_gain") && !without.to_json().contains("slow_gain"));
+    let band = Stage::new(StageParts { error_band: Some(error_band()), ..without.parts().clone() }).unwrap();
+    assert!(content(&band).starts_with(&shorter) && content(&band).len() > shorter.len() + CELLS * CELLS * 8);
     let cut = sealed(1, &longer[..longer.len() - 1]);
     assert_eq!(Stage::from_bytes(&cut).unwrap_err().parameter(), Some("bytes"));
 }

@@ -232,7 +232,7 @@ mod tests {
     /// Various records with a good fit tell that the model lacks little anywhere, and where it lacks more.
     #[test]
     fn the_table_follows_the_held_out_errors_of_various_loops() {
-        let peaks: Vec<f64> = (0..400).map(|k| f64::from((k * 7919) % 997) * 12.0 / 997.0).collect();
+        let peaks: Vec<f64> = white(400).into_iter().map(|share| 6.0 + 6.0 * share).collect();
         let drive = triangle(&peaks);
         let of = |reversal: f64, _| if reversal > 9.0 { 1e-2 } else { 1e-4 };
         let errors = Table::of(&samples(of, &drive, (0.0, 12.0)), 0.0).errors(1.0);
