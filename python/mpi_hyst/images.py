@@ -24,6 +24,11 @@ from mpi_hyst._types import Matrix, Samples
 
 __all__ = ["fringes", "instants", "match", "resample"]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 # A match worse than that is none: noise alone correlates by less over a window.
 _WORST = 0.7
 
