@@ -133,6 +133,9 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "Finding": lambda: mh.diagnose(U[:20], Y[:20], MODEL)[0],
     "Identification": identified,
     "DynamicsIdentification": dynamics,
+    "PlacesIdentification": lambda: mh.identify_places(
+        U, [], [(0, 0, k, Y[k] - Y[0]) for k in range(1, len(Y))], dt=DT, operators=4
+    ),
     "Comparison": lambda: mh.compare(U, Y, operators=4),
     "ComparedModel": lambda: mh.compare(U, Y, operators=4).rows[1],
     "ManyIdentifications": lambda: mh.identify_many(U, np.column_stack([Y, Y]), operators=4),

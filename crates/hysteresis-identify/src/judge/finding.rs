@@ -613,17 +613,12 @@ impl FindingCode {
                 "couple sensor and amplifier to direct current, and let an amplifier of voltage hold the drive; no term of a stage stands for \
                  a leak, so use the result at the rates of the records alone",
             ),
-            Self::OneLoopSize => (
-                "one_loop_size",
-                Never,
-                "add scans of another size, each with its trace and its retrace, or a known length in a scan of another size; or use the \
-                 result at this size alone",
-            ),
-            Self::WrongPairs => (
-                "wrong_pairs",
-                From(0.3),
-                "look at the pairs that were left out: match lines with more structure, or give each pair its uncertainty",
-            ),
+            Self::OneLoopSize => {
+                ("one_loop_size", Never, "add scans of another size, or a known length in one; or use this size alone")
+            }
+            Self::WrongPairs => {
+                ("wrong_pairs", From(0.3), "match lines with more structure, or give each pair its uncertainty")
+            }
             Self::UninformativePairs => {
                 ("uninformative_pairs", Never, "pair instants of opposite branches: trace with retrace, up with down")
             }

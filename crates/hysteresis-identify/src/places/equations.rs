@@ -115,7 +115,8 @@ mod tests {
         let drive: Vec<f64> = (0..400_u32).map(|k| 5.0 * (f64::from(k) / 17.0).sin() * f64::from(k) / 400.0).collect();
         let drives = [&drive[..]];
         let pairs = [PlacePair::new(0, 31.25, 250.0), PlacePair::new(0, 399.0, 3.5)];
-        let given = Given::new(&drives, &pairs, &[KnownLength::new(0, 10.0, 77.7, 2.0)], 1e-3).unwrap();
+        let lengths = [KnownLength::new(0, 10.0, 77.7, 2.0)];
+        let given = Given::new(&drives, &pairs, &lengths, 1e-3).unwrap();
         let operators = OperatorsAt::alone(OperatorBank::from_ratios(&[0.0, 1.0, 2.5], Ratios::PAPER), 0.3);
         let tangent = Tangent {
             operators: operators.clone(),

@@ -255,8 +255,10 @@ impl Law {
         let (place, last) = row.split_at_mut(values.len());
         place.copy_from_slice(values);
         self.in_unknowns(place);
-        place.iter_mut().for_each(|value| *value *= weight);
-        last.iter_mut().for_each(|value| *value = weight * target);
+        for value in place {
+            *value *= weight;
+        }
+        last.fill(weight * target);
     }
 
     /// The best unknowns for a triangle, within bounds of those behind the weights.
