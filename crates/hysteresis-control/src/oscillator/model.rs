@@ -21,7 +21,7 @@ const USUAL_SUB_STEP: f64 = 0.1;
 
 /// An oscillator with hysteresis inside: y'' + c y' + k y + z\[y\] = b u.
 ///
-/// z' = f+(y, z) y' where y rises, f-(z) y' where it falls: a [`Duhem`] operator of the motion. All terms are divided by the mass, so
+/// z' = f+(z) y' where y rises, f-(z) y' where it falls: a [`Duhem`] operator of the motion. All terms are divided by the mass, so
 /// z is an acceleration, f and k have the unit 1/s^2, c the unit 1/s, and b that of y'' over u.
 ///
 /// ```
