@@ -1,3 +1,5 @@
+//! What an oscillator does for a drive: sample by sample, over a record, and once it repeats.
+
 use hysteresis_core::{Error, Process, check_all_finite, is_admissible};
 use serde::{Deserialize, Serialize};
 

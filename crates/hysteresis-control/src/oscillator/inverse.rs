@@ -1,3 +1,5 @@
+//! The drive that moves an oscillator as wanted, in one pass.
+
 use hysteresis_core::{DuhemForward, Error, Process, check_all_finite};
 
 use super::drive::Hold;

@@ -1,3 +1,5 @@
+//! The parameters of an oscillator, their checks, and its file.
+
 use std::fmt;
 
 use hysteresis_core::{Duhem, Error, check_length};

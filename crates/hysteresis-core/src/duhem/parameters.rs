@@ -1,3 +1,5 @@
+//! The parameters of a Duhem operator: knots, and f+ and f- there.
+
 use crate::duhem::chain::{Chain, Place};
 use crate::error::{Bound, Error, check_all_finite, check_length};
 

@@ -1,3 +1,5 @@
+//! What steps: a Duhem operator with its state, and the inverse of a slope and an operator.
+
 use crate::duhem::motion::{DuhemState, Motion};
 use crate::duhem::parameters::Duhem;
 use crate::error::{Error, check_finite, is_admissible};

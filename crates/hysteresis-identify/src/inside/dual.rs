@@ -1,3 +1,5 @@
+//! Dual numbers: a value with its derivatives by all parameters.
+
 use std::ops::{Add, Mul, Sub};
 
 use hysteresis_control::oscillator::equation::Scalar;

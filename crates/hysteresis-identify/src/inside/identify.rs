@@ -1,3 +1,5 @@
+//! The way from a record to an oscillator: linear at first, then with ever more knots.
+
 use hysteresis_control::oscillator::{Hold, HystereticOscillator, MAX_KNOTS};
 use hysteresis_core::Duhem;
 

@@ -1,3 +1,5 @@
+//! What the identification of an oscillator returns.
+
 use faer::Mat;
 use hysteresis_control::oscillator::HystereticOscillator;
 
