@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from importlib import import_module
+from operator import index
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,9 @@ _WORST = 0.7
 
 # What the parabola itself errs by, in pixels, rms: without noise, on waves of 16 pixels and more.
 _PARABOLA = 0.05
+
+# Fringes: how far out of its middle a signal must have been, as a share of its amplitude.
+_OUT = 0.2
 
 # The pixels between windows, as a share of their width.
 _STRIDE = 0.5
@@ -65,6 +69,16 @@ def _image(name: str, value: npt.ArrayLike) -> Matrix:
     return image
 
 
+def _whole(name: str, value: int, least: int) -> int:
+    try:
+        whole = index(value)
+    except TypeError as error:
+        raise TypeError(f"{name}: expected a whole number, got {value!r}") from error
+    if whole < least:
+        raise ValueError(f"{name}: expected {least} or more, got {whole}")
+    return whole
+
+
 def instants(lines: int, pixels: int) -> tuple[Matrix, Matrix]:
     """Return the samples at which trace and retrace are read, a pixel at each sample.
 
@@ -77,6 +91,11 @@ def instants(lines: int, pixels: int) -> tuple[Matrix, Matrix]:
     -------
     trace, retrace : arrays of shape (lines, pixels)
 
+    Raises
+    ------
+    ValueError
+        For less than one line or pixel.
+
     Examples
     --------
     >>> import mpi_hyst as mh
@@ -85,6 +104,8 @@ def instants(lines: int, pixels: int) -> tuple[Matrix, Matrix]:
     ([[0.0, 1.0, 2.0], [6.0, 7.0, 8.0]], [[3.0, 4.0, 5.0], [9.0, 10.0, 11.0]])
 
     """
+    _whole("lines", lines, 1)
+    _whole("pixels", pixels, 1)
     all_of_them = np.arange(2.0 * lines * pixels).reshape(lines, 2, pixels)
     return all_of_them[:, 0], all_of_them[:, 1]
 
@@ -97,6 +118,7 @@ def match(
     at: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
     window: int | None = None,
     together: int = 16,
+    pixel: float = 1.0,
 ) -> Matrix:
     """Find the pairs of instants at which trace and retrace show the same place.
 
@@ -125,12 +147,15 @@ def match(
         the noise blurs, fewer than the pitch of what repeats.
     together : int
         How many lines are matched together. They must show much the same place along the line.
+    pixel : float
+        How far a pixel is, in drive or in place. Say it where scans differ in size: a pixel of a
+        small scan is a smaller error.
 
     Returns
     -------
     array of shape (m, 4)
         The rows of `pairs`: drive, instant in the trace, instant in the retrace, standard
-        deviation in pixels.
+        deviation in pixels times `pixel`.
 
     Raises
     ------
@@ -158,13 +183,18 @@ def match(
             f"retrace: expected the shape of the trace, {ahead.shape}, got {behind.shape}"
         )
     lines, pixels = ahead.shape
-    width = max(16, pixels // 10) if window is None else window
+    if pixels < 16:
+        raise ValueError(f"trace: expected lines of 16 pixels or more, got {pixels}")
+    usual = min(max(16, pixels // 10), pixels // 2)
+    width = usual if window is None else _whole("window", window, 8)
     if not 8 <= width <= pixels // 2:
         raise ValueError(f"window: expected 8 to half of {pixels} pixels, got {width}")
-    if together < 1:
-        raise ValueError(f"together: expected at least one line, got {together}")
-    read = [_image("at", one) for one in (at or instants(lines, pixels))]
-    if any(one.shape != ahead.shape for one in read):
+    _whole("together", together, 1)
+    _whole("drive", drive, 0)
+    if not (np.isfinite(pixel) and pixel > 0):
+        raise ValueError(f"pixel: expected a number above 0, got {pixel!r}")
+    read = [_image("at", one) for one in (instants(lines, pixels) if at is None else at)]
+    if len(read) != 2 or any(one.shape != ahead.shape for one in read):
         raise ValueError(f"at: expected two arrays of the shape of the trace, {ahead.shape}")
     mirrored = behind[:, ::-1]
     found = []
@@ -177,7 +207,7 @@ def match(
                 np.interp(there, np.arange(pixels), read[0][middle]),
                 np.interp(pixels - 1 - back, np.arange(pixels), read[1][middle]),
             )
-            found.append((float(drive), *times, std))
+            found.append((float(drive), *times, pixel * std))
     return np.array(found).reshape(-1, 4)
 
 
@@ -245,14 +275,20 @@ def _match(
 
 
 def fringes(
-    signal: npt.ArrayLike, drive: npt.ArrayLike, wavelength: float, *, number: int = 0
+    signal: npt.ArrayLike,
+    drive: npt.ArrayLike,
+    wavelength: float,
+    *,
+    number: int = 0,
+    lag: int = 0,
 ) -> Matrix:
     """Count the fringes of an interferometer: places a quarter of a wavelength apart.
 
     The signal goes through its middle wherever the position has moved by a quarter of the
     wavelength (a reflected beam: a fringe is half a wavelength). From one to the next the position
     goes on as the drive does; the last one before a turn of the drive and the first one after it
-    are the same place.
+    are the same place. So the stage must turn with the drive: within a pass, and take `lag` away
+    where it does not.
 
     Parameters
     ----------
@@ -264,6 +300,8 @@ def fringes(
         In the unit of the position.
     number : int
         The number of this drive among those that `identify_places` gets.
+    lag : int
+        By how many samples the stage turns later than the drive: its dead time.
 
     Returns
     -------
@@ -292,27 +330,46 @@ def fringes(
     """
     light, u = np.asarray(signal, dtype=float), np.asarray(drive, dtype=float)
     for name, given in (("signal", light), ("drive", u)):
-        if given.ndim != 1 or not np.isfinite(given).all():
+        if given.ndim != 1 or given.size < 2 or not np.isfinite(given).all():
             raise ValueError(f"{name}: expected a one-dimensional array of finite numbers")
     if light.size != u.size:
         raise ValueError(f"signal: expected {u.size} samples like the drive, got {light.size}")
     if not (np.isfinite(wavelength) and wavelength > 0):
         raise ValueError(f"wavelength: expected a number above 0, got {wavelength!r}")
-    about = light - 0.5 * (light.min() + light.max())
-    before = np.flatnonzero((about[:-1] < 0) != (about[1:] < 0))
-    if before.size < 3:
+    _whole("number", number, 0)
+    _whole("lag", lag, 0)
+    at = _passes(light - 0.5 * (light.min() + light.max()))
+    if at.size < 3:
         raise ValueError(
-            f"signal: expected at least three passes through its middle, got {before.size}"
+            f"signal: expected at least three passes through its middle, got {at.size}"
         )
-    at = before + about[before] / (about[before] - about[before + 1])
     steps = np.diff(u)
     moving = np.flatnonzero(steps)
+    if not moving.size:
+        raise ValueError("drive: expected one that moves, got a constant")
     # Where the drive rests, the position goes on as before.
-    direction = np.sign(steps[moving])[np.maximum(np.searchsorted(moving, before, "right") - 1, 0)]
+    last = np.searchsorted(moving, np.floor(at) - lag, "right") - 1
+    direction = np.sign(steps[moving])[np.maximum(last, 0)]
     same_branch = direction[1:] == direction[:-1]
     place = np.concatenate([[0.0], np.cumsum(np.where(same_branch, direction[1:], 0.0))])
     rows = [np.full(at.size, float(number)), np.full(at.size, at[0]), at, 0.25 * wavelength * place]
     return np.column_stack(rows)[1:]
+
+
+def _passes(about: Samples) -> Samples:
+    """Return the instants at which a signal goes from one side of its middle to the other.
+
+    It must have been out by a fifth of its amplitude on both sides: noise near the middle is none.
+    """
+    out = np.flatnonzero(np.abs(about) > _OUT * np.abs(about).max())
+    changes = np.flatnonzero((about[out[:-1]] < 0) != (about[out[1:]] < 0))
+    found = []
+    for begin, end in zip(out[changes], out[changes + 1], strict=True):
+        part = about[begin : end + 1]
+        crossings = np.flatnonzero((part[:-1] < 0) != (part[1:] < 0))
+        at = crossings + part[crossings] / (part[crossings] - part[crossings + 1])
+        found.append(begin + float(np.mean(at)))
+    return np.array(found)
 
 
 def resample(
@@ -326,7 +383,8 @@ def resample(
         A trace or a retrace.
     positions : array of shape (lines, pixels)
         Where each pixel was, as the stage says: `found.predict(drive)` at its instants. They rise,
-        or they fall, along each line.
+        or they fall, along each line. Pixels at its ends that were read while the stage still went
+        the other way, behind a dead time, are left out.
     grid : int or array of floats
         How many places across what all lines have seen, or the places themselves.
 
@@ -355,20 +413,32 @@ def resample(
         raise ValueError(
             f"positions: expected the shape of the image, {shown.shape}, got {seen_at.shape}"
         )
-    steps = np.diff(seen_at, axis=1)
-    if steps.size and not (np.all(steps >= 0) or np.all(steps <= 0)):
-        raise ValueError("positions: expected places that rise, or that fall, along all lines")
-    if steps.size and steps.sum() < 0:
+    if seen_at[:, -1].sum() < seen_at[:, 0].sum():
         shown, seen_at = shown[:, ::-1], seen_at[:, ::-1]
-    if np.ndim(grid) == 0:
-        count = int(np.asarray(grid))
-        if count < 2:
-            raise ValueError(f"grid: expected at least two places, got {count}")
-        places = np.linspace(seen_at[:, 0].max(), seen_at[:, -1].min(), count)
-    else:
-        places = np.asarray(grid, dtype=float)
+    ways = [slice(int(at.argmin()), int(at.argmax()) + 1) for at in seen_at]
+    if any(
+        at[way].size < 2 or (np.diff(at[way]) < 0).any()
+        for at, way in zip(seen_at, ways, strict=True)
+    ):
+        raise ValueError("positions: expected places that rise, or that fall, along all lines")
+    places = _grid(grid, float(seen_at.min(axis=1).max()), float(seen_at.max(axis=1).min()))
     lines = [
-        np.interp(places, at, line, left=np.nan, right=np.nan)
-        for at, line in zip(seen_at, shown, strict=True)
+        np.interp(places, at[way], line[way], left=np.nan, right=np.nan)
+        for at, line, way in zip(seen_at, shown, ways, strict=True)
     ]
     return np.array(lines), places
+
+
+def _grid(grid: npt.ArrayLike, low: float, high: float) -> Samples:
+    """Return the places that are asked for: so many between both ends, or themselves."""
+    if np.ndim(grid) == 0:
+        count = float(np.asarray(grid))
+        if count < 2 or count != int(count):
+            raise ValueError(f"grid: expected at least two places, got {count:g}")
+        if low >= high:
+            raise ValueError("positions: expected lines that have places in common")
+        return np.linspace(low, high, int(count))
+    places = np.asarray(grid, dtype=float)
+    if places.ndim != 1 or not np.isfinite(places).all():
+        raise ValueError("grid: expected a number, or a one-dimensional array of finite places")
+    return places

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 import mpi_hyst as mh
-from mpi_hyst._cli.inputs import sampling_interval, trajectory
+from mpi_hyst._cli.inputs import assumed_of, sampling_interval, trajectory
 from mpi_hyst._cli.options import (
     FILE,
     Sampled,
@@ -24,11 +25,13 @@ from mpi_hyst._cli.options import (
 )
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.stage import refusing
-from mpi_hyst._cli.terminal import CommandError, command_line, require_report_packages, say
+from mpi_hyst._cli.terminal import CommandError, command_line, note, require_report_packages, say
 from mpi_hyst._report import places as page
 from mpi_hyst._report.page import hashed_file, made_with
 from mpi_hyst._report.places import Places, ScanImages
 from mpi_hyst._types import Matrix, Samples
+
+_SAME = 1e-3  # of sampling intervals that are taken for one
 
 
 @dataclass(frozen=True)
@@ -94,16 +97,22 @@ def run(request: Request) -> str:
         raise CommandError("--corrected: expected --trace and --retrace, got neither")
     columns = [trajectory(path, request.sampled) for path in request.drives]
     drives = [columns[name] for columns, name in columns]
-    dt = sampling_interval(columns[0][0], request.sampled.rate)
+    for one, name in columns:
+        for said in assumed_of(one, name, "V", request.sampled):
+            note(said)
+    dt = _interval(request, [one for one, _ in columns])
     before = _before(request)
+    ends = _ends(drives, scans, before)
     pairs = [] if request.pairs is None else [_matrix(request.pairs)]
     with refusing(request.lengths, _names(request)):
-        for number, (scan, first) in enumerate(zip(scans, before, strict=False)):
+        matched = []
+        for number, (scan, first, end) in enumerate(zip(scans, before, ends, strict=False)):
             at = tuple(one + first for one in mh.images.instants(*scan.trace.shape))
-            pairs.append(mh.images.match(scan.trace, scan.retrace, drive=number, at=(at[0], at[1])))
+            pixel = float(np.ptp(drives[number][first:end])) / (scan.trace.shape[1] - 1)
+            matched.append(_match(scan, number, (at[0], at[1]), pixel))
         found = mh.identify_places(
             drives,
-            np.vstack([_with_std(one) for one in pairs]),
+            _joined(pairs, matched),
             _matrix(request.lengths),
             dt=dt,
             **passed(request, "identify_places"),
@@ -127,7 +136,9 @@ def _matrix(path: Path) -> Matrix:
         if path.suffix.lower() == ".npy":
             read = np.load(io.BytesIO(data), allow_pickle=False)
         else:
-            text = data.decode("utf-8-sig").replace(",", " ").replace(";", " ")
+            text = data.decode("utf-8-sig")
+            # Between semicolons a comma is a decimal mark.
+            text = text.replace(",", "." if ";" in text else " ").replace(";", " ")
             read = np.loadtxt(io.StringIO(text), ndmin=2)
         matrix = np.asarray(read, dtype=np.float64)
     except (ValueError, UnicodeDecodeError, EOFError) as error:
@@ -137,9 +148,50 @@ def _matrix(path: Path) -> Matrix:
     return matrix
 
 
-def _with_std(pairs: Matrix) -> Matrix:
-    """Give pairs without an uncertainty one like others."""
-    return pairs if pairs.shape[1] != 3 else np.column_stack([pairs, np.ones(len(pairs))])
+def _joined(pairs: Sequence[Matrix], matched: Sequence[Matrix]) -> Matrix:
+    """Join pairs; those of a file without an uncertainty get the median one of the matches."""
+    known = np.concatenate([one[:, 3] for one in matched]) if matched else np.ones(1)
+    usual = float(np.median(known)) if known.size else 1.0
+    given = [
+        np.column_stack([one, np.full(len(one), usual)]) if one.shape[1] == 3 else one
+        for one in pairs
+    ]
+    return np.vstack([*given, *matched])
+
+
+def _match(
+    scan: ScanImages, number: int, at: tuple[Matrix, Matrix], pixel: float
+) -> npt.NDArray[np.float64]:
+    try:
+        return mh.images.match(scan.trace, scan.retrace, drive=number, at=at, pixel=pixel)
+    except ImportError as error:
+        raise CommandError(str(error)) from error
+
+
+def _interval(request: Request, columns: Sequence[mh.io.Columns]) -> float:
+    """Return the sampling interval, which all drives share."""
+    first, *others = [sampling_interval(one, request.sampled.rate) for one in columns]
+    for path, other in zip(request.drives[1:], others, strict=True):
+        if abs(other - first) > _SAME * first:
+            raise CommandError(
+                f"{path}: expected the sampling interval of {request.drives[0]}, {first:g} s, "
+                f"got {other:g} s"
+            )
+    return first
+
+
+def _ends(
+    drives: Sequence[Samples], scans: Sequence[ScanImages], before: Sequence[int]
+) -> list[int]:
+    """Return up to which sample of its drive each scan goes."""
+    ends = [first + 2 * one.trace.size for one, first in zip(scans, before, strict=False)]
+    for number, (drive, end) in enumerate(zip(drives, ends, strict=False)):
+        if drive.size < end:
+            raise CommandError(
+                f"--before: expected {end} samples of drive {number} for the pixels of its images, "
+                f"got {drive.size}"
+            )
+    return ends
 
 
 def _images(request: Request) -> list[ScanImages]:
@@ -176,11 +228,6 @@ def _corrected(
     last, number = scans[-1], len(scans) - 1
     lines, pixels = last.trace.shape
     end = before[number] + 2 * lines * pixels
-    if drives[number].size < end:
-        raise CommandError(
-            f"--before: expected {end} samples of drive {number} for the pixels of its images, "
-            f"got {drives[number].size}"
-        )
     at = found.predict(drives[number])[before[number] : end].reshape(lines, 2, pixels)
     trace, grid = mh.images.resample(last.trace, at[:, 0], pixels)
     retrace, _ = mh.images.resample(last.retrace, at[:, 1], grid)
