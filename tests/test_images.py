@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import mpi_hyst as mh
@@ -130,14 +129,30 @@ def test_a_corrected_image_has_both_ways_at_the_same_places(
     assert differ(trace, retrace) < 0.35 * before
 
 
-def test_a_scan_of_512_by_512_takes_ten_seconds_of_one_core() -> None:
-    one = scan(1.8, MIDDLE, 512, 1)
-    begin = time.process_time()
-    pairs = pairs_of(one, 0)
-    found = mh.identify_places(one.drive, pairs, [known_length(one)], dt=1e-3)
-    at = found.predict(one.drive)[one.lead :].reshape(512, 2, 512)
-    mh.images.resample(one.trace, at[:, 0], 512)
-    assert time.process_time() - begin < 10.0
+def test_pixels_that_go_the_other_way_at_an_end_are_left_out() -> None:
+    # Behind a dead time a trace begins while the stage still goes back.
+    seen_at = np.array([[0.3, 0.1, 0.0, 1.0, 2.0, 4.0], [0.2, 0.1, 0.0, 1.5, 3.0, 4.0]])
+    for turned in (seen_at, seen_at[:, ::-1]):
+        even, grid = mh.images.resample(2.0 * turned, turned, 5)
+        assert grid == pytest.approx([0.0, 1.0, 2.0, 3.0, 4.0])
+        assert even == pytest.approx(np.tile(2.0 * grid, (2, 1)))
+
+
+def test_an_image_behind_a_dead_time_is_corrected() -> None:
+    one = scan(1.8, MIDDLE, 64, 1, noise=0.0)
+    late = np.concatenate([np.full(3, one.position[0]), one.position[:-3]])
+    at = late[one.lead :].reshape(64, 2, 64)
+    trace, grid = mh.images.resample(at[:, 0], at[:, 0], 50)
+    retrace, _ = mh.images.resample(at[:, 1], at[:, 1], grid)
+    assert trace[:, 5:-5] == pytest.approx(np.tile(grid, (64, 1))[:, 5:-5])
+    assert retrace[:, 5:-5] == pytest.approx(np.tile(grid, (64, 1))[:, 5:-5])
+
+
+def test_uncertainties_are_those_of_places_where_the_pixel_is_said() -> None:
+    one = scan(1.8, MIDDLE, 64, 1)
+    plain, small = (mh.images.match(one.trace, one.retrace, pixel=pixel) for pixel in (1.0, 0.01))
+    assert small[:, 3] == pytest.approx(0.01 * plain[:, 3])
+    np.testing.assert_array_equal(small[:, :3], plain[:, :3])
 
 
 def test_fringes_count_places() -> None:
@@ -151,6 +166,31 @@ def test_fringes_count_places() -> None:
     assert np.all(lengths[:, 0] == 2)
     at = [np.interp(one, np.arange(position.size), position) for one in lengths[:, 1:3].T]
     assert at[1] - at[0] == pytest.approx(lengths[:, 3], abs=0.01)
+
+
+def test_noise_at_the_middle_is_no_fringe() -> None:
+    way = np.linspace(0.0, 1.0, 400)
+    # It rests for a while where the signal is at its middle.
+    drive = np.concatenate([way, np.full(300, 1.0), np.linspace(1.0, 2.0, 400)])
+    phase = 2.0 * np.pi * (drive - 1.0) * 3.0 + 0.5 * np.pi
+    noisy = np.cos(phase) + 0.02 * np.random.default_rng(1).normal(size=drive.size)
+    lengths = mh.images.fringes(noisy, drive, 2.0 / 3.0)
+    clean = mh.images.fringes(np.cos(phase + 0.01), drive, 2.0 / 3.0)
+    assert len(lengths) == len(clean)
+    assert lengths[:, 3] == pytest.approx(clean[:, 3])
+
+
+def test_a_stage_that_turns_later_than_its_drive_has_a_lag() -> None:
+    drive = np.concatenate([np.linspace(0, 3, 300), np.linspace(3, 0, 300)])
+    lag = 12
+    late = np.concatenate([np.zeros(lag), drive[:-lag]])
+    # It passes the middle of a fringe within the lag behind the turn of the drive.
+    signal = np.cos(4 * np.pi * (late - 2.97) / 0.633 + 0.5 * np.pi)
+    lengths = mh.images.fringes(signal, drive, 0.633, lag=lag)
+    at = [np.interp(one, np.arange(late.size), late) for one in lengths[:, 1:3].T]
+    assert at[1] - at[0] == pytest.approx(lengths[:, 3], abs=0.01)
+    wrong = mh.images.fringes(signal, drive, 0.633)
+    assert np.abs(wrong[:, 3] - lengths[:, 3]).max() > 0.1
 
 
 @pytest.mark.parametrize(
@@ -171,7 +211,7 @@ def test_fringes_count_places() -> None:
         ),
         (lambda: mh.images.resample(np.zeros((2, 4)), np.zeros((2, 3)), 4), "positions: expected"),
         (
-            lambda: mh.images.resample(np.zeros((1, 3)), [[0, 2, 1]], 4),
+            lambda: mh.images.resample(np.zeros((1, 4)), [[0, 2, 1, 3]], 4),
             "positions: expected places",
         ),
         (
@@ -181,9 +221,42 @@ def test_fringes_count_places() -> None:
         (lambda: mh.images.fringes(np.zeros(9), np.zeros(8), 1.0), "signal: expected 8 samples"),
         (lambda: mh.images.fringes(np.zeros(9), np.arange(9.0), 0.0), "wavelength: expected"),
         (lambda: mh.images.fringes(np.ones(9), np.arange(9.0), 1.0), "signal: expected at least"),
+        (
+            lambda: mh.images.fringes(np.cos(np.arange(40.0)), np.ones(40), 1.0),
+            "drive: expected one",
+        ),
+        (lambda: mh.images.fringes(np.ones(9), np.arange(9.0), 1.0, lag=-1), "lag: expected 0"),
+        (lambda: mh.images.fringes([], [], 1.0), "signal: expected a one-dimensional"),
+        (lambda: mh.images.instants(0, 3), "lines: expected 1 or more, got 0"),
+        (
+            lambda: mh.images.match(np.zeros((2, 9)), np.zeros((2, 9))),
+            "trace: expected lines of 16",
+        ),
+        (
+            lambda: mh.images.match(np.zeros((2, 64)), np.zeros((2, 64)), pixel=0.0),
+            "pixel: expected a number above 0",
+        ),
+        (
+            lambda: mh.images.match(np.zeros((2, 64)), np.zeros((2, 64)), drive=-1),
+            "drive: expected 0 or more, got -1",
+        ),
+        (
+            lambda: mh.images.resample(np.zeros((2, 2)), [[0, 1], [2, 3]], 4),
+            "positions: expected lines that have places in common",
+        ),
+        (lambda: mh.images.resample(np.zeros((1, 2)), [[0, 1]], 4.5), "grid: expected"),
+        (lambda: mh.images.resample(np.zeros((1, 2)), [[0, 1]], [0.0, np.nan]), "grid: expected a"),
     ],
 )
 def test_wrong_input_is_named(call: object, message: str) -> None:
     assert callable(call)
     with pytest.raises(ValueError, match=message):
         call()
+
+
+@pytest.mark.parametrize("name", ["window", "together", "drive"])
+def test_what_is_no_whole_number_is_named(name: str) -> None:
+    image = np.zeros((2, 64))
+    given = {name: 20.5}
+    with pytest.raises(TypeError, match=f"{name}: expected a whole number, got 20.5"):
+        mh.images.match(image, image, **given)  # type: ignore[arg-type]

@@ -225,3 +225,32 @@ def test_load_cell_from_known_loads() -> None:
     stage = found.stage.inverse(1.0)
     compensated = stage.run(read - read[0])
     assert np.abs(compensated - other).max() < 0.2 * np.abs(linear - other).max()
+
+
+def test_lengths_of_the_wrong_sign_are_refused() -> None:
+    u, y, pairs = simulated()
+    lengths = [(one[0], one[1], one[2], -one[3]) for one in lengths_of(y, [(50, 150)])]
+    with pytest.raises(ValueError, match="lengths: expected distances that rise with the drive"):
+        mh.identify_places(u, pairs, lengths, dt=0.005)
+
+
+def test_lengths_that_the_model_misses_are_told() -> None:
+    u, y, pairs = simulated()
+    lengths = lengths_of(y, [(50, 150), (60, 140), (70, 130)])
+    off = [(*one[:3], one[3] * share) for one, share in zip(lengths, (1.0, 1.2, 0.8), strict=True)]
+    found = mh.identify_places(u, pairs, off, dt=0.005)
+    told = [one.message for one in found.warnings if one.code == "places_differ"]
+    assert any("known lengths are missed by" in one for one in told), told
+    clean = mh.identify_places(u, pairs, lengths, dt=0.005)
+    assert "places_differ" not in [one.code for one in clean.warnings]
+
+
+def test_wrong_pairs_are_no_part_of_the_error_of_the_stage() -> None:
+    u, y, pairs = simulated()
+    spoiled = np.array(pairs)
+    spoiled[3, 2] += 40.0
+    found = mh.identify_places(u, spoiled, lengths_of(y, [(50, 150)]), dt=0.005)
+    assert 3 in found.wrong_pairs
+    identified = found.stage.identified
+    assert identified is not None
+    assert identified["max_error"] < 0.5 * np.abs(found.mismatches).max()

@@ -91,3 +91,41 @@ def test_wrong_input_is_refused(room: Path, options: list[str], said: str) -> No
     before = {path.name for path in room.iterdir()}
     whole = [str(room / one) if one.endswith((".npy", ".csv")) else one for one in options]
     assert_refused(run(*given(room), *whole), room, before, said)
+
+
+def test_every_drive_has_the_same_interval(room: Path) -> None:
+    table = np.loadtxt(room / "drive.csv", delimiter=",", skiprows=1) * [2.0, 1.0]
+    np.savetxt(room / "slow.csv", table, delimiter=",", header="time_s,drive_v", comments="")
+    before = {path.name for path in room.iterdir()}
+    words = ["places", str(room / "drive.csv"), str(room / "slow.csv")]
+    known = ["--lengths", str(room / "lengths.csv"), "--pairs", str(room / "pairs.npy")]
+    result = run(*words, *known, "-o", str(room / "stage.json"))
+    assert_refused(result, room, before, "slow.csv: expected the sampling interval of")
+
+
+def test_what_is_doubtful_in_a_drive_is_refused(room: Path) -> None:
+    text = (room / "drive.csv").read_text("utf-8")
+    (room / "drive.csv").write_text("# gain 20\n" + text, encoding="utf-8")
+    before = {path.name for path in room.iterdir()}
+    result = run(*given(room), "--pairs", str(room / "pairs.npy"))
+    assert_refused(result, room, before, "'gain 20' is not applied")
+
+
+def test_a_drive_shorter_than_its_images_is_named(room: Path) -> None:
+    write_scan(room)
+    before = {path.name for path in room.iterdir()}
+    images = ["--trace", str(room / "trace.npy"), "--retrace", str(room / "retrace.csv")]
+    result = run(*given(room), *images, "--before", "5000")
+    assert_refused(result, room, before, "--before: expected 13192 samples of drive 0")
+
+
+def test_between_semicolons_a_comma_is_a_decimal_mark(room: Path) -> None:
+    text = (room / "lengths.csv").read_text("utf-8").replace(",", ";").replace(".", ",")
+    (room / "comma.csv").write_text(text, encoding="utf-8")
+    outputs = []
+    for name in ("lengths.csv", "comma.csv"):
+        words = ["places", str(room / "drive.csv"), "--lengths", str(room / name)]
+        result = run(*words, "--pairs", str(room / "pairs.npy"))
+        assert result.exit_code == 0, result.output
+        outputs.append(result.stdout)
+    assert outputs[0] == outputs[1]

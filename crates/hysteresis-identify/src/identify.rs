@@ -186,7 +186,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         record_fits,
         left_out_samples: records.iter().map(|record| record.left_out().to_vec()).collect(),
         noise: root.deviation,
-        sensor_noise: sensor_noise(&left).min(root.deviation),
+        sensor_noise: Some(sensor_noise(&left).min(root.deviation)),
         error_band: None,
         kkt_residual: fit.kkt_residual,
         covariance: Covariance::new(&fit, &root, &basis, &space),

@@ -277,7 +277,8 @@ def identification(found: mh.results.Identification) -> Box:
     rows = [*_quality("fit", found.fit)]
     if found.validation is not None:
         rows += _quality("validation", found.validation)
-    rows += [("noise of the sensor", f"{digits(found.noise, 3)} rms"), *parameters(task, found)]
+    rows += [("noise of the sensor", f"{digits(found.sensor_noise, 3)} rms")]
+    rows += [("left by the fit", f"{digits(found.noise, 3)} rms"), *parameters(task, found)]
     stds = [found.weights_std.tolist(), found.weights_negative_std.tolist()]
     table = model_table(found.model, "", "", stds)
     named = f"Identification: {title(found, len(found.records))}"

@@ -305,6 +305,10 @@ impl Stage {
     ) -> Result<ErrorBounds, Error> {
         let (band, z) = (self.error_band()?, normal_quantile(check_level(level)?));
         let wanted = self.wanted(reference, dt, options)?;
+        if found.drive.len() != wanted.path.len() {
+            let expected = "the reference that these drives were made of";
+            return Err(CoreError::whole("reference", None, expected, reference.len()).into());
+        }
         let mut before = vec![wanted.start];
         before.extend_from_slice(options.history);
         let deviations = band.deviations(&found.drive, &before, dt)?;

@@ -466,8 +466,8 @@ impl fmt::Display for Error {
             Self::Bytes { expected, got } => write!(f, "bytes: expected {expected} as bytes, got {got}"),
             Self::NoBand => write!(
                 f,
-                "error_band: expected a stage that knows one, got none: it was not identified, or by a release that knew no bands, \
-                 or parts were changed since; identify it again from its records"
+                "error_band: expected a stage that knows one, got none: it was not identified, or from places, or by a release that \
+                 knew no bands, or parts were changed since; identify it from records of a sensor"
             ),
             Self::File { message } => write!(f, "not a stage file: {message}"),
         }

@@ -47,15 +47,20 @@ pub(crate) fn findings(
         let message = format!("{} of {pairs} pairs {what}: {}", places.len(), named(places));
         (value > limit).then(|| Finding::new(code, value, limit, message))
     };
-    let distance = weighed.shares.scale / range;
+    let differ = |distance: f64, message: String| {
+        (distance > MOST_DISTANCE).then(|| Finding::new(FindingCode::PlacesDiffer, distance, MOST_DISTANCE, message))
+    };
+    let distance = if pairs > 0 { weighed.shares.scale / range } else { 0.0 };
     let message = format!("the two instants of a pair are {:.2} % of the range apart in the model", 100.0 * distance);
-    let apart = (pairs > 0 && distance > MOST_DISTANCE)
-        .then(|| Finding::new(FindingCode::PlacesDiffer, distance, MOST_DISTANCE, message));
+    let apart = differ(distance, message);
+    let missed = signal::rms(&weighed.length_errors) / range;
+    let message = format!("known lengths are missed by {:.2} % of the range, rms", 100.0 * missed);
     let found = [
         of_pairs(FindingCode::WrongPairs, wrong, MOST_WRONG, "contradict the others and were left out"),
         one_loop_size(given, uninformative),
         of_pairs(FindingCode::UninformativePairs, uninformative, MOST_UNINFORMATIVE, "say nothing"),
         apart,
+        differ(missed, message),
     ];
     found.into_iter().flatten().collect()
 }
@@ -80,14 +85,16 @@ fn one_loop_size(given: &Given<'_>, uninformative: &[usize]) -> Option<Finding> 
             (smallest, largest) = (smallest.min(stroke), largest.max(stroke));
         }
     }
-    let value = smallest / largest;
+    // On no whole stroke there is any: then nothing tells one size from another.
+    let value = if largest > 0.0 { smallest / largest } else { 1.0 };
+    let smallest = smallest.min(largest);
     let message = format!(
         "the strokes on which pairs and lengths lie are from {smallest:.4} to {largest:.4} in the unit of the drive: loops of one size"
     );
     (value > ONE_SIZE).then(|| Finding::new(FindingCode::OneLoopSize, value, ONE_SIZE, message))
 }
 
-/// How far the drive goes between the turns about an instant; none on the way from the start to the first turn, and after the last.
+/// How far the drive goes between the turns about an instant, the start among them; none after the last.
 fn stroke(drive: &[f64], turns: &[usize], instant: f64) -> Option<f64> {
     let next = turns.partition_point(|turn| *turn <= between(instant).0);
     let (before, after) = (turns.get(next.checked_sub(1)?)?, turns.get(next)?);

@@ -205,6 +205,15 @@ fn result(
     let responses: Vec<Vec<f64>> = given.drives.iter().map(|drive| chain.response(drive, given.dt)).collect();
     let output_offset = -responses[0][0];
     let (low, high) = signal::bounds_of(responses.iter().map(|response| signal::bounds(response)));
+    // Weights of zero are all that distances of the wrong sign leave.
+    if low >= high {
+        let expected = "distances that rise with the drive: turn their signs if yours fall";
+        let longest = given
+            .lengths
+            .iter()
+            .fold(0.0, |longest: f64, known| if known.length.abs() > longest.abs() { known.length } else { longest });
+        return Err(Error::domain("lengths", None, expected, longest));
+    }
     let root = spread::root(search, found, smoothness);
     let deviation = |row: usize| (0..root.ncols()).map(|k| root[(row, k)].powi(2)).sum::<f64>().sqrt();
     let columns = weighed.weights.len();

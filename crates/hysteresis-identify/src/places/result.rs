@@ -119,7 +119,9 @@ impl PlacesIdentification {
             Model::Conventional(model) => ModifiedPrandtlIshlinskii::from(model),
             Model::Modified(model) => model.clone(),
         };
-        let errors = || self.mismatches.iter().chain(&self.length_errors);
+        let is_kept = |place: &usize| self.wrong_pairs.binary_search(place).is_err();
+        let kept = self.mismatches.iter().enumerate().filter(|(place, _)| is_kept(place)).map(|(_, error)| error);
+        let max_error = kept.chain(&self.length_errors).fold(0.0, |most: f64, error| error.abs().max(most));
         StageParts {
             creep: self.creep.clone(),
             dynamics: LinearDynamics::none(),
@@ -129,7 +131,7 @@ impl PlacesIdentification {
                 position_range: self.position_range,
                 dt: vec![self.dt],
                 rmse: self.mismatch,
-                max_error: errors().fold(0.0, |most, error| error.abs().max(most)),
+                max_error,
                 parameters: Vec::new(),
                 covariance: Vec::new(),
                 warnings: self.warnings.iter().map(warning).collect(),

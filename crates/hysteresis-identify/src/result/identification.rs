@@ -76,10 +76,9 @@ pub struct Identification {
     /// The standard deviation of what is left: the root of the sum of their squares over the number of
     /// samples less that of unknowns, in the unit of the output.
     pub noise: f64,
-    /// The noise of the sensor: the white part of the residuals, of the record that has least of it. Where the model lacks something
-    /// it is below [`noise`](Self::noise).
+    /// See [`sensor_noise`](Self::sensor_noise); none in results of releases that did not tell it from the misfit.
     #[cfg_attr(feature = "serde", serde(default))]
-    pub sensor_noise: f64,
+    pub(crate) sensor_noise: Option<f64>,
     /// How far the next record may be from what the model predicts; none in results of releases that knew no bands.
     #[cfg_attr(feature = "serde", serde(default))]
     pub error_band: Option<ErrorBand>,
@@ -187,6 +186,13 @@ impl Identification {
     /// [`stage::Error`] without a band, for numbers that are not finite, and for a level that is not between 0 and 1.
     pub fn predict_interval(&self, input: &[f64], dt: f64, level: f64) -> Result<Vec<f64>, stage::Error> {
         self.error_band.as_ref().ok_or(stage::Error::NoBand)?.half_widths(input, &[], dt, level)
+    }
+
+    /// The noise of the sensor: the white part of the residuals, of the record that has least of it. Where the model lacks
+    /// something it is below [`noise`](Self::noise).
+    #[must_use]
+    pub fn sensor_noise(&self) -> f64 {
+        self.sensor_noise.unwrap_or(self.noise)
     }
 
     /// Whether the result deserves trust: the worst of its [`warnings`](Self::warnings).
@@ -344,7 +350,7 @@ impl Identification {
             output_map: self.output_map(),
             amplifier: self.amplifier(),
             dead_time: self.causal_dead_time(),
-            noise: Some(self.sensor_noise),
+            noise: Some(self.sensor_noise()),
             error_band: self.error_band.clone(),
             identified: Some(self.identified()),
             ..StageParts::new(hysteresis)

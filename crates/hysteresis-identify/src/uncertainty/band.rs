@@ -48,7 +48,7 @@ impl Identification {
         let samples = Samples::new(records, &left, intervals, self.drive_range);
         let width = self.record_fits.iter().filter_map(|fit| fit.loop_width).fold(0.0, f64::max);
         let width = if width > 0.0 { width } else { USUAL_WIDTH * self.fit.range };
-        let noise = self.sensor_noise;
+        let noise = self.sensor_noise();
         let table = Table::of(&samples, noise);
         let errors = table.errors(width);
         let rates = samples.factors(&errors, noise, |sample| sample.rate);
@@ -70,7 +70,7 @@ impl Identification {
 
 /// The noise of the sensor: the white part of what is left, from second differences, of the record that has least of it.
 ///
-/// What the model lacks changes slowly from sample to sample. A record of less than fifty samples counts only if all do.
+/// What the model lacks changes slowly from sample to sample. Records below fifty samples count only if no record is longer.
 pub(crate) fn sensor_noise(left: &[Vec<f64>]) -> f64 {
     let white = |values: &Vec<f64>| {
         let second: Vec<f64> = values.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();

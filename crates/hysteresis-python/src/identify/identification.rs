@@ -156,7 +156,7 @@ impl Identification {
     /// that has least of it. Where the model lacks something it is below `noise`.
     #[getter]
     fn sensor_noise(&self) -> f64 {
-        self.found.sensor_noise
+        self.found.sensor_noise()
     }
 
     /// The output offset of every record, in the unit of the output.
