@@ -64,8 +64,9 @@ def alike() -> mh.results.Identification:
     return mh.identify(ALIKE, measured(ALIKE, 2), dt=DT)
 
 
-def covered(found: mh.results.Identification, interval: float) -> float:
-    shares = []
+def covered(found: mh.results.Identification, interval: float) -> tuple[float, float]:
+    """Return the share of samples that a band holds, and its width over their rms error."""
+    shares, widths = [], []
     for seed in range(8):
         u = others(seed)
         y, judged = measured(u, 10 + seed), slice(1000, None)
@@ -73,21 +74,25 @@ def covered(found: mh.results.Identification, interval: float) -> float:
         offset = float(np.mean((y - predicted)[judged]))
         inside = (y - offset >= low) & (y - offset <= high)
         shares.append(float(inside[judged].mean()))
-    return float(np.mean(shares))
+        widths.append(float((high - low)[judged].mean() / np.std((y - predicted)[judged])))
+    return float(np.mean(shares)), float(np.mean(widths))
 
 
 def test_the_band_holds_records_that_were_not_fitted(
     various: mh.results.Identification,
 ) -> None:
-    assert covered(various, 0.95) >= 0.92
-    assert covered(various, 0.5) < covered(various, 0.95)
+    share, width = covered(various, 0.95)
+    # 0.998 and 5.9 were measured. 3.9 is the width of a normal error whose size is known.
+    assert share >= 0.95 and width < 8.0
+    assert 0.5 <= covered(various, 0.5)[0] < 0.95
 
 
 def test_the_band_of_equal_triangles_holds_most_of_other_records(
     alike: mh.results.Identification,
 ) -> None:
-    # Here the effect of noise on the fit is a tenth of the error.
-    assert covered(alike, 0.95) >= 0.6
+    # 0.72 and 2.5 were measured; here the effect of noise on the fit is a tenth of the error.
+    share, width = covered(alike, 0.95)
+    assert share >= 0.65 and width < 8.0
 
 
 def test_records_that_are_all_alike_promise_less(
@@ -131,7 +136,7 @@ def test_a_reference_has_bounds_before_it_is_driven(various: mh.results.Identifi
     missed -= missed.mean()
     # The errors of one reference are not independent.
     assert np.mean((error.low <= missed) & (missed <= error.high)) >= 0.8
-    assert np.abs(missed).max() <= error.within
+    assert np.abs(missed).max() <= error.within < 4.0 * np.abs(missed).max()
     assert error.within >= 0.5 * float((error.high - error.low).max())
     assert error.interval == 0.95
     wider = stage.precompensate(reference, DT, return_error=True, interval=0.99)[1]
