@@ -8,8 +8,8 @@ pub enum Hold {
     /// A converter holds every sample until the next.
     #[default]
     Zero,
-    /// It is smooth: samples of a signal without content near half of the sampling rate, as of an analogue generator, or of a finer
-    /// simulation.
+    /// It is smooth: samples of a signal without content near half of the sampling rate, as of an analogue generator,
+    /// or of a finer simulation.
     BandLimited,
 }
 
@@ -39,8 +39,9 @@ const REACH: usize = 24;
 
 /// A drive on the half steps of an integration: `2 sub_steps` values for each sample, and where a smooth one ends.
 ///
-/// Between the samples of a smooth drive stand sums of sinc functions under a Kaiser window over 24 samples on each side: good to
-/// 1e-5 up to a fifth of the sampling rate, and to 3e-5 up to two fifths. Beyond the ends a drive stays as it is, or if it is `periodic` comes again.
+/// Between the samples of a smooth drive stand sums of sinc functions under a Kaiser window over 24 samples on each
+/// side: good to 1e-5 up to a fifth of the sampling rate, and to 3e-5 up to two fifths. Beyond the ends a drive stays
+/// as it is, or if it is `periodic` comes again.
 #[derive(Clone, Debug)]
 pub struct FineDrive {
     values: Vec<f64>,

@@ -10,9 +10,9 @@ use crate::checks::check_numbers;
 
 /// The position of an oscillator, sample by sample: `step(u)` returns y(k), then holds u(k) for one interval.
 ///
-/// Begins at rest. An interval is integrated in sub-steps; turning points are found inside them. A drive that is not finite,
-/// or beyond 1e100, counts as the last one. One that would bring position, velocity or z beyond 1e100 leaves the state as it
-/// is, and does not become the last one. Both are counted.
+/// Begins at rest. An interval is integrated in sub-steps; turning points are found inside them. A drive that is not
+/// finite, or beyond 1e100, counts as the last one. One that would bring position, velocity or z beyond 1e100 leaves
+/// the state as it is, and does not become the last one. Both are counted.
 ///
 /// ```
 /// use hysteresis_control::oscillator::{HystereticOscillator, OscillatorForward};
@@ -48,7 +48,8 @@ pub struct OscillatorState {
 }
 
 impl OscillatorForward {
-    /// At rest, for an interval `dt` in seconds and a number of sub-steps, or as many as [`HystereticOscillator::sub_steps`] says.
+    /// At rest, for an interval `dt` in seconds and a number of sub-steps, or as many as
+    /// [`HystereticOscillator::sub_steps`] says.
     ///
     /// # Errors
     /// As [`HystereticOscillator::sub_steps`].
@@ -138,7 +139,8 @@ impl HystereticOscillator {
     /// The positions y(k) under a whole drive u(k), at rest before it.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a drive that is not finite, as [`sub_steps`](Self::sub_steps), or if position, velocity or z leaves 1e100.
+    /// [`Error::Domain`] for a drive that is not finite, as [`sub_steps`](Self::sub_steps), or if position, velocity
+    /// or z leaves 1e100.
     pub fn response(&self, u: &[f64], dt: f64, hold: Hold, sub_steps: Option<usize>) -> Result<Vec<f64>, Error> {
         Ok(self.simulate(u, dt, hold, sub_steps, None)?.0)
     }
