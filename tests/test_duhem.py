@@ -171,6 +171,7 @@ def test_a_record_from_rest() -> None:
     assert (found.periods, found.noise) == (1, None)
     assert found.output_offset == pytest.approx(1e-3, rel=1e-3)
     assert found.rms < 1e-3 * found.linear_rms
+    assert found.covered == ("z goes beyond" not in found.summary())
 
 
 @pytest.mark.parametrize(
@@ -178,6 +179,7 @@ def test_a_record_from_rest() -> None:
     [
         ({"knots": 4}, "knots"),
         ({"periods": 7}, "periods"),
+        ({"periods": 4}, "periods"),
         ({"periods": 0}, "periods"),
         ({"hold": "linear"}, "hold"),
         ({"dt": 0.0}, "dt"),
@@ -200,6 +202,7 @@ def test_wrong_arguments_are_refused() -> None:
         (lambda: mh.Duhem.from_bouc_wen(1.0, 1.0, -1.0, 0.0), "gamma"),
         (lambda: oscillator.hysteresis.inverse(-1e9), "gain"),
         (lambda: oscillator.forward(1e-3, 0), "sub_steps"),
+        (lambda: oscillator.response(drive(9, 1e-3), dt=1e-3, settle=1001), "settle"),
         (lambda: oscillator.inverse([0.0], dt=1e-3, velocity=[0.0]), "acceleration"),
         (lambda: mh.plant.HystereticOscillator(0.0, 1.0, 1.0, oscillator.hysteresis), "gain"),
     ):

@@ -8,8 +8,8 @@ pub enum Hold {
     /// A converter holds every sample until the next.
     #[default]
     Zero,
-    /// It is smooth: samples of a signal without content near half of the sampling rate, as of an analogue generator, or of a finer
-    /// simulation.
+    /// It is smooth: samples of a signal without content near half of the sampling rate, as of an analogue generator,
+    /// or of a finer simulation.
     BandLimited,
 }
 
@@ -37,10 +37,11 @@ impl Hold {
 /// How many samples on each side enter the smooth drive between two.
 const REACH: usize = 24;
 
-/// A drive on the half steps of an integration: `2 sub_steps` values for each sample.
+/// A drive on the half steps of an integration: `2 sub_steps` values for each sample, and where a smooth one ends.
 ///
-/// Between the samples of a smooth drive stand sums of sinc functions under a Kaiser window over 24 samples on each side: good to
-/// 1e-5 up to a fifth of the sampling rate, and to 3e-5 up to two fifths. Beyond the ends a drive stays as it is, or if it is `periodic` comes again.
+/// Between the samples of a smooth drive stand sums of sinc functions under a Kaiser window over 24 samples on each
+/// side: good to 1e-5 up to a fifth of the sampling rate, and to 3e-5 up to two fifths. Beyond the ends a drive stays
+/// as it is, or if it is `periodic` comes again.
 #[derive(Clone, Debug)]
 pub struct FineDrive {
     values: Vec<f64>,
@@ -63,6 +64,8 @@ impl FineDrive {
                     let at = |kernel: &Vec<f64>| kernel.iter().enumerate().map(|(i, w)| w * around(k, i)).sum::<f64>();
                     values.extend(kernels.iter().map(at));
                 }
+                // Where the last step ends.
+                values.extend(if periodic { u.first() } else { u.last() });
             }
         }
         Self { values, per_sample, hold }
@@ -71,9 +74,8 @@ impl FineDrive {
     /// The drive of every sub-step behind sample k.
     pub fn sub_steps(&self, k: usize) -> impl Iterator<Item = [f64; 3]> + '_ {
         let (from, behind) = (k * self.per_sample, (k + 1) * self.per_sample);
-        // A held drive jumps behind the last step; behind a smooth one comes the next sample, if there is one.
-        let last = self.values.len() - 1;
-        let last = if self.hold == Hold::Zero { behind - 1 } else { behind.min(last) };
+        // A held drive jumps behind the last step; a smooth one goes on to the next sample.
+        let last = if self.hold == Hold::Zero { behind - 1 } else { behind };
         (from..behind).step_by(2).map(move |i| [self.values[i], self.values[i + 1], self.values[(i + 2).min(last)]])
     }
 }
@@ -127,13 +129,21 @@ mod tests {
         let u: Vec<f64> = (0..n).map(|k| signal(count(k))).collect();
         let fine = FineDrive::new(&u, Hold::BandLimited, true, 2);
         for k in 0..n {
-            for (j, step) in fine.sub_steps(k).enumerate().filter(|(j, _)| k + 1 < n || *j == 0) {
+            for (j, step) in fine.sub_steps(k).enumerate() {
                 for (i, got) in step.iter().enumerate() {
                     let want = signal(count(k) + 0.25 * count(2 * j + i));
                     assert!((got - want).abs() < 2e-5, "{k} {j} {i} {got} {want}");
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_smooth_drive_that_does_not_repeat_stays_where_it_ends() {
+        let fine = FineDrive::new(&[1.0, 2.0, 4.0], Hold::BandLimited, false, 2);
+        assert_eq!(fine.sub_steps(2).last().map(|step| step[2]), Some(4.0));
+        assert_eq!(fine.sub_steps(0).last().map(|step| step[2]), fine.sub_steps(1).next().map(|step| step[0]));
+        assert!(FineDrive::new(&[], Hold::BandLimited, true, 2).values.is_empty());
     }
 
     #[test]

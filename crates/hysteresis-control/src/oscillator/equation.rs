@@ -1,8 +1,8 @@
-//! The differential equation, integrated by the classical Runge-Kutta method of fourth order, with the moments at which the motion
-//! turns round found inside a step.
+//! The differential equation, integrated by the classical Runge-Kutta method of fourth order, with the moments at
+//! which the motion turns round found inside a step.
 //!
-//! It is written for any [`Scalar`]: plain numbers, or numbers that carry derivatives by the parameters. So the tangents of a fit are
-//! those of the very steps that a model takes.
+//! It is written for any [`Scalar`]: plain numbers, or numbers that carry derivatives by the parameters. So the
+//! tangents of a fit are those of the very steps that a model takes.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -169,7 +169,8 @@ fn parabola([u0, middle, u1]: StepDrive, s: f64) -> f64 {
     u0 + s * (rise - bend * (1.0 - s))
 }
 
-/// Where between 0 and 1 the parabola that begins at `first` with the slope `slope` and ends at `last`, of the other sign, is zero.
+/// Where between 0 and 1 the parabola that begins at `first` with the slope `slope` and ends at `last`, of the other
+/// sign, is zero.
 fn zero_of_parabola(first: f64, slope: f64, last: f64) -> f64 {
     let bend = last - first - slope;
     let root = (slope * slope - 4.0 * bend * first).max(0.0).sqrt();

@@ -10,8 +10,9 @@ use crate::checks::check_numbers;
 
 /// The position of an oscillator, sample by sample: `step(u)` returns y(k), then holds u(k) for one interval.
 ///
-/// Begins at rest. An interval is integrated in sub-steps; turning points are found inside them. A drive that is not finite, or
-/// beyond 1e100, counts as the last one; so does one that would bring the state beyond 1e100. Both are counted.
+/// Begins at rest. An interval is integrated in sub-steps; turning points are found inside them. A drive that is not
+/// finite, or beyond 1e100, counts as the last one. One that would bring position, velocity or z beyond 1e100 leaves
+/// the state as it is, and does not become the last one. Both are counted.
 ///
 /// ```
 /// use hysteresis_control::oscillator::{HystereticOscillator, OscillatorForward};
@@ -42,12 +43,13 @@ pub struct OscillatorState {
     pub velocity: f64,
     /// z.
     pub hysteresis: f64,
-    /// The last admissible drive.
+    /// The last drive that was taken.
     pub drive: f64,
 }
 
 impl OscillatorForward {
-    /// At rest, for an interval `dt` in seconds and a number of sub-steps, or as many as [`HystereticOscillator::sub_steps`] says.
+    /// At rest, for an interval `dt` in seconds and a number of sub-steps, or as many as
+    /// [`HystereticOscillator::sub_steps`] says.
     ///
     /// # Errors
     /// As [`HystereticOscillator::sub_steps`].
@@ -76,7 +78,7 @@ impl OscillatorForward {
         self.state.position
     }
 
-    /// How many drives counted as the one before.
+    /// How many drives were not admissible, or would have brought the state beyond 1e100.
     #[must_use]
     pub fn rejected(&self) -> u64 {
         self.rejected
@@ -102,20 +104,17 @@ impl OscillatorForward {
 
     /// Holds the drive for one interval and returns the position at its end, y(k+1): a plant in a loop.
     pub fn advance(&mut self, drive: f64) -> f64 {
-        if is_admissible(drive) {
-            self.last_drive = drive;
-        } else {
-            self.rejected += 1;
-        }
+        let is_drive = is_admissible(drive);
+        let held = if is_drive { drive } else { self.last_drive };
         let mut next = self.state;
         for _ in 0..self.sub_steps {
-            next = self.equation.step(&next, self.sub_step, [self.last_drive; 3]);
+            next = self.equation.step(&next, self.sub_step, [held; 3]);
         }
-        if [next.position, next.velocity, next.hysteresis].into_iter().all(is_admissible) {
-            self.state = next;
-        } else {
-            self.rejected += 1;
+        let is_state = is_within(&next);
+        if is_state {
+            (self.state, self.last_drive) = (next, held);
         }
+        self.rejected += u64::from(!(is_drive && is_state));
         self.state.position
     }
 }
@@ -140,7 +139,8 @@ impl HystereticOscillator {
     /// The positions y(k) under a whole drive u(k), at rest before it.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a drive that is not finite, as [`sub_steps`](Self::sub_steps), or if the motion leaves 1e100.
+    /// [`Error::Domain`] for a drive that is not finite, as [`sub_steps`](Self::sub_steps), or if position, velocity
+    /// or z leaves 1e100.
     pub fn response(&self, u: &[f64], dt: f64, hold: Hold, sub_steps: Option<usize>) -> Result<Vec<f64>, Error> {
         Ok(self.simulate(u, dt, hold, sub_steps, None)?.0)
     }
@@ -184,7 +184,7 @@ impl HystereticOscillator {
                     z.push(state.hysteresis);
                 }
                 state = fine.sub_steps(k).fold(state, |state, drive| equation.step(&state, h, drive));
-                if !is_admissible(state.position) {
+                if !is_within(&state) {
                     let expected = "a drive under which the motion stays within 1e100";
                     return Err(Error::domain("u", Some(k), expected, *held));
                 }
@@ -192,6 +192,11 @@ impl HystereticOscillator {
         }
         Ok((y, z))
     }
+}
+
+/// Whether all three numbers of a state are admissible.
+fn is_within(state: &State<f64>) -> bool {
+    [state.position, state.velocity, state.hysteresis].into_iter().all(is_admissible)
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a count of steps")]

@@ -16,7 +16,8 @@ pub struct Motion {
     dt: f64,
 }
 
-/// Weights of central differences of eighth order, by the distance from the middle: of the first derivative, and of the second.
+/// Weights of central differences of eighth order, by the distance from the middle: of the first derivative, and of
+/// the second.
 const FIRST: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
 const SECOND: [f64; 4] = [8.0 / 5.0, -1.0 / 5.0, 8.0 / 315.0, -1.0 / 560.0];
 
@@ -24,7 +25,8 @@ impl Motion {
     /// From positions, velocities and accelerations at intervals of `dt` seconds.
     ///
     /// # Errors
-    /// [`Error::Length`] for unequal lengths, [`Error::Domain`] for a number that is not finite or an interval that is not above 0.
+    /// [`Error::Length`] for unequal lengths, [`Error::Domain`] for a number that is not finite or an interval that
+    /// is not above 0.
     pub fn new(position: Vec<f64>, velocity: Vec<f64>, acceleration: Vec<f64>, dt: f64) -> Result<Self, Error> {
         check_positive("dt", None, dt)?;
         check_same_length("velocity", &position, &velocity)?;
@@ -35,10 +37,11 @@ impl Motion {
         Ok(Self { position, velocity, acceleration, dt })
     }
 
-    /// From positions alone, by central differences of eighth order over nine samples. Before its beginning the motion is taken as
-    /// still, behind its end it goes on as the cubic through its last four samples.
+    /// From positions alone, by central differences of eighth order over nine samples. Before its beginning the
+    /// motion is taken as still, behind its end it goes on as the cubic through its last four samples.
     ///
-    /// With 20 samples in the shortest period that the motion holds, what they miss is below 1e-6; with 10 it is 1e-4.
+    /// With 20 samples in the shortest period that the motion holds, what they miss is below 1e-6; with 10 it is
+    /// 1e-4.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -60,8 +63,8 @@ impl Motion {
         Self::new(position, velocity, acceleration, dt)
     }
 
-    /// Position, velocity and acceleration at a share of the interval behind sample k: the polynomial of fifth order that has
-    /// those of both ends.
+    /// Position, velocity and acceleration at a share of the interval behind sample k: the polynomial of fifth order
+    /// that has those of both ends.
     fn between(&self, k: usize, s: f64) -> (f64, f64, f64) {
         let (h, next) = (self.dt, (k + 1).min(self.position.len() - 1));
         let [y, v, a] = [&self.position, &self.velocity, &self.acceleration].map(|row| [row[k], row[next]]);
@@ -98,10 +101,10 @@ const PARTS: usize = 8;
 impl HystereticOscillator {
     /// The drive that makes the oscillator follow a wanted motion: u = (y'' + c y' + k y + z\[y\]) / b, by one pass.
     ///
-    /// Before the motion y has come straight from the virgin state, 0, to the first position. Between samples the motion is the
-    /// polynomial of fifth order through position, velocity and acceleration; z is exact on it, turning points included. A
-    /// smooth drive is given at the samples. One that is held ([`Hold::Zero`]) is the mean over its interval: the drive at the
-    /// sample would come half an interval late.
+    /// Before the motion y has come straight from the virgin state, 0, to the first position. Between samples the
+    /// motion is the polynomial of fifth order through position, velocity and acceleration; z is exact on it but for
+    /// turning points, found to second order. A smooth drive is given at the samples. One that is held
+    /// ([`Hold::Zero`]) is the mean over its interval: the drive at the sample would come half an interval late.
     ///
     /// ```
     /// use hysteresis_control::oscillator::{Hold, HystereticOscillator, Motion};

@@ -14,17 +14,18 @@ pub const MAX_KNOTS: usize = 17;
 /// The schema of a saved oscillator.
 pub const SCHEMA: &str = "mpi_hyst/oscillator/1";
 
-/// The largest product of a sub-step with the natural frequency in rad/s, or with the damping in 1/s: above, the Runge-Kutta method
-/// is neither accurate nor, from 2.8 on, stable.
+/// The largest product of a sub-step with the natural frequency in rad/s, or with the damping in 1/s: above, the
+/// Runge-Kutta method is neither accurate nor, from 2.8 on, stable.
 const MAX_SUB_STEP: f64 = 1.0;
 
-/// What the default keeps that product below: errors of a few 1e-4 of the motion on the public benchmark, mostly where f bends.
+/// What the default keeps that product below: errors of a few 1e-4 of the motion on the public benchmark, mostly
+/// where f bends.
 const USUAL_SUB_STEP: f64 = 0.1;
 
 /// An oscillator with hysteresis inside: y'' + c y' + k y + z\[y\] = b u.
 ///
-/// z' = f+(z) y' where y rises, f-(z) y' where it falls: a [`Duhem`] operator of the motion. All terms are divided by the mass, so
-/// z is an acceleration, f and k have the unit 1/s^2, c the unit 1/s, and b that of y'' over u.
+/// z' = f+(z) y' where y rises, f-(z) y' where it falls: a [`Duhem`] operator of the motion. All terms are divided by
+/// the mass, so z is an acceleration, f and k have the unit 1/s^2, c the unit 1/s, and b that of y'' over u.
 ///
 /// ```
 /// use hysteresis_control::oscillator::{Hold, HystereticOscillator};
@@ -115,8 +116,8 @@ impl HystereticOscillator {
     /// From b, c, k and the operator.
     ///
     /// # Errors
-    /// [`Error::Domain`] unless `gain` is finite and not 0, `damping` at least 0, `stiffness` finite and above minus the smallest f, so
-    /// that the position is stable, all at most 1e50 in magnitude.
+    /// [`Error::Domain`] unless `gain` is finite and not 0, `damping` at least 0, `stiffness` finite and above minus
+    /// the smallest f, so that the position is stable, all at most 1e50 in magnitude.
     pub fn new(gain: f64, damping: f64, stiffness: f64, hysteresis: Duhem<MAX_KNOTS>) -> Result<Self, Error> {
         if gain == 0.0 || !is_moderate(gain) || gain.abs() < 1e-50 {
             let expected = "a finite number other than 0 (1e-50 to 1e50 in magnitude)";
@@ -168,12 +169,12 @@ impl HystereticOscillator {
         [operator.knots().collect(), operator.rising().collect(), operator.falling().collect()]
     }
 
-    /// The number of sub-steps for an interval `dt` in seconds: `asked` for, or as many as keep integration errors at a few
-    /// 1e-4 of the motion, four at least: twice as many have a third of that.
+    /// The number of sub-steps for an interval `dt` in seconds: `asked` for, or as many as keep integration errors at
+    /// a few 1e-4 of the motion, four at least: twice as many have a third of that.
     ///
     /// # Errors
-    /// [`Error::Domain`] unless `dt` is above 0, [`Error::Whole`] for a number of sub-steps that is 0, above 1000, or too small for
-    /// the frequency and the damping of the oscillator.
+    /// [`Error::Domain`] unless `dt` is above 0, [`Error::Whole`] for a number of sub-steps that is 0, above 1000, or
+    /// too small for the frequency and the damping of the oscillator.
     pub fn sub_steps(&self, dt: f64, asked: Option<usize>) -> Result<usize, Error> {
         check_positive("dt", None, dt)?;
         let steepest = self.hysteresis.rising().chain(self.hysteresis.falling()).fold(0.0, f64::max);

@@ -83,6 +83,24 @@ fn a_stream_takes_the_steps_of_a_whole_response() {
 }
 
 #[test]
+fn a_drive_that_throws_the_state_out_changes_nothing_and_is_counted() {
+    let mut forward = OscillatorForward::new(&benchmark(), 1e-3, None).unwrap();
+    forward.advance(5.0);
+    let (before, mut other) = (forward.state(), forward.clone());
+    // z would grow beyond all bounds.
+    assert_eq!((forward.advance(1e100), forward.rejected()), (before.position, 1));
+    assert_eq!((forward.state().drive, forward.state().velocity), (5.0, before.velocity));
+    assert_eq!((forward.advance(f64::NAN), forward.rejected()), (other.advance(5.0), 2));
+    // The velocity alone leaves the bounds: 1e50 1e60 over 1e-9 s.
+    let straight = Duhem::from_bouc_wen(1.0, 1.0, 0.0, 0.0).unwrap();
+    let oscillator = HystereticOscillator::new(1e50, 0.0, 1.0, straight).unwrap();
+    let mut forward = OscillatorForward::new(&oscillator, 1e-9, None).unwrap();
+    assert_eq!((forward.advance(1e60), forward.rejected()), (0.0, 1));
+    let error = oscillator.response(&[1e60], 1e-9, Hold::Zero, None).unwrap_err();
+    assert_eq!(error.parameter(), Some("u"));
+}
+
+#[test]
 fn the_drive_of_a_motion_brings_it_about() {
     let oscillator = benchmark();
     for (dt, hold, most) in [(1e-4, Hold::Zero, 1e-3), (1e-4, Hold::BandLimited, 1e-4), (5e-5, Hold::Zero, 3e-4)] {

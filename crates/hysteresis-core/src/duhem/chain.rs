@@ -204,8 +204,8 @@ impl Piece {
 
     /// The x at which `gain` x + z has grown by `growth` since the anchor; it is not before `last`.
     ///
-    /// The sum is convex or concave in x. So Newton's method comes from one side after its first step, and that step is kept below
-    /// a bound.
+    /// The sum is convex or concave in x. So Newton's method comes from one side after its first step, and that step
+    /// is kept below a bound.
     #[inline]
     pub(super) fn solve(&self, gain: f64, growth: f64, last: f64) -> f64 {
         let tangent = growth / (gain + self.slope);
@@ -232,7 +232,8 @@ impl Piece {
         (self.x + h).min(MAX_MAGNITUDE)
     }
 
-    /// Not far behind the solution of a convex piece: from far along an exponential, Newton's method would come back by 1 / g a step.
+    /// Not far behind the solution of a convex piece: from far along an exponential, Newton's method would come back
+    /// by 1 / g a step.
     fn upper_bound(&self, gain: f64, growth: f64, tangent: f64) -> f64 {
         if self.gradient * tangent < 1.0 {
             return tangent;

@@ -1,7 +1,8 @@
-//! Duhem hysteresis: z' = f+(z) x' where x rises, z' = f-(z) x' where it falls, with exact branches and an exact inverse.
+//! Duhem hysteresis: z' = f+(z) x' where x rises, z' = f-(z) x' where it falls, with exact branches and an exact
+//! inverse.
 //!
-//! `exponential` has the two functions that a branch needs, `chain` the branch of one direction, `parameters` both of them,
-//! `motion` the memory, and `stream` what steps.
+//! `exponential` has the two functions that a branch needs, `chain` the branch of one direction, `parameters` both of
+//! them, `motion` the memory, and `stream` what steps.
 
 mod chain;
 mod exponential;

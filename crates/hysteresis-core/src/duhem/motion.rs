@@ -6,8 +6,8 @@ use crate::error::{Error, check_finite};
 
 /// Everything that a Duhem operator remembers: its last input, and where its exponential began.
 ///
-/// z follows from these. The anchor is where x turned round or z passed a knot, whichever came last, so a move in parts has the bits
-/// of the whole move, and so has a restored one.
+/// z follows from these. The anchor is where x turned round or z passed a knot, whichever came last, so a move in
+/// parts has the bits of the whole move, and so has a restored one.
 ///
 /// ```
 /// use hysteresis_core::{Duhem, DuhemForward, Process};

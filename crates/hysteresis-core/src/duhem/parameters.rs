@@ -1,7 +1,7 @@
 //! The parameters of a Duhem operator: knots, and f+ and f- there.
 
 use crate::duhem::chain::{Chain, Place};
-use crate::error::{Bound, Error, check_all_finite, check_length};
+use crate::error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length};
 
 /// The least and the largest f, and the largest magnitude of a knot and of a gradient: no product overflows.
 const SCALE: (f64, f64) = (1e-50, 1e50);
@@ -11,16 +11,16 @@ const FLOOR: f64 = 1e-9;
 
 /// A free Duhem operator: z' = f+(z) x' where x rises, z' = f-(z) x' where x falls.
 ///
-/// Coleman and Hodgdon's model, with f+ and f- positive and piecewise linear over z on up to N knots that both share. So z rises
-/// where x rises and falls where x falls. It does not depend on the rate: along a branch z is a function of x, a chain of
-/// exponentials with one solution in closed form from knot to knot. Beyond the outer knots a line that grows outwards goes on, and f
-/// stays as it is where the line falls: so f is positive everywhere, and Bouc-Wen hysteresis of exponent 1 is the case of three
-/// knots. z has no memory of turning points, and loops need not close.
+/// Coleman and Hodgdon's model, with f+ and f- positive and piecewise linear over z on up to N knots that both share.
+/// So z rises where x rises and falls where x falls. It does not depend on the rate: along a branch z is a function
+/// of x, a chain of exponentials with one solution in closed form from knot to knot. Beyond the outer knots a line
+/// that grows outwards goes on, and f stays as it is where the line falls: so f is positive everywhere, and Bouc-Wen
+/// hysteresis of exponent 1 is the case of three knots. z has no memory of turning points, and loops need not close.
 ///
 /// x and z may have any unit; f has that of z over x.
 ///
-/// After B. D. Coleman and M. L. Hodgdon, "A constitutive relation for rate-independent hysteresis in ferromagnetically soft
-/// materials", Int. J. Eng. Sci. 24(6), 897-919, 1986.
+/// After B. D. Coleman and M. L. Hodgdon, "A constitutive relation for rate-independent hysteresis in
+/// ferromagnetically soft materials", Int. J. Eng. Sci. 24(6), 897-919, 1986.
 ///
 /// ```
 /// use hysteresis_core::{Duhem, DuhemForward, Process};
@@ -41,9 +41,9 @@ impl<const N: usize> Duhem<N> {
     /// From the knots z, and f+ and f- there.
     ///
     /// # Errors
-    /// [`Error::Whole`] for fewer than two knots or more than N, [`Error::Length`] unless there are as many values of f+ and f-,
-    /// [`Error::Domain`] for knots that do not increase or are beyond 1e50, for f outside 1e-50 to 1e50, or where f changes by more
-    /// than 1e50 per unit of z.
+    /// [`Error::Whole`] for fewer than two knots or more than N, [`Error::Length`] unless there are as many values of
+    /// f+ and f-, [`Error::Domain`] for knots that do not increase or are beyond 1e50, for f outside 1e-50 to 1e50,
+    /// or where f changes by more than 1e50 per unit of z.
     pub fn new(knots: &[f64], rising: &[f64], falling: &[f64]) -> Result<Self, Error> {
         if !(2..=N).contains(&knots.len()) {
             let expected = Bound::FromTo { first: 2, last: N };
@@ -66,12 +66,12 @@ impl<const N: usize> Duhem<N> {
 
     /// Bouc-Wen hysteresis of exponent 1: z' = alpha x' - beta (gamma |x'| z + delta x' |z|).
     ///
-    /// f+ = alpha - beta (gamma z + delta |z|) and f- = alpha + beta (gamma z - delta |z|): three knots. Where f would fall to zero, z
-    /// comes to rest: f stays at 1e-9 alpha there.
+    /// f+ = alpha - beta (gamma z + delta |z|) and f- = alpha + beta (gamma z - delta |z|): three knots. Where f
+    /// would fall to zero, z comes to rest: f stays at 1e-9 alpha there.
     ///
     /// # Errors
-    /// [`Error::Whole`] if N is below 3, [`Error::Domain`] unless alpha and beta are above 0 and gamma at least 0, as passivity asks,
-    /// or for numbers so large or small that [`new`](Self::new) does not take the knots.
+    /// [`Error::Whole`] if N is below 3, [`Error::Domain`] unless alpha and beta are above 0 and gamma at least 0
+    /// (loops do not give energy), or for numbers so large or small that [`new`](Self::new) does not take the knots.
     ///
     /// ```
     /// use hysteresis_core::{Duhem, DuhemForward, Process};
@@ -125,11 +125,12 @@ impl<const N: usize> Duhem<N> {
         (0..count).rev().filter_map(|i| self.falling.knots().nth(i).map(|(_, f)| f))
     }
 
-    /// dz/dx at z: f+ or f-.
+    /// dz/dx at z, taken as within 1e100: f+ or f-.
     #[must_use]
     pub fn slope(&self, z: f64, rising: bool) -> f64 {
+        let z = z.clamp(-MAX_MAGNITUDE, MAX_MAGNITUDE);
         let (chain, z) = if rising { (&self.rising, z) } else { (&self.falling, -z) };
-        chain.find(z.clamp(-SCALE.1 * SCALE.1, SCALE.1 * SCALE.1), Place(0)).1.slope_at(z)
+        chain.find(z, Place(0)).1.slope_at(z)
     }
 
     /// The smallest f of both directions: z grows at least by this per unit of x.

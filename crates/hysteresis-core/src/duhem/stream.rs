@@ -7,8 +7,8 @@ use crate::process::Process;
 
 /// The output z of a Duhem operator, sample by sample; x goes straight from one sample to the next.
 ///
-/// Begins at x = 0 and z = 0, or where [`starting_at`](Self::starting_at) says. An input that is not finite, or beyond 1e100, leaves
-/// output and memory as they are and is counted. z is held within 1e100.
+/// Begins at x = 0 and z = 0, or where [`starting_at`](Self::starting_at) says. An input that is not finite, or
+/// beyond 1e100, leaves output and memory as they are and is counted. z is held within 1e100.
 ///
 /// ```
 /// use hysteresis_core::{Duhem, DuhemForward, Process};
@@ -77,7 +77,8 @@ impl<const N: usize> DuhemForward<N> {
     /// Goes on from a saved state, bit for bit.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a number that is not finite, or an anchor ahead of the input; the stream is as before then.
+    /// [`Error::Domain`] for a number that is not finite, or an anchor ahead of the input; the stream is as before
+    /// then.
     pub fn set_state(&mut self, state: &DuhemState) -> Result<(), Error> {
         self.motion = Motion::restored(&self.duhem, state)?;
         Ok(())
@@ -109,12 +110,14 @@ impl<const N: usize> Process for DuhemForward<N> {
     }
 }
 
-/// The x at which `gain` x + z\[x\] is a target, sample by sample: the exact inverse of a Duhem operator beside a slope.
+/// The x at which `gain` x + z\[x\] is a target, sample by sample: the exact inverse of a Duhem operator beside a
+/// slope.
 ///
-/// On a branch the sum rises with x as long as `gain` + f is above 0. It holds x and an exponential of x, so there is no closed form
-/// but for a constant f: the piece on which it ends is found by its end values, and the x there by Newton's method from one side
-/// within a bracket, to the last bits. Every target that is admissible is reached, unless x would be beyond 1e100. A target that is
-/// not finite, or beyond 1e100, leaves everything as it is and is counted.
+/// On a branch the sum rises with x as long as `gain` + f is above 0. It holds x and an exponential of x, so there is
+/// no closed form but for a constant f: the piece on which it ends is found by its end values, and the x there by
+/// Newton's method from one side within a bracket, to the last bits. Every target that is admissible is reached,
+/// unless x would be beyond 1e100. A target that is not finite, or beyond 1e100, leaves everything as it is and is
+/// counted.
 ///
 /// ```
 /// use hysteresis_core::{Duhem, DuhemForward, DuhemInverse, Process};
@@ -149,7 +152,8 @@ impl<const N: usize> DuhemInverse<N> {
     /// At x = 0 and z = 0.
     ///
     /// # Errors
-    /// [`Error::Domain`] unless `gain` is at most 1e50 and above minus the smallest f, [`Duhem::min_slope`], by more than rounding.
+    /// [`Error::Domain`] unless `gain` is at most 1e50 and above minus the smallest f, [`Duhem::min_slope`], by more
+    /// than rounding.
     pub fn new(duhem: Duhem<N>, gain: f64) -> Result<Self, Error> {
         let slope = duhem.min_slope();
         if gain.is_nan() || gain > 1e50 || gain + slope < 1e-12 * slope {

@@ -241,5 +241,7 @@ fn parameters_are_what_was_given() {
     assert_eq!(duhem.min_slope(), 0.5);
     // Outwards a line that grows goes on, one that falls stays.
     assert_eq!((duhem.slope(4.0, true), duhem.slope(-3.0, true)), (4.0, 1.0));
+    assert_eq!(duhem.slope(f64::INFINITY, true), duhem.slope(1e100, true));
+    assert_eq!(duhem.slope(-1e200, false), duhem.slope(-1e100, false));
     assert_eq!((duhem.slope(4.0, false), duhem.slope(-3.0, false), duhem.slope(1.0, false)), (0.5, 4.0, 2.75));
 }

@@ -1,4 +1,5 @@
-//! A record as the fit sees it: one period or all of it, what is fitted and what is held out, and the drive between samples.
+//! A record as the fit sees it: one period or all of it, what is fitted and what is held out, and the drive between
+//! samples.
 
 use hysteresis_control::oscillator::Hold;
 use hysteresis_control::oscillator::drive::FineDrive;
@@ -13,7 +14,8 @@ const MOST_PERIODS: usize = 64;
 /// A drive repeats if no sample differs by more than this share of its range.
 const SAME_DRIVE: f64 = 1e-9;
 
-/// The first period is steady if it differs from the second by at most this much more than the others differ.
+/// The first period is steady if it differs from the second by at most this much more than the others differ; of two
+/// periods, if their first halves differ by at most this much more than their second halves.
 const STEADY: f64 = 1.2;
 
 /// Held-out samples are those of the last part of the record, or of the period: this share.
@@ -51,12 +53,20 @@ impl Data {
         };
         Record::new(u, y, skip).map_err(|error| in_record(error).in_record(0))?.sampled_every(dt)?;
         let periods = match periods {
-            Some(periods) if periods >= 1 && u.len().is_multiple_of(periods) => periods,
-            Some(got) => {
+            Some(got) if got < 1 || !u.len().is_multiple_of(got) => {
                 return Err(Error::whole("periods", "a whole number above 0 that divides the number of samples", got));
             }
+            Some(got) if !repeats(u, got) => {
+                let expected = "a number of equal periods of u: it does not repeat so often";
+                return Err(Error::whole("periods", expected, got));
+            }
+            Some(periods) => periods,
             None => found_periods(u, y),
         };
+        if periods > 1 && skip > 0 {
+            let expected = "0 for a record of equal periods (periods=1 takes it as one record)";
+            return Err(Error::whole("skip", expected, skip));
+        }
         let n = u.len() / periods;
         let average = |signal: &[f64]| -> Vec<f64> {
             (0..n).map(|k| signal[k..].iter().step_by(n).sum::<f64>() / as_f64(periods)).collect()
@@ -66,7 +76,6 @@ impl Data {
             let squares: f64 = y.iter().zip(mean_y.iter().cycle()).map(|(y, mean)| (y - mean).powi(2)).sum();
             (squares / as_f64((periods - 1) * n)).sqrt()
         });
-        let skip = if periods > 1 { 0 } else { skip };
         Ok(Self { u: mean_u, y: mean_y, periods, noise, skip, dt })
     }
 
@@ -87,21 +96,82 @@ impl Data {
     }
 }
 
+/// Whether a drive is so many equal periods.
+fn repeats(u: &[f64], count: usize) -> bool {
+    let (low, high) = bounds(u);
+    let n = u.len() / count;
+    u.len().is_multiple_of(count)
+        && u[n..].iter().zip(u).all(|(one, other)| (one - other).abs() <= SAME_DRIVE * (high - low))
+}
+
 /// How often the drive repeats while the output does so too: 1 if the first period is not steady.
 fn found_periods(u: &[f64], y: &[f64]) -> usize {
-    let (low, high) = bounds(u);
-    let repeats = |count: usize| {
-        let n = u.len() / count;
-        u.len().is_multiple_of(count)
-            && u[n..].iter().zip(u).all(|(one, other)| (one - other).abs() <= SAME_DRIVE * (high - low))
-    };
-    let Some(count) = (2..=MOST_PERIODS.min(u.len() / 2)).rev().find(|count| repeats(*count)) else { return 1 };
+    let Some(count) = (2..=MOST_PERIODS.min(u.len() / 2)).rev().find(|count| repeats(u, *count)) else { return 1 };
     let n = u.len() / count;
-    let differs = |period: usize| {
-        let (one, other) = (&y[(period - 1) * n..period * n], &y[period * n..(period + 1) * n]);
-        one.iter().zip(other).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt()
-    };
-    let size = y.iter().map(|y| y * y).sum::<f64>().sqrt();
-    let later = (2..count).map(differs).fold(1e-6 * size, f64::max);
+    let distance = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt();
+    let differs = |period: usize| distance(&y[(period - 1) * n..period * n], &y[period * n..(period + 1) * n]);
+    let least = 1e-6 * y.iter().map(|y| y * y).sum::<f64>().sqrt();
+    if count == 2 {
+        // No third period to compare with. What settles does so within the period; noise stays.
+        let half = n / 2;
+        let (early, late) = (distance(&y[..half], &y[n..n + half]), distance(&y[half..n], &y[n + half..]));
+        return if early <= STEADY * late.max(least) { count } else { 1 };
+    }
+    let later = (2..count).map(differs).fold(least, f64::max);
     if differs(1) <= STEADY * later { count } else { 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const N: usize = 400;
+
+    /// The drive of so many periods, and a position: its own, what dies out, and noise.
+    fn record(count: usize, settling: f64, noise: f64) -> (Vec<f64>, Vec<f64>) {
+        let mut seed = 7_u32;
+        let at = |k: usize| {
+            let phase = as_f64(k % N) / as_f64(N) * std::f64::consts::TAU;
+            let u = phase.sin() + 0.3 * (3.0 * phase).cos();
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let random = f64::from(seed >> 8) / f64::from(1 << 24) - 0.5;
+            (u, 2.0 * u + settling * (-as_f64(k) / 60.0).exp() + noise * random)
+        };
+        (0..count * N).map(at).unzip()
+    }
+
+    fn found(count: usize, settling: f64, noise: f64) -> usize {
+        let (u, y) = record(count, settling, noise);
+        Data::new(&u, &y, 1e-3, None, 0).unwrap().periods
+    }
+
+    #[test]
+    fn two_noisy_periods_are_steady_and_two_that_settle_are_not() {
+        assert_eq!([found(2, 0.0, 0.0), found(2, 0.0, 0.02), found(2, 0.5, 0.0), found(2, 0.5, 0.02)], [2, 2, 1, 1]);
+        assert_eq!([found(4, 0.0, 0.02), found(4, 0.5, 0.02)], [4, 1]);
+    }
+
+    #[test]
+    fn periods_that_are_none_and_samples_to_skip_beside_periods_are_refused() {
+        let (u, y) = record(4, 0.0, 0.02);
+        let refused = |u: &[f64], periods, skip| {
+            let error = Data::new(u, &y, 1e-3, periods, skip).err().unwrap();
+            (error.parameter(), error.to_string())
+        };
+        let mut other = u.clone();
+        other[N + 3] += 1e-6;
+        assert_eq!(
+            refused(&other, Some(4), 0),
+            (
+                Some("periods"),
+                "periods: expected a number of equal periods of u: it does not repeat so often, got 4".to_owned()
+            )
+        );
+        assert_eq!(refused(&u, Some(8), 0).0, Some("periods"));
+        assert_eq!(refused(&u, Some(7), 0).0, Some("periods"));
+        assert_eq!(refused(&u, Some(4), 5).0, Some("skip"));
+        assert_eq!(refused(&u, None, 5).0, Some("skip"));
+        assert_eq!(Data::new(&u, &y, 1e-3, Some(1), 5).unwrap().skip, 5);
+        assert_eq!(Data::new(&u, &y, 1e-3, Some(2), 0).unwrap().periods, 2);
+    }
 }

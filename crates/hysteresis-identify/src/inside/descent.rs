@@ -25,8 +25,8 @@ struct Axis {
     bounds: (f64, f64),
 }
 
-/// Descends from a point. `stiffness` is that of the best linear oscillator: f stays above a ten-thousandth of it. None if the
-/// motion at the start leaves all bounds.
+/// Descends from a point. `stiffness` is that of the best linear oscillator: f stays above a ten-thousandth of it.
+/// None if the motion at the start leaves all bounds.
 pub(super) fn descend(excitation: &Excitation<'_>, start: &Point, stiffness: f64, part: Part) -> Option<Fit> {
     let mut here = Fit { point: start.clone(), at: excitation.linearise(start, part)?, passes: 1 };
     let axes = axes(start, stiffness, &excitation.data.y);

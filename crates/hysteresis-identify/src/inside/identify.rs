@@ -26,8 +26,10 @@ pub struct OscillatorOptions {
 /// More knots must make held-out samples better by this many standard deviations of the difference.
 const SIGNIFICANT: f64 = 2.0;
 
-/// Samples whose errors are correlated: differences are judged by means of so many.
+/// Samples whose errors are correlated: differences are judged by means of so many, or of fewer if that makes less
+/// than eight blocks. Less than four tell nothing.
 const BLOCK: usize = 64;
+const BLOCKS: (usize, usize) = (4, 8);
 
 /// By how much of their reach the knots lie beyond the largest z.
 const MARGIN: f64 = 0.02;
@@ -38,18 +40,21 @@ const MOVED: (f64, f64) = (1.0, 0.9);
 /// How often knots are set anew.
 const PLACEMENTS: usize = 4;
 
-/// Identifies y'' + c y' + k y + z\[y\] = b u, z a Duhem operator of y, from a record of the drive u and the position y.
+/// Identifies y'' + c y' + k y + z\[y\] = b u, z a Duhem operator of y, from a record of the drive u and the position
+/// y.
 ///
-/// It begins at the best linear oscillator: a scan over frequency and damping, then a descent. Half of its stiffness becomes f+ = f-
-/// over three knots at the reach of z, all parameters descend by Gauss-Newton steps with the exact derivatives of the integration, and
-/// the knots are set anew until they cover all of z. Then come five knots, and nine, each from where the last ended, as long as
-/// that pays. Each model is fitted to the first 70 % of the samples (of a period, if the record has several: they are averaged) and
-/// judged by the last 30 %, which it simulates freely; more knots must be better there by two standard deviations. The chosen one
-/// is fitted to all.
+/// It begins at the best linear oscillator: a scan over frequency and damping, then a descent. Half of its stiffness
+/// becomes f+ = f- over three knots at the reach of z, all parameters descend by Gauss-Newton steps with the
+/// derivatives of the integration, exact but for the moment of turning, and the knots are set anew until they cover
+/// all of z. Then come five knots, and nine, each from where the last ended, as long as that pays. Each model is
+/// fitted to the first 70 % of the samples (of a period, if the record has several: they are averaged) and judged by
+/// the last 30 %, which it simulates freely; more knots must be better there by two standard deviations. The chosen
+/// one is fitted to all.
 ///
 /// # Errors
-/// [`Error::Record`] for signals of unequal length, without variation or with numbers that are not finite; [`Error::Core`] for an
-/// option outside its domain; [`Error::TooFewSamples`] for fewer fitted samples than twice the parameters of the smallest model.
+/// [`Error::Record`] for signals of unequal length, without variation or with numbers that are not finite;
+/// [`Error::Core`] for an option outside its domain, and for a position that no spring brings back;
+/// [`Error::TooFewSamples`] for fewer fitted samples than twice the parameters of the smallest model.
 ///
 /// ```
 /// use hysteresis_control::oscillator::{Hold, HystereticOscillator};
@@ -82,13 +87,24 @@ pub fn identify_oscillator(
         Some(hold) => std::slice::from_ref(hold),
         None => &[Hold::Zero, Hold::BandLimited],
     };
-    let mut searches = holds.iter().filter_map(|hold| Search::new(&data, *hold)).collect::<Vec<_>>();
+    let (mut searches, mut first_error) = (Vec::new(), None);
+    for hold in holds {
+        match Search::new(&data, *hold) {
+            Ok(search) => searches.push(search),
+            Err(error) => first_error = first_error.or(Some(error)),
+        }
+    }
     // The same model over another drive: what it misses of the fitted samples decides.
     searches.sort_by(|p, q| p.first.at.squares.total_cmp(&q.first.at.squares));
-    let Some(best) = searches.into_iter().next() else {
-        return Err(Error::domain("dt", None, "an interval in which the resonance of the record is resolved", dt));
-    };
-    best.finish(options)
+    match (searches.into_iter().next(), first_error) {
+        (Some(best), _) => best.finish(options),
+        (None, error) => Err(error.unwrap_or_else(|| unstable(dt))),
+    }
+}
+
+/// The motion of a model left all bounds.
+fn unstable(dt: f64) -> Error {
+    Error::domain("dt", None, "an interval in which the motion of the model stays finite", dt)
 }
 
 /// A linear oscillator, and the fits with ever more knots.
@@ -103,20 +119,26 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// As far as three knots. None if no oscillator follows the record.
-    fn new(data: &'a Data, hold: Hold) -> Option<Self> {
+    /// As far as three knots.
+    fn new(data: &'a Data, hold: Hold) -> Result<Self, Error> {
+        let unstable = || unstable(data.dt);
         let coarse = Excitation::new(data, data.fine_drive(hold, 4), data.dt / 4.0);
-        let start = best_linear(&coarse)?;
+        let start = best_linear(&coarse).ok_or_else(unstable)?;
         let sub_steps = sub_steps(start.parameters[1], start.parameters[2], data.dt);
         let excitation = Excitation::new(data, data.fine_drive(hold, sub_steps), data.dt / as_f64(sub_steps));
-        let linear = descend(&excitation, &start, start.parameters[2], Part::Fitted)?;
+        let linear = descend(&excitation, &start, start.parameters[2], Part::Fitted).ok_or_else(unstable)?;
         let stiffness = linear.point.parameters[2];
+        if stiffness <= 0.0 {
+            let expected = "a position that a spring brings back: the best linear oscillator has none";
+            return Err(Error::domain("y", None, expected, stiffness));
+        }
         let start = placed_evenly(&linear.point, data);
+        let range = excitation.range(&start).ok_or_else(unstable)?;
         // Enough to tell one hold from another.
-        let first =
-            descend(&excitation, &placed(&start, excitation.range(&start)?, KNOTS[0])?, stiffness, Part::Fitted)?;
+        let first = descend(&excitation, &placed(&start, range, KNOTS[0])?, stiffness, Part::Fitted);
+        let first = first.ok_or_else(unstable)?;
         let passes = linear.passes + first.passes;
-        Some(Self { excitation, hold, sub_steps, linear, first, passes })
+        Ok(Self { excitation, hold, sub_steps, linear, first, passes })
     }
 
     /// What a fit misses of the samples held out.
@@ -129,13 +151,14 @@ impl<'a> Search<'a> {
     }
 
     /// Descends with so many knots, which are set anew until they cover what z does.
-    fn settled(&mut self, start: Point, knots: usize, part: Part) -> Option<Fit> {
+    fn settled(&mut self, start: Point, knots: usize, part: Part) -> Result<Fit, Error> {
+        let dt = self.excitation.data.dt;
         let mut point = start;
         let mut best: Option<Fit> = None;
         for _ in 0..PLACEMENTS {
-            let range = self.excitation.range(&point)?;
+            let range = self.excitation.range(&point).ok_or_else(|| unstable(dt))?;
             point = placed(&point, range, knots)?;
-            let fit = descend(&self.excitation, &point, self.stiffness(), part)?;
+            let fit = descend(&self.excitation, &point, self.stiffness(), part).ok_or_else(|| unstable(dt))?;
             self.passes += fit.passes;
             let covered = covers(&fit.point.knots, fit.at.range);
             point = fit.point.clone();
@@ -147,20 +170,20 @@ impl<'a> Search<'a> {
                 break;
             }
         }
-        best
+        best.ok_or_else(|| unstable(dt))
     }
 
     /// Tries more knots as long as that pays, or goes as far as what was asked for; chooses; and fits all samples.
     fn finish(mut self, options: &OscillatorOptions) -> Result<OscillatorIdentification, Error> {
         let dt = self.excitation.data.dt;
-        let unstable = || Error::domain("dt", None, "an interval in which the motion of the model stays finite", dt);
+        let unstable = || unstable(dt);
         let most = options.knots.unwrap_or(KNOTS[KNOTS.len() - 1]);
         let samples = self.excitation.data.samples(Part::Fitted).count();
         let mut fits = vec![self.linear.clone()];
         let mut held_out = vec![self.held_out(&self.linear).ok_or_else(unstable)?];
         let mut start = self.first.point.clone();
         for knots in KNOTS.into_iter().filter(|knots| *knots <= most && samples >= fewest_samples(*knots)) {
-            let fit = self.settled(start, knots, Part::Fitted).ok_or_else(unstable)?;
+            let fit = self.settled(start, knots, Part::Fitted)?;
             start = fit.point.clone();
             held_out.push(self.held_out(&fit).ok_or_else(unstable)?);
             fits.push(fit);
@@ -179,13 +202,16 @@ impl<'a> Search<'a> {
         let chosen = if options.knots.is_some() { fits.len() - 1 } else { chosen(&held_out).max(1) };
         let start = fits[chosen].point.clone();
         let knots = start.knots.len();
-        let last = self.settled(start, knots, Part::All).ok_or_else(unstable)?;
-        self.result(&last, tried, chosen)
+        let last = self.settled(start, knots, Part::All)?;
+        let linear = descend(&self.excitation, &self.linear.point, self.stiffness(), Part::All).ok_or_else(unstable)?;
+        self.passes += linear.passes;
+        self.result(&last, &linear, tried, chosen)
     }
 
     fn result(
         &self,
         last: &Fit,
+        linear: &Fit,
         tried: Vec<OscillatorTrial>,
         chosen: usize,
     ) -> Result<OscillatorIdentification, Error> {
@@ -200,9 +226,10 @@ impl<'a> Search<'a> {
             sub_steps: self.sub_steps,
             periods: data.periods,
             rms: rms(&last.at.residual),
-            linear_rms: tried[0].fitted_rms,
+            linear_rms: rms(&linear.at.residual),
             held_out_rms: tried[chosen].held_out_rms,
             noise: data.noise,
+            covered: point.knots[0] <= last.at.range.0 && last.at.range.1 <= point.knots[point.knots.len() - 1],
             standard_errors: standard_errors(last),
             tried,
             evaluations: self.passes,
@@ -233,18 +260,19 @@ fn sub_steps(damping: f64, stiffness: f64, dt: f64) -> usize {
     count
 }
 
-/// The same f over `count` knots that cover a range of z: one at 0, where Bouc-Wen hysteresis bends, and as many on each side.
-fn placed(point: &Point, range: (f64, f64), count: usize) -> Option<Point> {
+/// The same f over `count` knots that cover a range of z: one at 0, where Bouc-Wen hysteresis bends, and as many on
+/// each side.
+fn placed(point: &Point, range: (f64, f64), count: usize) -> Result<Point, Error> {
     let width = range.1 - range.0;
     let (low, high) = ((range.0 - MARGIN * width).min(-MARGIN * width), (range.1 + MARGIN * width).max(MARGIN * width));
     let side = count / 2;
     let share = |i: usize| as_f64(i) / as_f64(side);
     let below = (0..side).map(|i| low * (1.0 - share(i)));
     let knots: Vec<f64> = below.chain((0..=side).map(|i| high * share(i))).collect();
-    let before = Duhem::<MAX_KNOTS>::new(&point.knots, point.rising(), point.falling()).ok()?;
+    let before = Duhem::<MAX_KNOTS>::new(&point.knots, point.rising(), point.falling())?;
     let slopes = |rising: bool| knots.iter().map(|z| before.slope(*z, rising)).collect::<Vec<_>>();
     let parameters = [&point.parameters[..3], &slopes(true), &slopes(false)].concat();
-    Some(Point { parameters, offset: point.offset, knots })
+    Ok(Point { parameters, offset: point.offset, knots })
 }
 
 /// Whether the knots reach as far as z does, and not much further.
@@ -257,7 +285,8 @@ fn covers(knots: &[f64], (low, high): (f64, f64)) -> bool {
     (within(-low, -first) || small(-low)) && (within(high, last) || small(high))
 }
 
-/// The scan for the best linear oscillator: frequencies from two periods in the record to the highest that the interval resolves.
+/// The scan for the best linear oscillator: frequencies from two periods in the record to the highest that the
+/// interval resolves.
 fn best_linear(excitation: &Excitation<'_>) -> Option<Point> {
     const FREQUENCIES: usize = 48;
     let data = excitation.data;
@@ -286,10 +315,15 @@ fn best_linear(excitation: &Excitation<'_>) -> Option<Point> {
 /// The place of the smallest model that no larger one beats by more than chance.
 fn chosen(held_out: &[Vec<f64>]) -> usize {
     let mut best = 0;
+    let samples = held_out.first().map_or(0, Vec::len);
+    let block = BLOCK.min((samples / BLOCKS.1).max(1));
+    if samples.div_ceil(block) < BLOCKS.0 {
+        return best;
+    }
     for (larger, errors) in held_out.iter().enumerate().skip(1) {
         let gains: Vec<f64> = held_out[best]
-            .chunks(BLOCK)
-            .zip(errors.chunks(BLOCK))
+            .chunks(block)
+            .zip(errors.chunks(block))
             .map(|(p, q)| p.iter().zip(q).map(|(p, q)| p * p - q * q).sum())
             .collect();
         let count = as_f64(gains.len());
@@ -304,4 +338,22 @@ fn chosen(held_out: &[Vec<f64>]) -> usize {
 
 fn rms(errors: &[f64]) -> f64 {
     (errors.iter().map(|e| e * e).sum::<f64>() / as_f64(errors.len().max(1))).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_held_out_samples_tell_as_well_as_many() {
+        for samples in [4, 12, 100, 1000] {
+            let errors = |size: f64| (0..samples).map(|k| size * (1.0 + 0.1 * as_f64(k % 3))).collect::<Vec<_>>();
+            assert_eq!(chosen(&[errors(1.0), errors(0.5)]), 1, "{samples}");
+            assert_eq!(chosen(&[errors(1.0), errors(1.1)]), 0, "{samples}");
+        }
+        assert_eq!(chosen(&[vec![1.0; 3], vec![0.5; 3]]), 0);
+        // One block of eight is better, and by much.
+        let lucky = |k: usize| if k < 10 { 0.0 } else { 1.001 };
+        assert_eq!(chosen(&[vec![1.0; 80], (0..80).map(lucky).collect()]), 0);
+    }
 }

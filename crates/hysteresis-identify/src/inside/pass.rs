@@ -7,7 +7,8 @@ use hysteresis_control::oscillator::equation::{Equation, Scalar, State};
 use super::data::{Data, Part};
 use super::dual::Dual;
 
-/// b, c, k, then f+ and f- at every knot; an output offset; and the knots. Without knots the oscillator is linear: b, c, k.
+/// b, c, k, then f+ and f- at every knot; an output offset; and the knots. Without knots the oscillator is linear: b,
+/// c, k.
 #[derive(Clone, Debug)]
 pub(super) struct Point {
     pub(super) knots: Vec<f64>,
@@ -63,7 +64,8 @@ impl<'a> Excitation<'a> {
         Self { data, fine, sub_step }
     }
 
-    /// Shows every state at a sample, after a period to settle if the drive repeats. False if the motion leaves all bounds.
+    /// Shows every state at a sample, after a period to settle if the drive repeats. False if the motion leaves all
+    /// bounds.
     fn run<S: Scalar>(&self, equation: &Equation<S>, mut visit: impl FnMut(usize, &State<S>)) -> bool {
         let (mut state, settle) = (State::rest(), usize::from(self.data.periods > 1));
         for period in 0..=settle {

@@ -25,14 +25,16 @@ pub struct OscillatorIdentification {
     pub periods: usize,
     /// The rms error over all fitted samples, of the mean of the periods: noise included.
     pub rms: f64,
-    /// That of the best linear oscillator.
+    /// That of the best linear oscillator, fitted to the same samples.
     pub linear_rms: f64,
     /// The rms error of the chosen number of knots over samples to which it was not fitted.
     pub held_out_rms: f64,
     /// Standard deviation of the noise of a measured sample, if several periods tell it.
     pub noise: Option<f64>,
-    /// Standard errors of b, c, k, f+ and f- at the knots, and the output offset, for white noise; infinite where the record does not
-    /// tell a parameter.
+    /// Whether the knots cover all of z over the record: beyond them f is extrapolated.
+    pub covered: bool,
+    /// Standard errors of b, c, k, f+ and f- at the knots, and the output offset, for white noise; infinite where the
+    /// record does not tell a parameter.
     pub standard_errors: Vec<f64>,
     /// The linear oscillator and every number of knots that was tried.
     pub tried: Vec<OscillatorTrial>,
@@ -74,6 +76,9 @@ impl OscillatorIdentification {
         }
         let noise = self.noise.map_or_else(String::new, |noise| format!(", noise of a sample {noise:.3e}"));
         lines.push(format!("Error {:.3e} rms over {} period(s){noise}; drive: {}", self.rms, self.periods, self.hold));
+        if !self.covered {
+            lines.push("z goes beyond the knots: f there is extrapolated".to_owned());
+        }
         lines.push("Tried:    knots  parameters  fitted rms  held-out rms".to_owned());
         for OscillatorTrial { knots, parameters, fitted_rms, held_out_rms } in &self.tried {
             let mark = if *held_out_rms == self.held_out_rms { "  <- chosen" } else { "" };
@@ -90,17 +95,45 @@ pub(super) fn standard_errors(fit: &Fit) -> Vec<f64> {
     let (rows, columns) = (jacobian.nrows(), jacobian.ncols());
     // Columns of unit size, as their units differ by many orders.
     let norms: Vec<f64> = (0..columns).map(|j| jacobian.col(j).norm_l2()).collect();
-    let triangle = triangle_of(Mat::from_fn(rows, columns, |i, j| jacobian[(i, j)] / norms[j]));
-    let variance = fit.at.squares / as_f64(rows.saturating_sub(columns).max(1));
-    let mut sums = vec![0.0; columns];
-    for j in 0..columns {
-        let mut column = vec![0.0; columns];
+    // The record tells nothing of a parameter that moves no sample.
+    let told: Vec<usize> = (0..columns).filter(|j| norms[*j] > 0.0).collect();
+    let triangle = triangle_of(Mat::from_fn(rows, told.len(), |i, j| jacobian[(i, told[j])] / norms[told[j]]));
+    let variance = fit.at.squares / as_f64(rows.saturating_sub(told.len()).max(1));
+    let mut sums = vec![0.0; told.len()];
+    for j in 0..told.len() {
+        let mut column = vec![0.0; told.len()];
         column[j] = 1.0;
         back_substitute(triangle.as_ref(), &mut column);
         for (sum, x) in sums.iter_mut().zip(column) {
             *sum += x * x;
         }
     }
-    let told = |x: f64| if x.is_finite() { x } else { f64::INFINITY };
-    sums.iter().zip(norms).map(|(sum, norm)| told((variance * sum).sqrt() / norm)).collect()
+    let mut errors = vec![f64::INFINITY; columns];
+    for (j, sum) in told.into_iter().zip(sums) {
+        let error = (variance * sum).sqrt() / norms[j];
+        errors[j] = if error.is_finite() { error } else { f64::INFINITY };
+    }
+    errors
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inside::pass::{Linearised, Point};
+
+    #[test]
+    fn a_parameter_that_the_record_does_not_tell_spoils_no_other() {
+        let fit = |columns: usize, place: &dyn Fn(usize) -> Option<i32>| {
+            let entry = |i: usize, j: usize| place(j).map_or(0.0, |power| (0.1 * as_f64(i)).powi(power));
+            let jacobian = Mat::from_fn(20, columns, entry);
+            let point = Point { knots: Vec::new(), parameters: vec![0.0; columns - 1], offset: 0.0 };
+            let at = Linearised { residual: vec![0.1; 20], jacobian, squares: 0.2, range: (0.0, 0.0) };
+            standard_errors(&Fit { point, at, passes: 1 })
+        };
+        // A straight line and a parabola: the errors of its coefficients.
+        let alone = fit(3, &|j| [Some(0), Some(1), Some(2)][j]);
+        let beside = fit(4, &|j| [Some(0), None, Some(1), Some(2)][j]);
+        assert_eq!(beside, [alone[0], f64::INFINITY, alone[1], alone[2]]);
+        assert!(alone.iter().all(|error| error.is_finite() && *error > 0.0));
+    }
 }

@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 
 use crate::argument::{Argument, SampleCount, Words};
 use crate::convert::arguments::{count, is_word};
-use crate::convert::arrays::{FIT, check_room, numbers, read_only};
+use crate::convert::arrays::{check_room, numbers, read_only};
 use crate::convert::errors::{self, raise};
 use crate::plant::oscillator::HystereticOscillator;
 
@@ -78,7 +78,7 @@ impl OscillatorIdentification {
         self.0.rms
     }
 
-    /// That of the best linear oscillator.
+    /// That of the best linear oscillator, fitted to the same samples.
     #[getter]
     fn linear_rms(&self) -> f64 {
         self.0.linear_rms
@@ -96,14 +96,21 @@ impl OscillatorIdentification {
         self.0.noise
     }
 
-    /// Standard errors for white noise of b, c, k, f+ and f- at the knots, and the output offset; infinite where the record does not
-    /// tell a parameter.
+    /// Whether the knots cover all of z over the record: beyond them f is extrapolated.
+    #[getter]
+    fn covered(&self) -> bool {
+        self.0.covered
+    }
+
+    /// Standard errors for white noise of b, c, k, f+ and f- at the knots, and the output offset; infinite where the
+    /// record does not tell a parameter.
     #[getter]
     fn standard_errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         read_only(py, self.0.standard_errors.iter().copied())
     }
 
-    /// The linear oscillator (0 knots) and every number of knots that was tried: knots, parameters, fitted_rms, held_out_rms.
+    /// The linear oscillator (0 knots) and every number of knots that was tried: knots, parameters, fitted_rms,
+    /// held_out_rms.
     #[getter]
     #[py(-> "list[dict[str, float]]")]
     fn tried<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
@@ -139,6 +146,10 @@ impl OscillatorIdentification {
         )
     }
 }
+
+/// Bytes for each sample that a fit needs: residuals and derivatives by 22 parameters in several copies, and two
+/// drives on the half steps of up to 32 sub-steps, which resolve the fastest oscillator of the scan.
+const FIT_INSIDE: usize = 1024 + 32 * 32;
 
 /// A count, or "auto".
 struct Count(Option<usize>);
@@ -181,12 +192,13 @@ impl From<AnyHold> for Option<Hold> {
 
 /// Identifies an oscillator with hysteresis inside, y'' + c y' + k y + z\[y\] = b u, from a record.
 ///
-/// For systems in which hysteresis acts on the motion itself: friction, cables, bearings, magnetic springs, the Bouc-Wen oscillator. For
-/// a piezo stage `identify` is right: its hysteresis stands in front of the dynamics.
+/// For systems in which hysteresis acts on the motion itself: friction, cables, bearings, magnetic springs, the
+/// Bouc-Wen oscillator. For a piezo stage `identify` is right: its hysteresis stands in front of the dynamics.
 ///
-/// z is a `Duhem` operator of y. The search begins at the best linear oscillator and goes from 3 knots to 5 and 9 by Gauss-Newton steps
-/// with exact derivatives, as long as more knots pay. Each is fitted to the first 70 % of the samples and judged by a free simulation of the others: more
-/// knots must be better there by two standard deviations. The chosen one is then fitted to all.
+/// z is a `Duhem` operator of y. The search begins at the best linear oscillator and goes from 3 knots to 5 and 9 by
+/// Gauss-Newton steps with derivatives that are exact but for the moment of turning, as long as more knots pay. Each
+/// is fitted to the first 70 % of the samples and judged by a free simulation of the others: more knots must be
+/// better there by two standard deviations. The chosen one is then fitted to all.
 ///
 /// Periods of a steady record are averaged. A record that does not repeat begins at rest, at the output offset.
 ///
@@ -197,13 +209,16 @@ impl From<AnyHold> for Option<Hold> {
 /// dt : float
 ///     Sampling interval in seconds; about ten samples in a period of the resonance are needed.
 /// periods : "auto" or int
-///     How many equal periods the record has, all of them steady; "auto" looks for them.
+///     How many equal periods the record has, all of them steady: the drive repeats within 1e-9 of its range. "auto"
+///     looks for them.
 /// hold : "auto", "zero" or "band_limited"
-///     What the drive does between samples: held by a converter, or smooth. "auto" takes what fits better with 3 knots.
+///     What the drive does between samples: held by a converter, or smooth. "auto" takes what fits better with 3
+///     knots.
 /// knots : "auto", 3, 5 or 9
 ///     The number of knots of f+ and f-.
 /// skip : int
-///     Leading samples that are simulated but not fitted, of a record that does not repeat.
+///     Leading samples that are simulated but not fitted, of a record that does not repeat. The record must begin at
+///     rest all the same.
 ///
 /// Returns
 /// -------
@@ -238,7 +253,7 @@ pub(crate) fn identify_oscillator(
 ) -> PyResult<OscillatorIdentification> {
     // A copy: other threads may change the arrays while the interpreter is let go.
     let (u, y) = (numbers("u", u)?, numbers("y", y)?);
-    check_room("u", u.len(), FIT)?;
+    check_room("u", u.len(), FIT_INSIDE)?;
     let options = OscillatorOptions { skip: skip.0, ..options };
     let found = py.detach(|| identification::identify_oscillator(&u, &y, dt, &options));
     found.map(OscillatorIdentification).map_err(|error| match error {

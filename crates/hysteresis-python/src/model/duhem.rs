@@ -15,9 +15,10 @@ use crate::stream::single_argument::Stepper;
 
 /// A free Duhem operator: z' = f+(z) x' where x rises, z' = f-(z) x' where x falls.
 ///
-/// f+ and f- are positive and piecewise linear over z, on knots that both share. It does not depend on the rate: along a branch z is a
-/// function of x, a chain of exponentials with an exact solution from knot to knot. Beyond the outer knots a line that grows
-/// outwards goes on, and f stays as it is where the line falls. z has no memory of turning points, and loops need not close.
+/// f+ and f- are positive and piecewise linear over z, on knots that both share. It does not depend on the rate:
+/// along a branch z is a function of x, a chain of exponentials with an exact solution from knot to knot. Beyond the
+/// outer knots a line that grows outwards goes on, and f stays as it is where the line falls. z has no memory of
+/// turning points, and loops need not close.
 ///
 /// After B. D. Coleman and M. L. Hodgdon, Int. J. Eng. Sci. 24(6), 897-919, 1986.
 ///

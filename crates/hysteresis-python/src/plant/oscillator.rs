@@ -12,6 +12,7 @@ use pyo3::types::PyType;
 use pythonize::pythonize;
 
 use crate::argument::{Class, Words};
+use crate::convert::arrays::{PASS, check_room};
 use crate::convert::errors::{self, raise};
 use crate::convert::files;
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
@@ -28,11 +29,11 @@ impl Class for Duhem {
 
 /// An oscillator with hysteresis inside: y'' + c y' + k y + z\[y\] = b u.
 ///
-/// z is a `Duhem` operator of the motion y itself: friction, cables, bearings, magnetic springs, the Bouc-Wen oscillator. No hysteresis in
-/// front of linear dynamics is of this kind. All terms are divided by the mass.
+/// z is a `Duhem` operator of the motion y itself: friction, cables, bearings, magnetic springs, the Bouc-Wen
+/// oscillator. No hysteresis in front of linear dynamics is of this kind. All terms are divided by the mass.
 ///
-/// The drive is either held between samples ("zero", as by a converter) or smooth ("band_limited": samples of a signal without content
-/// near half of the sampling rate).
+/// The drive is either held between samples ("zero", as by a converter) or smooth ("band_limited": samples of a
+/// signal without content near half of the sampling rate).
 ///
 /// Parameters
 /// ----------
@@ -98,6 +99,9 @@ impl Stepper for OscillatorForward {
     }
 }
 
+/// The most periods before the one that is returned.
+const MOST_SETTLED: usize = 1000;
+
 type Array<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
 #[methods]
@@ -132,15 +136,15 @@ impl HystereticOscillator {
         Duhem(DuhemForward::new(*self.0.hysteresis()))
     }
 
-    /// The stream for an interval `dt` in seconds, at rest. It integrates `sub_steps` steps of fourth order in an interval; by default
-    /// as many as keep their errors at a few 1e-4 of the motion, four at least.
+    /// The stream for an interval `dt` in seconds, at rest. It integrates `sub_steps` steps of fourth order in an
+    /// interval; by default as many as keep their errors at a few 1e-4 of the motion, four at least.
     fn forward(&self, dt: f64, #[py(= None)] sub_steps: Option<usize>) -> PyResult<OscillatorForward> {
         let stream = oscillator::OscillatorForward::new(&self.0, dt, sub_steps).map_err(raise)?;
         Ok(OscillatorForward { stream, made: (self.0.clone(), dt, sub_steps) })
     }
 
-    /// The positions y(k) under a whole drive u(k), at rest before it. With `settle` the drive is a period that repeats for ever: the
-    /// positions are those after so many periods.
+    /// The positions y(k) under a whole drive u(k), at rest before it. With `settle` the drive is a period that
+    /// repeats for ever: the positions are those after so many periods, 1000 at most.
     fn response<'py>(
         &self,
         u: PyReadonlyArray1<'py, f64>,
@@ -150,6 +154,11 @@ impl HystereticOscillator {
         #[py(= None)] sub_steps: Option<usize>,
     ) -> Array<'py> {
         let (py, samples) = (u.py(), u.as_slice()?);
+        if let Some(got) = settle.filter(|settle| *settle > MOST_SETTLED) {
+            return Err(errors::value("settle", format_args!("expected at most {MOST_SETTLED} periods, got {got}")));
+        }
+        let steps = self.0.sub_steps(dt, sub_steps).map_err(raise)?;
+        check_room("u", samples.len(), PASS + 2 * steps * size_of::<f64>())?;
         let response = match settle {
             None => self.0.response(samples, dt, hold, sub_steps),
             Some(periods) => self.0.periodic_response(samples, dt, hold, sub_steps, periods),
@@ -157,11 +166,13 @@ impl HystereticOscillator {
         response.map(|y| PyArray1::from_vec(py, y)).map_err(raise)
     }
 
-    /// The drive that makes the oscillator follow a wanted motion y: u = (y'' + c y' + k y + z\[y\]) / b, in one pass.
+    /// The drive that makes the oscillator follow a wanted motion y: u = (y'' + c y' + k y + z\[y\]) / b, in one
+    /// pass.
     ///
-    /// Give `velocity` and `acceleration` where they are known. Without them they are central differences of eighth order, still before the beginning: with
-    /// 20 samples in the shortest period of the motion they miss less than 1e-6, with 10 about 1e-4. z is exact, between
-    /// samples too. A drive that is held is the mean over its interval.
+    /// Give `velocity` and `acceleration` where they are known. Without them they are central differences of eighth
+    /// order, still before the beginning: with 20 samples in the shortest period of the motion they miss less than
+    /// 1e-6, with 10 about 1e-4. z is followed between samples too; turning points are found to second order. A drive
+    /// that is held is the mean over its interval.
     fn inverse<'py>(
         &self,
         py: Python<'py>,
@@ -171,6 +182,7 @@ impl HystereticOscillator {
         #[py(= None)] acceleration: Option<Vec<f64>>,
         #[py(= "zero")] hold: Hold,
     ) -> Array<'py> {
+        check_room("y", y.len(), 2 * PASS)?;
         let motion = match (velocity, acceleration) {
             (None, None) => Motion::from_positions(y, dt),
             (Some(velocity), Some(acceleration)) => Motion::new(y, velocity, acceleration, dt),
