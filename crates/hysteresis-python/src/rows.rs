@@ -152,8 +152,8 @@ fn in_parts(text: &[u8], layout: &Layout) -> Vec<Taken> {
 }
 
 fn take(part: &[u8], layout: &Layout) -> Taken {
-    // As many as there are line feeds: a vector that grows is copied.
-    let rows = part.iter().filter(|&&one| one == b'\n').count();
+    // About as many as are like the first: a vector that grows is copied.
+    let rows = part.iter().position(|&one| one == b'\n').map_or(1, |first| 1 + part.len() / (first + 1));
     let columns = (0..layout.chosen).map(|_| Vec::with_capacity(rows)).collect();
     let mut taken = Taken { columns, bytes: 0, rows: 0, whole: true };
     let mut row = vec![0.0; layout.chosen];
