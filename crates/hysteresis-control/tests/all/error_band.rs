@@ -75,7 +75,7 @@ fn a_stage_of_parts_alone_and_an_old_file_know_no_band() {
     let found = old.precompensate(&reference, DT, &options).unwrap();
     let error = old.error_bounds(&found, &reference, DT, &options, 0.95).unwrap_err();
     assert_eq!((&error, error.parameter()), (&Error::NoBand, Some("error_band")));
-    assert!(error.to_string().contains("identify it again"));
+    assert!(error.to_string().contains("identify it from records"));
 }
 
 #[test]
