@@ -55,6 +55,12 @@ pub fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     })
 }
 
+/// A count of samples, steps or cells.
+#[expect(clippy::cast_precision_loss, reason = "counts are below 2^52")]
+pub(crate) fn as_f64(count: usize) -> f64 {
+    count as f64
+}
+
 /// The example of the README of this crate, run as a test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -7,6 +7,7 @@ use realfft::num_complex::Complex64;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use serde::{Deserialize, Serialize};
 
+use crate::as_f64;
 use crate::checks::check_number;
 use crate::linear::{Block, Error, LinearBlock, LinearDynamics};
 use crate::tuning::{ModeUncertainty, family};
@@ -142,11 +143,6 @@ pub(super) fn transform(forward: &dyn RealToComplex<f64>, mut samples: Vec<f64>)
 /// The frequency response of a loop at the harmonics of a period.
 pub(super) fn response(feedback: &FeedbackLoop, period: usize) -> Result<Vec<Complex64>, Error> {
     Ok(transform(&*RealFftPlanner::new().plan_fft_forward(period), feedback.impulse_response(period)?))
-}
-
-#[expect(clippy::cast_precision_loss, reason = "a period has less than 2^52 samples")]
-pub(super) fn as_f64(count: usize) -> f64 {
-    count as f64
 }
 
 /// Q at the frequencies j / (period dt) for a bandwidth, or 1 without one.

@@ -5,8 +5,9 @@ use realfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use super::feedback_loop::{
-    FeedbackLoop, LoopUncertainty, MIN_RESPONSE, Prior, Spectra, as_f64, learning_filter, low_pass, response,
+    FeedbackLoop, LoopUncertainty, MIN_RESPONSE, Prior, Spectra, learning_filter, low_pass, response,
 };
+use crate::as_f64;
 use crate::checks::{check_number, check_positive};
 use crate::linear::Error;
 

@@ -5,8 +5,9 @@ use std::fmt;
 use hysteresis_core::{Bound, Error as CoreError, Fingerprint, is_admissible};
 use serde::{Deserialize, Serialize};
 
-use super::feedback_loop::{FeedbackLoop, as_f64};
+use super::feedback_loop::FeedbackLoop;
 use super::harmonics::{Belief, Harmonics, LearningOptions};
+use crate::as_f64;
 use crate::checks::{check_model, check_number, check_numbers, check_same, check_same_count, check_whole};
 use crate::linear::Error;
 

@@ -3,9 +3,10 @@
 use hysteresis_core::{Fingerprint, is_admissible};
 use serde::{Deserialize, Serialize};
 
-use super::feedback_loop::{FeedbackLoop, LoopUncertainty, as_f64, response};
+use super::feedback_loop::{FeedbackLoop, LoopUncertainty, response};
 use super::repetitive_filters::{FREQUENCIES_PER_HARMONIC, Filters, Past, RepetitiveDesign};
 use super::supervisor::{Supervisor, SupervisorState};
+use crate::as_f64;
 use crate::checks::{
     check_model, check_number, check_numbers, check_positive, check_same, check_same_count, check_terms, check_whole,
 };

@@ -5,7 +5,8 @@ use core::f64::consts::TAU;
 
 use realfft::num_complex::Complex64;
 
-use super::feedback_loop::{FeedbackLoop, LoopUncertainty, Spectra, as_f64, learning_filter, low_pass, priors};
+use super::feedback_loop::{FeedbackLoop, LoopUncertainty, Spectra, learning_filter, low_pass, priors};
+use crate::as_f64;
 use crate::linear::Error;
 
 /// Rates are looked for at that many frequencies between two harmonics: the filters turn slower than that.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::feedback_loop::as_f64;
+use crate::as_f64;
 use crate::checks::check_terms;
 use crate::linear::Error;
 

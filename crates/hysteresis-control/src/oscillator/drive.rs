@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use crate::as_f64;
+
 /// What a drive does between its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Hold {
@@ -14,16 +16,6 @@ pub enum Hold {
 }
 
 impl Hold {
-    /// From its name: "zero" or "band_limited".
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        match name {
-            "zero" => Some(Self::Zero),
-            "band_limited" => Some(Self::BandLimited),
-            _ => None,
-        }
-    }
-
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -58,7 +50,7 @@ impl FineDrive {
         match hold {
             Hold::Zero => values.extend(u.iter().flat_map(|u| std::iter::repeat_n(*u, per_sample))),
             Hold::BandLimited => {
-                let kernels: Vec<_> = (0..per_sample).map(|part| kernel(count(part) / count(per_sample))).collect();
+                let kernels: Vec<_> = (0..per_sample).map(|part| kernel(as_f64(part) / as_f64(per_sample))).collect();
                 let around = |k: usize, i: usize| neighbour(u, k + i, periodic);
                 for k in 0..u.len() {
                     let at = |kernel: &Vec<f64>| kernel.iter().enumerate().map(|(i, w)| w * around(k, i)).sum::<f64>();
@@ -93,8 +85,8 @@ fn neighbour(u: &[f64], place: usize, periodic: bool) -> f64 {
 fn kernel(part: f64) -> Vec<f64> {
     const SHAPE: f64 = 9.0;
     let weight = |i: usize| {
-        let x = part + count(REACH - 1) - count(i);
-        let within = (x / count(REACH)).powi(2);
+        let x = part + as_f64(REACH - 1) - as_f64(i);
+        let within = (x / as_f64(REACH)).powi(2);
         let window = bessel(SHAPE * (1.0 - within).max(0.0).sqrt()) / bessel(SHAPE);
         if x == 0.0 { 1.0 } else { (PI * x).sin() / (PI * x) * window }
     };
@@ -113,11 +105,6 @@ fn bessel(x: f64) -> f64 {
     1.0 + terms.sum::<f64>()
 }
 
-#[expect(clippy::cast_precision_loss, reason = "counts within a record")]
-fn count(n: usize) -> f64 {
-    n as f64
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,12 +113,12 @@ mod tests {
     fn a_smooth_drive_is_interpolated() {
         let n = 250;
         let signal = |t: f64| (2.0 * PI * 50.0 * t / 250.0).sin() + 0.5 * (2.0 * PI * 90.0 * t / 250.0).cos() + 3.0;
-        let u: Vec<f64> = (0..n).map(|k| signal(count(k))).collect();
+        let u: Vec<f64> = (0..n).map(|k| signal(as_f64(k))).collect();
         let fine = FineDrive::new(&u, Hold::BandLimited, true, 2);
         for k in 0..n {
             for (j, step) in fine.sub_steps(k).enumerate() {
                 for (i, got) in step.iter().enumerate() {
-                    let want = signal(count(k) + 0.25 * count(2 * j + i));
+                    let want = signal(as_f64(k) + 0.25 * as_f64(2 * j + i));
                     assert!((got - want).abs() < 2e-5, "{k} {j} {i} {got} {want}");
                 }
             }

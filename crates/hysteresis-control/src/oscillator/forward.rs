@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::drive::{FineDrive, Hold};
 use super::equation::{Equation, State};
 use super::model::HystereticOscillator;
+use crate::as_f64;
 use crate::checks::check_numbers;
 
 /// The position of an oscillator, sample by sample: `step(u)` returns y(k), then holds u(k) for one interval.
@@ -142,7 +143,7 @@ impl HystereticOscillator {
     /// [`Error::Domain`] for a drive that is not finite, as [`sub_steps`](Self::sub_steps), or if position, velocity
     /// or z leaves 1e100.
     pub fn response(&self, u: &[f64], dt: f64, hold: Hold, sub_steps: Option<usize>) -> Result<Vec<f64>, Error> {
-        Ok(self.simulate(u, dt, hold, sub_steps, None)?.0)
+        self.simulate(u, dt, hold, sub_steps, None)
     }
 
     /// The positions over one period of a drive that repeats for ever, after `settle` periods from rest.
@@ -157,10 +158,10 @@ impl HystereticOscillator {
         sub_steps: Option<usize>,
         settle: usize,
     ) -> Result<Vec<f64>, Error> {
-        Ok(self.simulate(u, dt, hold, sub_steps, Some(settle))?.0)
+        self.simulate(u, dt, hold, sub_steps, Some(settle))
     }
 
-    /// Positions and z; with `settle` the drive is a period.
+    /// The positions; with `settle` the drive is a period.
     fn simulate(
         &self,
         u: &[f64],
@@ -168,20 +169,19 @@ impl HystereticOscillator {
         hold: Hold,
         sub_steps: Option<usize>,
         settle: Option<usize>,
-    ) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    ) -> Result<Vec<f64>, Error> {
         check_all_finite("u", u)?;
         let sub_steps = self.sub_steps(dt, sub_steps)?;
         if u.is_empty() {
-            return Ok((Vec::new(), Vec::new()));
+            return Ok(Vec::new());
         }
         let fine = FineDrive::new(u, hold, settle.is_some(), sub_steps);
         let (equation, h) = (self.equation(), dt / as_f64(sub_steps));
-        let (mut state, mut y, mut z) = (State::rest(), Vec::with_capacity(u.len()), Vec::with_capacity(u.len()));
+        let (mut state, mut y) = (State::rest(), Vec::with_capacity(u.len()));
         for period in 0..=settle.unwrap_or(0) {
             for (k, held) in u.iter().enumerate() {
                 if period == settle.unwrap_or(0) {
                     y.push(state.position);
-                    z.push(state.hysteresis);
                 }
                 state = fine.sub_steps(k).fold(state, |state, drive| equation.step(&state, h, drive));
                 if !is_within(&state) {
@@ -190,16 +190,11 @@ impl HystereticOscillator {
                 }
             }
         }
-        Ok((y, z))
+        Ok(y)
     }
 }
 
 /// Whether all three numbers of a state are admissible.
 fn is_within(state: &State<f64>) -> bool {
     [state.position, state.velocity, state.hysteresis].into_iter().all(is_admissible)
-}
-
-#[expect(clippy::cast_precision_loss, reason = "a count of steps")]
-pub(super) fn as_f64(count: usize) -> f64 {
-    count as f64
 }

@@ -1,10 +1,10 @@
 //! The drive that moves an oscillator as wanted, in one pass.
 
-use hysteresis_core::{DuhemForward, Error, Process, check_all_finite};
+use hysteresis_core::{DuhemForward, Error, Process, check_all_finite, check_length};
 
 use super::drive::Hold;
-use super::forward::as_f64;
-use super::model::{HystereticOscillator, check_same_length};
+use super::model::HystereticOscillator;
+use crate::as_f64;
 use crate::checks::check_positive;
 
 /// A wanted motion with its derivatives, sample by sample.
@@ -29,8 +29,8 @@ impl Motion {
     /// is not above 0.
     pub fn new(position: Vec<f64>, velocity: Vec<f64>, acceleration: Vec<f64>, dt: f64) -> Result<Self, Error> {
         check_positive("dt", None, dt)?;
-        check_same_length("velocity", &position, &velocity)?;
-        check_same_length("acceleration", &position, &acceleration)?;
+        check_length("velocity", position.len(), velocity.len())?;
+        check_length("acceleration", position.len(), acceleration.len())?;
         for (parameter, values) in [("y", &position), ("velocity", &velocity), ("acceleration", &acceleration)] {
             check_all_finite(parameter, values)?;
         }

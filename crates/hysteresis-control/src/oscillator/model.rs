@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use hysteresis_core::{Duhem, Error, check_length};
+use hysteresis_core::{Duhem, Error};
 use serde::{Deserialize, Serialize};
 
 use super::equation::Equation;
@@ -97,7 +97,7 @@ struct File {
 
 impl From<HystereticOscillator> for File {
     fn from(oscillator: HystereticOscillator) -> Self {
-        let [knots, rising, falling] = oscillator.tables();
+        let [knots, rising, falling] = tables(oscillator.hysteresis());
         let HystereticOscillator { gain, damping, stiffness, .. } = oscillator;
         Self { schema: SCHEMA.to_owned(), gain, damping, stiffness, knots, rising, falling }
     }
@@ -160,13 +160,8 @@ impl HystereticOscillator {
     /// The equation of motion.
     #[must_use]
     pub fn equation(&self) -> Equation<f64> {
-        let [knots, rising, falling] = self.tables();
+        let [knots, rising, falling] = tables(&self.hysteresis);
         Equation::new([self.gain, self.damping, self.stiffness], &knots, &rising, &falling)
-    }
-
-    fn tables(&self) -> [Vec<f64>; 3] {
-        let operator = &self.hysteresis;
-        [operator.knots().collect(), operator.rising().collect(), operator.falling().collect()]
     }
 
     /// The number of sub-steps for an interval `dt` in seconds: `asked` for, or as many as keep integration errors at
@@ -178,14 +173,14 @@ impl HystereticOscillator {
     pub fn sub_steps(&self, dt: f64, asked: Option<usize>) -> Result<usize, Error> {
         check_positive("dt", None, dt)?;
         let steepest = self.hysteresis.rising().chain(self.hysteresis.falling()).fold(0.0, f64::max);
-        let fastest = (self.stiffness + steepest).sqrt().max(self.damping) * dt;
+        let fastest = fastest(self.damping, self.stiffness + steepest) * dt;
         let least = whole(fastest / MAX_SUB_STEP).max(1);
         if least > MOST_SUB_STEPS {
             let expected = "an interval that 1000 sub-steps resolve: shorter beside a period of the oscillator";
             return Err(Error::domain("dt", None, expected, dt));
         }
         let Some(asked) = asked else {
-            return Ok(whole(fastest / USUAL_SUB_STEP).clamp(FEWEST_SUB_STEPS, MOST_SUB_STEPS));
+            return Ok(usual_sub_steps(self.damping, self.stiffness + steepest, dt));
         };
         if (least..=MOST_SUB_STEPS).contains(&asked) {
             return Ok(asked);
@@ -216,6 +211,24 @@ impl HystereticOscillator {
     }
 }
 
+/// The arrays with which an operator is made: its knots, and f+ and f- there.
+#[must_use]
+pub fn tables<const N: usize>(operator: &Duhem<N>) -> [Vec<f64>; 3] {
+    [operator.knots().collect(), operator.rising().collect(), operator.falling().collect()]
+}
+
+/// The usual number of sub-steps in an interval `dt`, in seconds, for a damping c in 1/s and the largest k + f in 1/s^2: see
+/// [`HystereticOscillator::sub_steps`].
+#[must_use]
+pub fn usual_sub_steps(damping: f64, stiffness: f64, dt: f64) -> usize {
+    whole(fastest(damping, stiffness) * dt / USUAL_SUB_STEP).clamp(FEWEST_SUB_STEPS, MOST_SUB_STEPS)
+}
+
+/// The natural frequency in rad/s, or the damping in 1/s if that is larger.
+fn fastest(damping: f64, stiffness: f64) -> f64 {
+    stiffness.sqrt().max(damping)
+}
+
 /// As few as the fastest drive that a record can hold needs.
 const FEWEST_SUB_STEPS: usize = 4;
 const MOST_SUB_STEPS: usize = 1000;
@@ -228,9 +241,4 @@ fn is_moderate(x: f64) -> bool {
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
 fn whole(x: f64) -> usize {
     x.ceil() as usize
-}
-
-/// Checks that two signals are equally long.
-pub(super) fn check_same_length(parameter: &'static str, expected: &[f64], got: &[f64]) -> Result<(), Error> {
-    check_length(parameter, expected.len(), got.len())
 }

@@ -362,7 +362,7 @@ fn branches(
     branches
 }
 
-/// What no branch exceeds with probability `level`, if their errors are independent: by halving.
+/// What no branch exceeds with probability `level`, if their errors are independent.
 fn within(branches: &[(f64, f64)], level: f64) -> f64 {
     let holds = |x: f64| {
         let share = |(miss, deviation): &(f64, f64)| match x - miss {
@@ -373,7 +373,12 @@ fn within(branches: &[(f64, f64)], level: f64) -> f64 {
         branches.iter().map(|branch| share(branch).powi(ERRORS_PER_BRANCH)).product::<f64>() >= level
     };
     let largest = branches.iter().fold(0.0, |most: f64, (miss, deviation)| most.max(miss + 40.0 * deviation));
-    let (mut low, mut high) = (0.0, largest);
+    least(largest, holds)
+}
+
+/// The least number from 0 to `most` from which on something holds, by halving; `most` if it never does.
+fn least(most: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, most);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         if holds(middle) {
@@ -413,18 +418,9 @@ fn normal_share(z: f64) -> f64 {
     1.0 - t * (COEFFICIENTS.iter().fold(0.0, |sum, c| sum * t + c) - x * x).exp()
 }
 
-/// The z with P(|Z| <= z) = level, by halving.
+/// The z with P(|Z| <= z) = level.
 fn normal_quantile(level: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 6.0 * SQRT_2);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if normal_share(middle) < level {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    high
+    least(6.0 * SQRT_2, |z| normal_share(z) >= level)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::data::Part;
 use super::pass::{Excitation, Linearised, Point};
 use crate::algebra::bounded::solve;
 use crate::fit::descent::{FIRST_RADIUS, Patience, trusted};
-use crate::records::signal::as_f64;
+use crate::records::signal::{as_f64, rms};
 
 /// How many passes over the record a descent may take.
 const PASSES: usize = 60;
@@ -59,7 +59,6 @@ fn numbers(point: &mut Point) -> impl Iterator<Item = &mut f64> {
 
 fn axes(start: &Point, stiffness: f64, y: &[f64]) -> Vec<Axis> {
     let free = (f64::NEG_INFINITY, f64::INFINITY);
-    let size = (y.iter().map(|y| y * y).sum::<f64>() / as_f64(y.len())).sqrt();
     let gain = start.parameters[0];
     // A gain of the other sign would be another oscillator.
     let gain_bounds = if gain > 0.0 { (1e-3 * gain, f64::INFINITY) } else { (f64::NEG_INFINITY, 1e-3 * gain) };
@@ -70,7 +69,7 @@ fn axes(start: &Point, stiffness: f64, y: &[f64]) -> Vec<Axis> {
     ];
     let slope = || Axis { scale: stiffness, bounds: (1e-4 * stiffness, f64::INFINITY) };
     axes.extend(start.parameters.iter().skip(3).map(|_| slope()));
-    axes.push(Axis { scale: size, bounds: free });
+    axes.push(Axis { scale: rms(y), bounds: free });
     axes
 }
 

@@ -1,6 +1,6 @@
 //! The way from a record to an oscillator: linear at first, then with ever more knots.
 
-use hysteresis_control::oscillator::{Hold, HystereticOscillator, MAX_KNOTS};
+use hysteresis_control::oscillator::{Hold, HystereticOscillator, MAX_KNOTS, usual_sub_steps};
 use hysteresis_core::Duhem;
 
 use super::data::{Data, Part};
@@ -8,7 +8,7 @@ use super::descent::{Fit, descend};
 use super::pass::{Excitation, KNOTS, Point};
 use super::result::{OscillatorIdentification, OscillatorTrial, standard_errors};
 use crate::error::Error;
-use crate::records::signal::as_f64;
+use crate::records::signal::{as_f64, mean, rms};
 
 /// How an oscillator is identified. By default everything is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -124,7 +124,8 @@ impl<'a> Search<'a> {
         let unstable = || unstable(data.dt);
         let coarse = Excitation::new(data, data.fine_drive(hold, 4), data.dt / 4.0);
         let start = best_linear(&coarse).ok_or_else(unstable)?;
-        let sub_steps = sub_steps(start.parameters[1], start.parameters[2], data.dt);
+        // The model that is found may be half as stiff again.
+        let sub_steps = usual_sub_steps(start.parameters[1], 1.5 * start.parameters[2], data.dt);
         let excitation = Excitation::new(data, data.fine_drive(hold, sub_steps), data.dt / as_f64(sub_steps));
         let linear = descend(&excitation, &start, start.parameters[2], Part::Fitted).ok_or_else(unstable)?;
         let stiffness = linear.point.parameters[2];
@@ -250,16 +251,6 @@ fn placed_evenly(linear: &Point, data: &Data) -> Point {
     Point { knots: vec![-half * reach, 0.0, half * reach], parameters, offset: linear.offset }
 }
 
-/// As many sub-steps as the default of a model has that is half as stiff again.
-fn sub_steps(damping: f64, stiffness: f64, dt: f64) -> usize {
-    let fastest = (1.5 * stiffness).sqrt().max(damping) * dt;
-    let mut count = 4;
-    while fastest > 0.1 * as_f64(count) && count < 1000 {
-        count += 1;
-    }
-    count
-}
-
 /// The same f over `count` knots that cover a range of z: one at 0, where Bouc-Wen hysteresis bends, and as many on
 /// each side.
 fn placed(point: &Point, range: (f64, f64), count: usize) -> Result<Point, Error> {
@@ -291,7 +282,7 @@ fn best_linear(excitation: &Excitation<'_>) -> Option<Point> {
     const FREQUENCIES: usize = 48;
     let data = excitation.data;
     let (low, high) = (std::f64::consts::TAU * 2.0 / (as_f64(data.y.len()) * data.dt), 2.5 / data.dt);
-    let mean = data.y.iter().sum::<f64>() / as_f64(data.y.len());
+    let mean = mean(&data.y);
     let mut best: Option<(f64, Point)> = None;
     for i in 0..FREQUENCIES {
         let frequency = low * (high / low).powf(as_f64(i) / as_f64(FREQUENCIES - 1));
@@ -334,10 +325,6 @@ fn chosen(held_out: &[Vec<f64>]) -> usize {
         }
     }
     best
-}
-
-fn rms(errors: &[f64]) -> f64 {
-    (errors.iter().map(|e| e * e).sum::<f64>() / as_f64(errors.len().max(1))).sqrt()
 }
 
 #[cfg(test)]

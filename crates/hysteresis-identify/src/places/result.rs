@@ -115,10 +115,7 @@ impl PlacesIdentification {
     /// The parts of the stage: hysteresis, creep, dead time, and what is known of them. It has no sensor, so no noise of one.
     #[must_use]
     pub fn stage_parts(&self) -> StageParts {
-        let hysteresis = match &self.model {
-            Model::Conventional(model) => ModifiedPrandtlIshlinskii::from(model),
-            Model::Modified(model) => model.clone(),
-        };
+        let hysteresis = ModifiedPrandtlIshlinskii::from(self.model.clone());
         let is_kept = |place: &usize| self.wrong_pairs.binary_search(place).is_err();
         let kept = self.mismatches.iter().enumerate().filter(|(place, _)| is_kept(place)).map(|(_, error)| error);
         let max_error = kept.chain(&self.length_errors).fold(0.0, |most: f64, error| error.abs().max(most));

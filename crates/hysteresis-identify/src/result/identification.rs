@@ -337,10 +337,7 @@ impl Identification {
     /// ```
     #[must_use]
     pub fn stage_parts(&self) -> StageParts {
-        let hysteresis = match &self.model {
-            Model::Conventional(model) => ModifiedPrandtlIshlinskii::from(model),
-            Model::Modified(model) => model.clone(),
-        };
+        let hysteresis = ModifiedPrandtlIshlinskii::from(self.model.clone());
         StageParts {
             creep: self.creep.clone(),
             loop_shift: self.loop_shift,
