@@ -19,6 +19,7 @@ use crate::identify::diagnose::Finding;
 use crate::identify::identification::Identification;
 use crate::identify::inside::OscillatorIdentification;
 use crate::identify::many_identifications::ManyIdentifications;
+use crate::identify::places::PlacesIdentification;
 use crate::identify::quality::{LeftOutLoop, Quality};
 use crate::identify::recursive::RecursiveIdentifier;
 use crate::model::duhem::{Duhem, DuhemInverse};
@@ -52,6 +53,7 @@ use crate::stream::streams::{Forward, Inverse};
     Margins,
     Metrics,
     OscillatorIdentification,
+    PlacesIdentification,
     Quality
 )]
 impl Each {

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use hysteresis_control::filters::{self, FeedbackFilter};
-use hysteresis_core::{self as core, Process, Sections};
+use hysteresis_core::{self as core, Sections};
 use hysteresis_python_macros::{methods, py};
 use numpy::{Complex64, PyArray1};
 use pyo3::prelude::*;
@@ -15,7 +15,7 @@ use crate::convert::arguments::two;
 use crate::convert::arrays;
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::objects::{Reduced, exclusive, hash, keywords, reduce, saved, shared};
-use crate::stream::single_argument::Stepper;
+use crate::stream::single_argument::steppers;
 
 /// A notch, which takes out a resonance and leaves slow signals as they are.
 ///
@@ -340,19 +340,7 @@ pub(crate) struct Filter {
     dt: f64,
 }
 
-impl Stepper for Filter {
-    fn process(&self) -> &impl Process {
-        &self.filter
-    }
-
-    fn process_mut(&mut self) -> &mut impl Process {
-        &mut self.filter
-    }
-
-    fn rejected(&self) -> u64 {
-        self.filter.rejected()
-    }
-}
+steppers!(Filter: filter);
 
 #[methods]
 impl Filter {

@@ -250,6 +250,14 @@ pub(crate) fn identification(error: identify::Error) -> PyErr {
     }
 }
 
+/// An error of a call with so many records: with the place of the record if there are several.
+pub(crate) fn of_records(error: identify::Error, records: usize) -> PyErr {
+    match error {
+        identify::Error::Record { record, error } => one_record(error, (records > 1).then_some(record)),
+        error => raise(error),
+    }
+}
+
 /// An error about one record, with its place if there are several.
 pub(crate) fn one_record(error: RecordError, place: Option<usize>) -> PyErr {
     match place {

@@ -1,6 +1,6 @@
 //! Identification of dynamics: arguments in, a linear part with its uncertainty out.
 
-use hysteresis_identify::{self as identification, CreepModel, DynamicsOptions, Error, Order, Record, Setting};
+use hysteresis_identify::{self as identification, CreepModel, DynamicsOptions, Order, Record, Setting};
 use hysteresis_python_macros::{function, methods, py};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::intern;
@@ -273,11 +273,8 @@ pub(crate) fn identify_dynamics(
     let mut watch = Watch::new(None);
     let found = py.detach(|| identification::identify_dynamics(&record, &compiled, &options, &mut || watch.look(())));
     watch.check()?;
-    match found {
-        Ok(found) => Ok(DynamicsIdentification { found, model: model.clone().unbind() }),
-        Err(Error::Record { error, .. }) => Err(alone(error)),
-        Err(error) => Err(errors::identification(error)),
-    }
+    let found = found.map_err(|error| errors::of_records(error, 1))?;
+    Ok(DynamicsIdentification { found, model: model.clone().unbind() })
 }
 
 /// A dead time in seconds, or "fit".

@@ -5,12 +5,12 @@ use hysteresis_identify::{self as identification, OscillatorOptions};
 use hysteresis_python_macros::{function, methods, py};
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pythonize::pythonize;
 
 use crate::argument::{Argument, SampleCount, Words};
 use crate::convert::arguments::{count, is_word};
 use crate::convert::arrays::{check_room, numbers, read_only};
-use crate::convert::errors::{self, raise};
+use crate::convert::errors;
 use crate::plant::oscillator::HystereticOscillator;
 
 /// What `identify_oscillator` found: an oscillator with hysteresis inside, and how well it follows its record.
@@ -113,16 +113,8 @@ impl OscillatorIdentification {
     /// held_out_rms.
     #[getter]
     #[py(-> "list[dict[str, float]]")]
-    fn tried<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let row = |trial: &identification::OscillatorTrial| {
-            let row = PyDict::new(py);
-            row.set_item("knots", trial.knots)?;
-            row.set_item("parameters", trial.parameters)?;
-            row.set_item("fitted_rms", trial.fitted_rms)?;
-            row.set_item("held_out_rms", trial.held_out_rms)?;
-            Ok(row)
-        };
-        self.0.tried.iter().map(row).collect()
+    fn tried<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &self.0.tried)?)
     }
 
     /// How many passes over the record the search took.
@@ -256,8 +248,5 @@ pub(crate) fn identify_oscillator(
     check_room("u", u.len(), FIT_INSIDE)?;
     let options = OscillatorOptions { skip: skip.0, ..options };
     let found = py.detach(|| identification::identify_oscillator(&u, &y, dt, &options));
-    found.map(OscillatorIdentification).map_err(|error| match error {
-        identification::Error::Record { error, .. } => errors::one_record(error, None),
-        error => raise(error),
-    })
+    found.map(OscillatorIdentification).map_err(|error| errors::of_records(error, 1))
 }

@@ -7,10 +7,8 @@ use hysteresis_identify::{
 use hysteresis_python_macros::{function, methods, py};
 use numpy::ndarray::Ix2;
 use numpy::{PyArray1, PyReadonlyArray1};
-use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyFloat, PyInt, PyList, PyTuple, PyType};
-use pythonize::{depythonize, pythonize};
+use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
 
 use super::diagnose::Finding;
 use super::options::{Operators, Placing, Smoothness, placed};
@@ -19,7 +17,6 @@ use crate::argument::{Argument, Words};
 use crate::convert::arguments::is_word;
 use crate::convert::arrays::{FIT, array, check_room, numbers, read_only};
 use crate::convert::errors::{self, one_record, raise};
-use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::linear::creep::Creep;
 use crate::model::models::object;
 use crate::stage::stage::Stage;
@@ -51,8 +48,10 @@ use crate::stage::stage::Stage;
 /// >>> bool(np.sqrt(np.mean(error**2)) < 0.01 * np.ptp(y))
 /// True
 #[pyclass(module = "mpi_hyst.results", frozen)]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(transparent)]
 pub(crate) struct PlacesIdentification {
-    pub(crate) found: identification::PlacesIdentification,
+    found: identification::PlacesIdentification,
 }
 
 #[methods]
@@ -202,16 +201,6 @@ impl PlacesIdentification {
         deviation.map(|y| PyArray1::from_vec(py, y)).map_err(|error| one_record(error, None))
     }
 
-    #[classmethod]
-    fn _restored(_: &Bound<'_, PyType>, values: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Ok(Self { found: depythonize(values)? })
-    }
-
-    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
-        let make = py.get_type::<Self>().getattr(intern!(py, "_restored"))?;
-        reduce(make, (pythonize(py, &self.found)?,), keywords!(py), None)
-    }
-
     fn __repr__(&self) -> String {
         let warnings: Vec<_> = self.found.warnings.iter().map(|warning| warning.code.name()).collect();
         let (pairs, lengths) = (self.found.mismatches.len(), self.found.length_errors.len());
@@ -321,13 +310,7 @@ pub(crate) fn identify_places(
     let found =
         py.detach(|| identification::identify_places(&drives, &pairs, &lengths, &options, &mut || watch.look(())));
     watch.check()?;
-    match found {
-        Ok(found) => Ok(PlacesIdentification { found }),
-        Err(identification::Error::Record { record, error }) => {
-            Err(one_record(error, (drives.len() > 1).then_some(record)))
-        }
-        Err(error) => Err(errors::identification(error)),
-    }
+    found.map(|found| PlacesIdentification { found }).map_err(|error| errors::of_records(error, drives.len()))
 }
 
 /// One drive, or several: a list of what is no number.

@@ -1,7 +1,7 @@
 //! The free Duhem operator and its inverse beside a slope.
 
-use hysteresis_control::oscillator::MAX_KNOTS;
-use hysteresis_core::{self as core, Process};
+use hysteresis_control::oscillator::{MAX_KNOTS, tables};
+use hysteresis_core as core;
 use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -11,7 +11,7 @@ use pythonize::pythonize;
 use crate::convert::arrays::read_only;
 use crate::convert::errors::raise;
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
-use crate::stream::single_argument::Stepper;
+use crate::stream::single_argument::steppers;
 
 /// A free Duhem operator: z' = f+(z) x' where x rises, z' = f-(z) x' where x falls.
 ///
@@ -56,33 +56,7 @@ pub(crate) struct Duhem(pub(crate) core::DuhemForward<MAX_KNOTS>);
 #[pyclass(module = "mpi_hyst")]
 pub(crate) struct DuhemInverse(core::DuhemInverse<MAX_KNOTS>);
 
-impl Stepper for Duhem {
-    fn process(&self) -> &impl Process {
-        &self.0
-    }
-
-    fn process_mut(&mut self) -> &mut impl Process {
-        &mut self.0
-    }
-
-    fn rejected(&self) -> u64 {
-        self.0.rejected()
-    }
-}
-
-impl Stepper for DuhemInverse {
-    fn process(&self) -> &impl Process {
-        &self.0
-    }
-
-    fn process_mut(&mut self) -> &mut impl Process {
-        &mut self.0
-    }
-
-    fn rejected(&self) -> u64 {
-        self.0.rejected()
-    }
-}
+steppers!(Duhem: 0, DuhemInverse: 0);
 
 type Array<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
@@ -119,11 +93,6 @@ impl Each {
         let state = saved(state)?;
         exclusive(slf)?.0.set_state(&state).map_err(raise)
     }
-}
-
-/// The three arrays with which an operator is made.
-pub(crate) fn tables(duhem: &core::Duhem<MAX_KNOTS>) -> [Vec<f64>; 3] {
-    [duhem.knots().collect(), duhem.rising().collect(), duhem.falling().collect()]
 }
 
 #[methods]

@@ -1,13 +1,13 @@
 //! Single operators.
 
-use hysteresis_core::{self as core, Process, Tracked};
+use hysteresis_core::{self as core, Tracked};
 use hysteresis_python_macros::methods;
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
 use crate::convert::errors::raise;
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, shared};
-use crate::stream::single_argument::Stepper;
+use crate::stream::single_argument::steppers;
 
 /// The play operator, equations (1)-(3): z(k) = max(x - r, min(x + r, z(k-1))).
 ///
@@ -46,19 +46,7 @@ pub(crate) struct Play(Tracked<core::Play>);
 #[pyclass(module = "mpi_hyst")]
 pub(crate) struct CoupledPlay(Tracked<core::CoupledPlay>);
 
-impl Stepper for Play {
-    fn process(&self) -> &impl Process {
-        &self.0
-    }
-
-    fn process_mut(&mut self) -> &mut impl Process {
-        &mut self.0
-    }
-
-    fn rejected(&self) -> u64 {
-        self.0.rejected()
-    }
-}
+steppers!(Play: 0, CoupledPlay: 0);
 
 // What both operators offer.
 #[methods(Play, CoupledPlay)]
@@ -100,20 +88,6 @@ impl Play {
 
     fn __repr__(&self) -> String {
         format!("Play(r={})", self.r())
-    }
-}
-
-impl Stepper for CoupledPlay {
-    fn process(&self) -> &impl Process {
-        &self.0
-    }
-
-    fn process_mut(&mut self) -> &mut impl Process {
-        &mut self.0
-    }
-
-    fn rejected(&self) -> u64 {
-        self.0.rejected()
     }
 }
 

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use hysteresis_control::oscillator::{self, FileError, Hold, Motion};
-use hysteresis_core::{DuhemForward, Process};
+use hysteresis_control::oscillator::{self, FileError, Hold, Motion, tables};
+use hysteresis_core::DuhemForward;
 use hysteresis_python_macros::methods;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::intern;
@@ -16,8 +16,8 @@ use crate::convert::arrays::{PASS, check_room};
 use crate::convert::errors::{self, raise};
 use crate::convert::files;
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
-use crate::model::duhem::{Duhem, tables};
-use crate::stream::single_argument::Stepper;
+use crate::model::duhem::Duhem;
+use crate::stream::single_argument::steppers;
 
 impl Words for Hold {
     const WORDS: &'static [(&'static str, Self)] = &[("zero", Self::Zero), ("band_limited", Self::BandLimited)];
@@ -85,19 +85,7 @@ pub(crate) struct OscillatorForward {
     made: (oscillator::HystereticOscillator, f64, Option<usize>),
 }
 
-impl Stepper for OscillatorForward {
-    fn process(&self) -> &impl Process {
-        &self.stream
-    }
-
-    fn process_mut(&mut self) -> &mut impl Process {
-        &mut self.stream
-    }
-
-    fn rejected(&self) -> u64 {
-        self.stream.rejected()
-    }
-}
+steppers!(OscillatorForward: stream);
 
 /// The most periods before the one that is returned.
 const MOST_SETTLED: usize = 1000;

@@ -554,6 +554,8 @@ pub(crate) fn precompensate(
     let reference_samples = samples("reference", reference, dt)?;
     check_room("reference", reference_samples.len(), PASS)?;
     let design = || {
+        // A stage that knows no band is told before the work.
+        level.map(|_| stage.error_band()).transpose()?;
         let found = stage.precompensate(&reference_samples, dt, &options)?;
         let bounds = level.map(|level| stage.error_bounds(&found, &reference_samples, dt, &options, level));
         Ok::<_, stage::Error>((found, bounds.transpose()?))

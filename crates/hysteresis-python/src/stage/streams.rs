@@ -2,7 +2,7 @@
 
 use hysteresis_control::binary::{Binary, Sampled};
 use hysteresis_control::stage::{self, StageParts};
-use hysteresis_core::{self as core, Process};
+use hysteresis_core as core;
 use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::intern;
@@ -15,7 +15,7 @@ use crate::convert::errors::{Place, raise, value};
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved_or_bytes, shared};
 use crate::model::models::{compiled_of, model_of};
 use crate::stream::bracket::Bracket;
-use crate::stream::single_argument::Stepper;
+use crate::stream::single_argument::steppers;
 
 #[methods]
 impl Stage {
@@ -157,19 +157,7 @@ impl Each {
     }
 }
 
-impl Stepper for StageForward {
-    fn process(&self) -> &impl Process {
-        &self.stream
-    }
-
-    fn process_mut(&mut self) -> &mut impl Process {
-        &mut self.stream
-    }
-
-    fn rejected(&self) -> u64 {
-        self.stream.rejected()
-    }
-}
+steppers!(StageForward: stream, StageInverse: stream);
 
 #[methods]
 impl StageForward {
@@ -198,20 +186,6 @@ impl StageForward {
         let (py, this) = (slf.py(), shared(slf)?);
         let stage = Bound::new(py, Stage(this.stage.clone()))?;
         reduce(stage.getattr(intern!(py, "forward"))?, (this.dt,), keywords!(py), Some(Self::state(slf)?))
-    }
-}
-
-impl Stepper for StageInverse {
-    fn process(&self) -> &impl Process {
-        &self.stream
-    }
-
-    fn process_mut(&mut self) -> &mut impl Process {
-        &mut self.stream
-    }
-
-    fn rejected(&self) -> u64 {
-        self.stream.rejected()
     }
 }
 

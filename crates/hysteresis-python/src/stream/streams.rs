@@ -1,6 +1,6 @@
 //! Streams of a model: forward and inverse, sample by sample.
 
-use hysteresis_core::{self as core, Method, Process, StreamState};
+use hysteresis_core::{self as core, Method, StreamState};
 use hysteresis_python_macros::methods;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::intern;
@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyTuple};
 use pythonize::{depythonize, pythonize};
 
-use super::single_argument::Stepper;
+use super::single_argument::steppers;
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, shared};
 use crate::model::models::compiled_of;
@@ -109,19 +109,7 @@ impl Each {
     }
 }
 
-impl Stepper for Forward {
-    fn process(&self) -> &impl Process {
-        &self.stream
-    }
-
-    fn process_mut(&mut self) -> &mut impl Process {
-        &mut self.stream
-    }
-
-    fn rejected(&self) -> u64 {
-        self.stream.rejected()
-    }
-}
+steppers!(Forward: stream, Inverse: stream);
 
 #[methods]
 impl Forward {
@@ -152,20 +140,6 @@ impl Forward {
 
     fn __repr__(&self) -> String {
         format!("<Forward by {}>", self.method())
-    }
-}
-
-impl Stepper for Inverse {
-    fn process(&self) -> &impl Process {
-        &self.stream
-    }
-
-    fn process_mut(&mut self) -> &mut impl Process {
-        &mut self.stream
-    }
-
-    fn rejected(&self) -> u64 {
-        self.stream.rejected()
     }
 }
 
