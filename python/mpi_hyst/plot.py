@@ -391,12 +391,10 @@ def uncertainty(
     require_matplotlib("a plot")
     drive = samples("u", u)
     leading = skipped(skip, drive)
-    predicted, std = found.predict(drive, return_std=True)
-    _, low, high = found.predict(drive, interval=0.95)
-    doubted = traces.Doubt(0.5 * (high - low), std)
+    predicted, off = traces.doubted(found, drive)
     made = Modelled(drive, np.empty(0), predicted, leading, found.dt[0] if found.dt else None)
     trace = _trace("prediction", made, units)
-    return _drawn(axes, 2, traces.doubt, traces.draw_doubt, trace, doubted, legends=(0,))
+    return _drawn(axes, 2, traces.doubt, traces.draw_doubt, trace, off, legends=(0,))
 
 
 def tuning(tuning: Tuning, axes: Sequence[Axes] | None = None) -> Figure:

@@ -142,12 +142,9 @@ def _design(
     names = {**flags(Request), "reference": str(request.trajectory)}
     names["dt"] = "--rate" if request.sampled.rate is not None else names["reference"]
     with refusing(request.stage_path, names):
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            drive = stage.precompensate(reference, dt, **passed(request, "precompensate"))
-        within = _within(stage, reference, dt, request)
+        drive, within, caught = _drive(stage, reference, dt, request)
         residual = _residual(stage, reference, drive, dt, request)
-    notes = [f"warning: {name_options(one.message, names)}" for one in caught]
+    notes = [f"warning: {name_options(one, names)}" for one in caught]
     worst = int(residual.argmax())
     # Of one row, and of a trajectory that stands, rounding is no miss.
     rounding = _ROUNDING * float(np.abs(reference).max())
@@ -160,17 +157,26 @@ def _design(
     return drive, residual, within, notes
 
 
-def _within(stage: mh.Stage, reference: Samples, dt: float, request: Request) -> float | None:
-    """Return what the position misses with 95 % by no more; None if the stage does not know it."""
+def _drive(
+    stage: mh.Stage, reference: Samples, dt: float, request: Request
+) -> tuple[Samples, float | None, list[Warning | str]]:
+    """Return the drive, what the position misses with 95 % by no more, and warnings.
+
+    A stage that knows no error band says nothing of the second.
+    """
     given = passed(request, "precompensate")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the drive was made with the same ones
-            return stage.precompensate(reference, dt, **given, return_error=True)[1].within
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            drive, error = stage.precompensate(reference, dt, **given, return_error=True)
+            within: float | None = error.within
     except ValueError as error:
-        if getattr(error, "parameter", None) == "error_band":
-            return None
-        raise
+        if getattr(error, "parameter", None) != "error_band":
+            raise
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            drive, within = stage.precompensate(reference, dt, **given), None
+    return drive, within, [one.message for one in caught]
 
 
 def _residual(

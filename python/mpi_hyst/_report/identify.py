@@ -420,7 +420,7 @@ def _left_out_figure(
 def _uncertainty(found: mh.results.Identification, drawn: Sequence[traces.Trace]) -> dict[str, Any]:
     """Return half the band that holds the next record, and the effect of noise on the fit."""
     with told_as_a_finding():
-        pairs = [(_doubt(found, trace), trace) for trace in drawn]
+        pairs = [(traces.doubted(found, trace.input)[1], trace) for trace in drawn]
     first, trace = pairs[0]
     return {
         "half": float(first.half[trace.skip :].mean()),
@@ -429,8 +429,3 @@ def _uncertainty(found: mh.results.Identification, drawn: Sequence[traces.Trace]
         "sensor": found.sensor_noise,
         "drawn": [(trace.name, traces.doubt(trace, one)) for one, trace in pairs],
     }
-
-
-def _doubt(found: mh.results.Identification, trace: traces.Trace) -> traces.Doubt:
-    _, low, high = found.predict(trace.input, interval=0.95)
-    return traces.Doubt(0.5 * (high - low), found.predict(trace.input, return_std=True)[1])

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+import mpi_hyst as mh
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import canvas
 from mpi_hyst._report.models import TWO_SIDED
@@ -224,22 +225,28 @@ class Doubt:
     std: Samples
 
 
-def doubt(trace: Trace, doubted: Doubt) -> canvas.Figure:
+def doubted(found: mh.results.Identification, drive: Samples) -> tuple[Samples, Doubt]:
+    """Return what a model predicts for a drive, and how far that may be off."""
+    predicted, low, high = found.predict(drive, interval=0.95)
+    return predicted, Doubt(0.5 * (high - low), found.predict(drive, return_std=True)[1])
+
+
+def doubt(trace: Trace, off: Doubt) -> canvas.Figure:
     """Draw the 95 % bands of the prediction over time, and half of them over the input."""
     figure = canvas.new_figure(3.4)
-    draw_doubt(list(figure.subplots(1, 2, width_ratios=(1.6, 1.0))), trace, doubted)
+    draw_doubt(list(figure.subplots(1, 2, width_ratios=(1.6, 1.0))), trace, off)
     canvas.top_legend(figure, figure.axes[0])
     return figure
 
 
-def draw_doubt(panels: Sequence[canvas.Axes], trace: Trace, doubted: Doubt) -> None:
+def draw_doubt(panels: Sequence[canvas.Axes], trace: Trace, off: Doubt) -> None:
     """Draw into two panels: the 95 % bands over time, and half of them over the input."""
     course, plane = panels
     fitted = slice(trace.skip, None)
     time = trace.time[fitted]
     bands = (
-        ("the next record", doubted.half[fitted], canvas.ORANGE),
-        ("noise on the fit alone", TWO_SIDED * doubted.std[fitted], canvas.BLUE),
+        ("the next record", off.half[fitted], canvas.ORANGE),
+        ("noise on the fit alone", TWO_SIDED * off.std[fitted], canvas.BLUE),
     )
     for label, half, colour in bands:
         kept = np.union1d(canvas.envelope(half), [0, half.size - 1])
