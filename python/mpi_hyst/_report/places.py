@@ -126,18 +126,21 @@ def report(result: Places, provenance: Provenance = ()) -> str:
 def images_figure(corrected: Corrected) -> Figure:
     """Draw trace, and trace less retrace, as they were and on an even grid."""
     figure = canvas.new_figure(6.4)
-    panels = figure.subplots(2, 2)
     before = corrected.before
-    shown = (
-        ("trace", before.trace, before.trace - before.retrace[:, ::-1]),
-        ("trace, corrected", corrected.trace, corrected.trace - corrected.retrace),
+    rows = (
+        ("trace", before.trace, corrected.trace),
+        (
+            "trace less retrace",
+            before.trace - before.retrace[:, ::-1],
+            corrected.trace - corrected.retrace,
+        ),
     )
-    for column, (title, image, apart) in zip(panels.T, shown, strict=True):
-        for axes, values, name in (
-            (column[0], image, title),
-            (column[1], apart, f"{title}: less retrace"),
-        ):
-            level = values - np.nanmean(values, axis=1, keepdims=True)
-            canvas.dress(axes, name, "pixel", "line").grid(visible=False)
-            axes.imshow(level, aspect="auto", interpolation="nearest", cmap="gray")
+    for panels, (name, *images) in zip(figure.subplots(2, 2), rows, strict=True):
+        levels = [one - np.nanmean(one, axis=1, keepdims=True) for one in images]
+        # Grey means the same before and after.
+        most = max(float(np.nanmax(np.abs(level))) for level in levels)
+        for axes, level, what in zip(panels, levels, ("", ", corrected"), strict=True):
+            canvas.dress(axes, f"{name}{what}", "pixel", "line").grid(visible=False)
+            shown = {"cmap": "gray", "vmin": -most, "vmax": most}
+            axes.imshow(level, aspect="auto", interpolation="nearest", **shown)
     return figure
