@@ -7,6 +7,7 @@ import itertools
 import json
 import pickle
 from pathlib import Path
+from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
@@ -198,5 +199,6 @@ def test_an_interval_is_a_probability(various: mh.results.Identification, interv
 def test_a_band_and_a_deviation_are_not_asked_for_at_once(
     various: mh.results.Identification,
 ) -> None:
+    both: dict[str, Any] = {"return_std": True, "interval": 0.95}
     with pytest.raises(ValueError, match="interval: expected None beside return_std"):
-        various.predict(VARIOUS, return_std=True, interval=0.95)  # type: ignore[call-overload]
+        various.predict(VARIOUS, **both)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
@@ -257,6 +258,6 @@ def test_wrong_input_is_named(call: object, message: str) -> None:
 @pytest.mark.parametrize("name", ["window", "together", "drive"])
 def test_what_is_no_whole_number_is_named(name: str) -> None:
     image = np.zeros((2, 64))
-    given = {name: 20.5}
+    given: dict[str, Any] = {name: 20.5}
     with pytest.raises(TypeError, match=f"{name}: expected a whole number, got 20.5"):
-        mh.images.match(image, image, **given)  # type: ignore[arg-type]
+        mh.images.match(image, image, **given)

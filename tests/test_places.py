@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Sequence
+from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
@@ -190,12 +191,12 @@ def test_pairs_along_one_branch_say_nothing() -> None:
         ({"model": "plain"}, "model: expected"),
     ],
 )
-def test_wrong_input_is_named(change: dict[str, object], message: str) -> None:
+def test_wrong_input_is_named(change: dict[str, Any], message: str) -> None:
     u, y, pairs = simulated()
-    given: dict[str, object] = {"pairs": pairs, "lengths": lengths_of(y, [(50, 150)]), "dt": DT}
+    given: dict[str, Any] = {"pairs": pairs, "lengths": lengths_of(y, [(50, 150)]), "dt": DT}
     given |= change
     with pytest.raises((ValueError, TypeError), match=message):
-        mh.identify_places(u, **given)  # type: ignore[arg-type]
+        mh.identify_places(u, **given)
 
 
 # ---- a load cell: known loads alone
