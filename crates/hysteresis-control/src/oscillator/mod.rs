@@ -3,7 +3,7 @@
 //!
 //! Cables, bearings, magnetic return springs and the Bouc-Wen oscillator are of this kind: no hysteresis in front of
 //! linear dynamics is. [`equation`] is the differential equation and its steps, for numbers and for numbers with
-//! derivatives alike; [`model`] the parameters; [`forward`] and [`inverse`] what runs; [`drive`] what a drive does
+//! derivatives alike; `model` the parameters; `forward` and `inverse` what runs; [`drive`] what a drive does
 //! between its samples.
 
 pub mod drive;

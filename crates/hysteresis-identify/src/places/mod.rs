@@ -70,7 +70,7 @@ const EQUATIONS: (usize, usize) = (2, 4);
 /// let place: Vec<f64> = drive.iter().map(|u| stream.step(*u)).collect(); // which nobody measured
 ///
 /// // Where it passes the same place: up, then down again.
-/// let passes = |level: f64| (1..1200).filter(move |k| (place[k - 1] < level) != (place[*k] < level))
+/// let passes = |level: f64| (1..1200).filter(|k| (place[k - 1] < level) != (place[*k] < level))
 ///     .map(|k| k as f64 - (place[k] - level) / (place[k] - place[k - 1])).collect::<Vec<_>>();
 /// let pairs: Vec<PlacePair> = (-20..20)
 ///     .flat_map(|level| passes(0.2 * f64::from(level)).windows(2).map(|t| PlacePair::new(0, t[0], t[1])).collect::<Vec<_>>())
