@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from doctest import DocTestParser
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import mpi_hyst as mh
@@ -289,6 +291,27 @@ def inside() -> None:
     save(figure, "inside")
 
 
+def slack() -> None:
+    """Draw what the page on slack computes: the slack, and how the motor crosses it."""
+    page: dict[str, Any] = {}
+    text = (FOLDER.parent / "how-to" / "slack_and_friction.md").read_text("utf-8")
+    for example in DocTestParser().get_examples(text.split("## A stage that sticks")[0]):
+        exec(compile(example.source, "slack_and_friction.md", "exec"), page)
+    figure = Figure(figsize=(8.0, 3.2), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    left.plot(
+        1e3 * page["motor"][-4000:], 1e3 * page["measured"][-4000:], color=BLUE, linewidth=1.0
+    )
+    plain(left, "motor (µm)", "carriage, measured (µm)")
+    shown = slice(900, 1300)
+    seconds = page["dt"] * np.arange(page["slow"].size)[shown]
+    for name, place, color in (("motor", page["slow"], RED), ("carriage", page["reached"], BLUE)):
+        right.plot(seconds, 1e3 * place[shown], color=color, linewidth=1.2, label=name)
+    right.legend(fontsize=8)
+    plain(right, "time (s)", "place (µm)")
+    save(figure, "slack")
+
+
 def main() -> None:
     """Draw everything."""
     operators()
@@ -322,6 +345,7 @@ def main() -> None:
     uncertainty()
     learning()
     inside()
+    slack()
 
 
 if __name__ == "__main__":
