@@ -152,6 +152,7 @@ def test_identification_of_a_noisy_periodic_record() -> None:
     found = mh.identify_oscillator(np.tile(u, 4), record, dt=dt)
     assert (found.periods, found.hold) == (4, "zero")
     assert found.noise == pytest.approx(noise, rel=0.1)
+    assert (found.verdict, found.warnings) == ("green", [])
     # Another drive, without noise: what the linear oscillator misses is a quarter of the motion.
     other = drive(n, dt)
     expected = benchmark().response(other, dt=dt)
@@ -172,6 +173,34 @@ def test_a_record_from_rest() -> None:
     assert found.output_offset == pytest.approx(1e-3, rel=1e-3)
     assert found.rms < 1e-3 * found.linear_rms
     assert found.covered == ("z goes beyond" not in found.summary())
+
+
+def test_a_linear_oscillator_has_no_hysteresis_inside() -> None:
+    u = drive(1500, 1e-3)
+    flat = mh.Duhem([-1.0, 1.0], [1e-6, 1e-6], [1e-6, 1e-6])
+    y = mh.plant.HystereticOscillator(0.5, 5.0, 5e4, flat).response(u, dt=1e-3)
+    noise = 1e-3 * y.std() * np.random.default_rng(4).standard_normal(y.size)
+    found = mh.identify_oscillator(u, y + noise, dt=1e-3)
+    assert [finding.code for finding in found.warnings] == ["hysteresis_inside_not_told"]
+    assert found.verdict == "amber"
+    assert "hysteresis_inside_not_told (amber)" in found.summary()
+
+
+def test_hysteresis_of_another_kind_is_told() -> None:
+    # In front of the dynamics, and with a memory of turning points.
+    u = drive(1500, 1e-3)
+    stage = mh.PrandtlIshlinskii([0.3, *[0.2] * 8], np.linspace(0.0, 100.0, 9)).forward()
+    flat = mh.Duhem([-1.0, 1.0], [1e-6, 1e-6], [1e-6, 1e-6])
+    y = mh.plant.HystereticOscillator(0.5, 20.0, 5e4, flat).response(stage.run(u), dt=1e-3)
+    found = mh.identify_oscillator(u, y, dt=1e-3)
+    assert "poor_fit" in [finding.code for finding in found.warnings]
+
+
+def test_a_mass_without_a_spring_is_refused() -> None:
+    u = np.sin(2 * np.pi * 5e-3 * np.arange(2000))
+    y = np.cumsum(np.cumsum(u)) * 1e-6
+    with pytest.raises(ValueError, match="^y: expected a position that a spring brings back"):
+        mh.identify_oscillator(u, y, dt=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ use crate::fit::progress::{Progress, SearchMonitor, Span, Stop};
 use crate::fit::projection::ProjectedFit;
 use crate::fit::response::Chain;
 use crate::fit::space::Space;
-use crate::judge::finding::FindingCode;
+use crate::judge::finding_code::FindingCode;
 use crate::judge::loops::{judged, turned_positions, with_positions};
 use crate::judge::{findings_of_fit, is_falling, without_interval};
 use crate::options::{Options, Setting};

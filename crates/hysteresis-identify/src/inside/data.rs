@@ -79,6 +79,11 @@ impl Data {
         Ok(Self { u: mean_u, y: mean_y, periods, noise, skip, dt })
     }
 
+    /// How long the record is, or its period.
+    pub(super) fn seconds(&self) -> f64 {
+        as_f64(self.y.len()) * self.dt
+    }
+
     /// Whether a sample belongs to a part.
     pub(super) fn holds(&self, part: Part, k: usize) -> bool {
         let fitted = as_f64(k - self.skip.min(k)) < (1.0 - HELD_OUT) * as_f64(self.y.len() - self.skip);

@@ -1,14 +1,16 @@
 //! The way from a record to an oscillator: linear at first, then with ever more knots.
 
+use std::f64::consts::TAU;
+
 use hysteresis_control::oscillator::{Hold, HystereticOscillator, MAX_KNOTS, usual_sub_steps};
 use hysteresis_core::Duhem;
 
 use super::data::{Data, Part};
 use super::descent::{Fit, descend};
 use super::pass::{Excitation, KNOTS, Point};
-use super::result::{OscillatorIdentification, OscillatorTrial, standard_errors};
+use super::result::{OscillatorIdentification, OscillatorTrial, findings, standard_errors};
 use crate::error::Error;
-use crate::records::signal::{as_f64, mean, rms};
+use crate::records::signal::{as_f64, bounds, mean, rms};
 
 /// How an oscillator is identified. By default everything is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,6 +38,9 @@ const MARGIN: f64 = 0.02;
 
 /// What z may go beyond the knots, or fall short of them, before they are set anew.
 const MOVED: (f64, f64) = (1.0, 0.9);
+
+/// The fewest periods of an oscillator in its record.
+const SLOWEST: f64 = 2.0;
 
 /// How often knots are set anew.
 const PLACEMENTS: usize = 4;
@@ -129,8 +134,9 @@ impl<'a> Search<'a> {
         let excitation = Excitation::new(data, data.fine_drive(hold, sub_steps), data.dt / as_f64(sub_steps));
         let linear = descend(&excitation, &start, start.parameters[2], Part::Fitted).ok_or_else(unstable)?;
         let stiffness = linear.point.parameters[2];
-        if stiffness <= 0.0 {
-            let expected = "a position that a spring brings back: the best linear oscillator has none";
+        if stiffness < (SLOWEST * TAU / data.seconds()).powi(2) {
+            let expected = "a position that a spring brings back, twice within the record at least: the best linear oscillator takes longer; \
+                            its stiffness in 1/s^2 is";
             return Err(Error::domain("y", None, expected, stiffness));
         }
         let start = placed_evenly(&linear.point, data);
@@ -219,6 +225,7 @@ impl<'a> Search<'a> {
         let (point, data) = (&last.point, self.excitation.data);
         let hysteresis = Duhem::<MAX_KNOTS>::new(&point.knots, point.rising(), point.falling())?;
         let [gain, damping, stiffness] = [0, 1, 2].map(|i| point.parameters[i]);
+        let (low, high) = bounds(&data.y);
         Ok(OscillatorIdentification {
             model: HystereticOscillator::new(gain, damping, stiffness, hysteresis)?,
             output_offset: point.offset,
@@ -232,6 +239,7 @@ impl<'a> Search<'a> {
             noise: data.noise,
             covered: point.knots[0] <= last.at.range.0 && last.at.range.1 <= point.knots[point.knots.len() - 1],
             standard_errors: standard_errors(last),
+            warnings: findings(&last.at.residual, high - low, &tried, chosen),
             tried,
             evaluations: self.passes,
         })
@@ -281,7 +289,7 @@ fn covers(knots: &[f64], (low, high): (f64, f64)) -> bool {
 fn best_linear(excitation: &Excitation<'_>) -> Option<Point> {
     const FREQUENCIES: usize = 48;
     let data = excitation.data;
-    let (low, high) = (std::f64::consts::TAU * 2.0 / (as_f64(data.y.len()) * data.dt), 2.5 / data.dt);
+    let (low, high) = (SLOWEST * TAU / data.seconds(), 2.5 / data.dt);
     let mean = mean(&data.y);
     let mut best: Option<(f64, Point)> = None;
     for i in 0..FREQUENCIES {

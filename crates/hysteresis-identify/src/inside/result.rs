@@ -5,6 +5,10 @@ use hysteresis_control::oscillator::HystereticOscillator;
 
 use super::descent::Fit;
 use crate::algebra::factor::{back_substitute, triangle_of};
+use crate::judge::finding::{Finding, Verdict};
+use crate::judge::finding_code::FindingCode;
+use crate::judge::residual::poor_fit;
+
 use crate::records::signal::as_f64;
 
 /// An oscillator with hysteresis inside, and how well it follows its record.
@@ -38,6 +42,8 @@ pub struct OscillatorIdentification {
     pub standard_errors: Vec<f64>,
     /// The linear oscillator and every number of knots that was tried.
     pub tried: Vec<OscillatorTrial>,
+    /// What makes the numbers doubtful.
+    pub warnings: Vec<Finding>,
     /// How many passes over the record the search took.
     pub evaluations: usize,
 }
@@ -57,6 +63,12 @@ pub struct OscillatorTrial {
 }
 
 impl OscillatorIdentification {
+    /// Whether the result deserves trust: the worst of its [`warnings`](Self::warnings).
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        Verdict::of(&self.warnings)
+    }
+
     /// The numbers as a text: the model, its parameters with their standard errors, and what was tried.
     #[must_use]
     pub fn summary(&self) -> String {
@@ -85,8 +97,26 @@ impl OscillatorIdentification {
             let name = if *knots == 0 { "linear".to_owned() } else { knots.to_string() };
             lines.push(format!("  {name:>13}  {parameters:>10}  {fitted_rms:>10.3e}  {held_out_rms:>12.3e}{mark}"));
         }
+        lines.extend(self.warnings.iter().map(ToString::to_string));
         lines.join("\n")
     }
+}
+
+/// The held-out error of a model with hysteresis is at most this share of that of the linear oscillator.
+const LESS_THAN_LINEAR: f64 = 0.9;
+
+/// What makes a result doubtful: what the chosen model leaves, and whether the linear oscillator, the first that was tried, predicts as
+/// well.
+pub(super) fn findings(residual: &[f64], range: f64, tried: &[OscillatorTrial], chosen: usize) -> Vec<Finding> {
+    let (linear, held_out) = (tried[0].held_out_rms, tried[chosen].held_out_rms);
+    let message =
+        format!("over samples that were not fitted it is {held_out:.3e} off, a linear oscillator {linear:.3e}");
+    let code = FindingCode::HysteresisInsideNotTold;
+    let hint = "the hysteresis is of another kind, or there is more than one mode: this model has one";
+    let poor = poor_fit(residual, range).try_next(hint.to_owned());
+    let findings = [poor, Finding::new(code, held_out / linear, LESS_THAN_LINEAR, message)];
+    // Without any error at all there is nothing to compare.
+    findings.into_iter().filter(|finding| finding.value > finding.limit).collect()
 }
 
 /// Standard errors from the derivatives at the end of a fit.

@@ -4,6 +4,7 @@
 //! where signals stand still, whether it has several parts; and every residual: how large it is, where, and what it follows.
 
 pub(crate) mod finding;
+pub(crate) mod finding_code;
 pub(crate) mod loops;
 pub(crate) mod parts;
 pub(crate) mod places;
@@ -16,7 +17,8 @@ use hysteresis_core::Model;
 
 use crate::error::Error;
 use crate::fit::response::{Chain, OperatorsAt};
-use crate::judge::finding::{Finding, FindingCode, Severity};
+use crate::judge::finding::{Finding, Severity};
+use crate::judge::finding_code::FindingCode;
 use crate::judge::still::Stays;
 use crate::judge::survey::Survey;
 use crate::options::{Options, Setting};

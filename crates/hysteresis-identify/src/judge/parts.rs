@@ -3,7 +3,8 @@
 use faer::Mat;
 
 use crate::algebra::bounded;
-use crate::judge::finding::{Finding, FindingCode};
+use crate::judge::finding::Finding;
+use crate::judge::finding_code::FindingCode;
 use crate::judge::places::{named_sample, one_part};
 use crate::records::record::Record;
 use crate::records::signal;

@@ -1,6 +1,7 @@
 //! How large residuals are, where, and what they follow: input, rate, amplitude or time.
 
-use crate::judge::finding::{Finding, FindingCode};
+use crate::judge::finding::Finding;
+use crate::judge::finding_code::FindingCode;
 use crate::judge::places::named_sample;
 use crate::records::record::Record;
 use crate::records::signal;

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use crate::judge::finding::{Finding, FindingCode};
+use crate::judge::finding::Finding;
+use crate::judge::finding_code::FindingCode;
 use crate::judge::places::{leave_out, mend, named, named_sample, stretches};
 use crate::records::record::Record;
 use crate::records::signal;

@@ -3,7 +3,8 @@
 use hysteresis_core::{Model, Ratios};
 
 use crate::error::{Error, RecordError};
-use crate::judge::finding::{Finding, FindingCode, Severity, Verdict};
+use crate::judge::finding::{Finding, Severity, Verdict};
+use crate::judge::finding_code::FindingCode;
 use crate::options::Options;
 use crate::records::record::{Record, check_finite, check_varies};
 use crate::records::signal::bounds;

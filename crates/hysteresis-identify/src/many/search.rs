@@ -19,7 +19,8 @@ use crate::fit::projection::{ProjectedFit, Projection, REFINE_SAMPLES, SCAN_SAMP
 use crate::fit::response::Chain;
 use crate::fit::space::Space;
 use crate::identify::model;
-use crate::judge::finding::{Finding, FindingCode};
+use crate::judge::finding::Finding;
+use crate::judge::finding_code::FindingCode;
 use crate::judge::findings_of_fit;
 use crate::judge::loops::{judged, turned_positions};
 use crate::many::descent::{Problem, Start, State};

@@ -1,6 +1,7 @@
 //! What makes a result from places doubtful: findings.
 
-use crate::judge::finding::{Finding, FindingCode};
+use crate::judge::finding::Finding;
+use crate::judge::finding_code::FindingCode;
 use crate::places::equations::{Rows, between};
 use crate::places::given::Given;
 use crate::places::weighing::Weighed;

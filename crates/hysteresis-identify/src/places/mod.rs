@@ -28,7 +28,8 @@ use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinsk
 use crate::choose::cross_validation::CrossValidation;
 use crate::error::Error;
 use crate::fit::response::Chain;
-use crate::judge::finding::{Finding, FindingCode};
+use crate::judge::finding::Finding;
+use crate::judge::finding_code::FindingCode;
 use crate::options::{Options, Setting};
 use crate::places::equations::Equations;
 use crate::places::given::{Given, KnownLength, PlacePair, PlacesOptions};

@@ -7,6 +7,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
+use super::diagnose::Finding;
 use crate::argument::{Argument, SampleCount, Words};
 use crate::convert::arguments::{count, is_word};
 use crate::convert::arrays::{check_room, numbers, read_only};
@@ -117,6 +118,22 @@ impl OscillatorIdentification {
         Ok(pythonize(py, &self.0.tried)?)
     }
 
+    /// Whether the result deserves trust: "green", "amber" or "red", the worst of `warnings`.
+    #[getter]
+    #[py(-> "Literal['green', 'amber', 'red']")]
+    fn verdict(&self) -> &'static str {
+        self.0.verdict().name()
+    }
+
+    /// What makes the numbers doubtful; empty if nothing does.
+    ///
+    /// - "poor_fit": the model leaves more than noise: the hysteresis is of another kind, or there is more than one mode.
+    /// - "hysteresis_inside_not_told": a linear oscillator predicts samples that were not fitted as well.
+    #[getter]
+    fn warnings(&self) -> Vec<Finding> {
+        self.0.warnings.iter().cloned().map(Finding::from).collect()
+    }
+
     /// How many passes over the record the search took.
     #[getter]
     fn evaluations(&self) -> usize {
@@ -131,7 +148,8 @@ impl OscillatorIdentification {
     fn __repr__(&self) -> String {
         let knots = self.0.model.hysteresis().knots().count();
         format!(
-            "<OscillatorIdentification: {knots} knots, rms {:.3e}, held out {:.3e}, linear {:.3e}>",
+            "<OscillatorIdentification: {}, {knots} knots, rms {:.3e}, held out {:.3e}, linear {:.3e}>",
+            self.verdict(),
             self.rms(),
             self.held_out_rms(),
             self.linear_rms()
