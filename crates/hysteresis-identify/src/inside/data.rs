@@ -18,6 +18,9 @@ const SAME_DRIVE: f64 = 1e-9;
 /// periods, if their first halves differ by at most this much more than their second halves.
 const STEADY: f64 = 1.2;
 
+/// Periods drift if the last differs from the first by more than this times what neighbours differ.
+const DRIFTS: f64 = 1.5;
+
 /// Held-out samples are those of the last part of the record, or of the period: this share.
 const HELD_OUT: f64 = 0.3;
 
@@ -109,12 +112,13 @@ fn repeats(u: &[f64], count: usize) -> bool {
         && u[n..].iter().zip(u).all(|(one, other)| (one - other).abs() <= SAME_DRIVE * (high - low))
 }
 
-/// How often the drive repeats while the output does so too: 1 if the first period is not steady.
+/// How often the drive repeats while the output does so too: 1 if the first period is not steady, or all of them drift.
 fn found_periods(u: &[f64], y: &[f64]) -> usize {
     let Some(count) = (2..=MOST_PERIODS.min(u.len() / 2)).rev().find(|count| repeats(u, *count)) else { return 1 };
     let n = u.len() / count;
     let distance = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt();
-    let differs = |period: usize| distance(&y[(period - 1) * n..period * n], &y[period * n..(period + 1) * n]);
+    let period = |number: usize| &y[number * n..(number + 1) * n];
+    let differs = |number: usize| distance(period(number - 1), period(number));
     let least = 1e-6 * y.iter().map(|y| y * y).sum::<f64>().sqrt();
     if count == 2 {
         // No third period to compare with. What settles does so within the period; noise stays.
@@ -123,7 +127,8 @@ fn found_periods(u: &[f64], y: &[f64]) -> usize {
         return if early <= STEADY * late.max(least) { count } else { 1 };
     }
     let later = (2..count).map(differs).fold(least, f64::max);
-    if differs(1) <= STEADY * later { count } else { 1 }
+    let is_steady = differs(1) <= STEADY * later && distance(period(0), period(count - 1)) <= DRIFTS * later;
+    if is_steady { count } else { 1 }
 }
 
 #[cfg(test)]
@@ -154,6 +159,17 @@ mod tests {
     fn two_noisy_periods_are_steady_and_two_that_settle_are_not() {
         assert_eq!([found(2, 0.0, 0.0), found(2, 0.0, 0.02), found(2, 0.5, 0.0), found(2, 0.5, 0.02)], [2, 2, 1, 1]);
         assert_eq!([found(4, 0.0, 0.02), found(4, 0.5, 0.02)], [4, 1]);
+    }
+
+    #[test]
+    fn periods_that_drift_steadily_are_not_steady() {
+        let (u, y) = record(4, 0.0, 0.02);
+        let drifting = |by: f64| {
+            let y: Vec<f64> = y.iter().enumerate().map(|(k, y)| y + by * as_f64(k) / as_f64(N)).collect();
+            Data::new(&u, &y, 1e-3, None, 0).unwrap().periods
+        };
+        // The noise of a sample is 0.006.
+        assert_eq!([drifting(0.0), drifting(1e-3), drifting(0.02), drifting(1.0)], [4, 4, 1, 1]);
     }
 
     #[test]

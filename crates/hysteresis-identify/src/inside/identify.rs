@@ -135,8 +135,8 @@ impl<'a> Search<'a> {
         let linear = descend(&excitation, &start, start.parameters[2], Part::Fitted).ok_or_else(unstable)?;
         let stiffness = linear.point.parameters[2];
         if stiffness < (SLOWEST * TAU / data.seconds()).powi(2) {
-            let expected = "a position that a spring brings back, twice within the record at least: the best linear oscillator takes longer; \
-                            its stiffness in 1/s^2 is";
+            let expected = "a position that a spring brings back, twice within the record at least: the best linear oscillator takes longer \
+                            (stiffness in 1/s^2)";
             return Err(Error::domain("y", None, expected, stiffness));
         }
         let start = placed_evenly(&linear.point, data);
