@@ -6,6 +6,7 @@
 //! cross-validation (`structure`). Every step takes what was `found` so far and returns it with more, or with less.
 
 pub(crate) mod cross_validation;
+pub(crate) mod duhem;
 pub(crate) mod dynamics;
 pub(crate) mod found;
 pub(crate) mod glitches;
