@@ -1,22 +1,32 @@
 //! Whether a Duhem operator stands beside the plays.
 //!
 //! Plays are fitted first. What they leave is compared with what operators of a few shapes would add, in one pass over selected rows, at the
-//! linear part that was found. Where none of them promises enough, that is all. Else everything is searched once more with the best shape
-//! beside the plays, then with more knots, and cross-validation judges both results.
+//! linear part that was found. Where none of them promises enough, that is all. Else the best shape stands beside the plays: behind the
+//! linear part that they had, and behind an amplifier of the same lag with a mode, as plays that fail may hide both. Then its knots become
+//! more, and cross-validation judges both results.
+
+use core::f64::consts::TAU;
 
 use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
-use crate::choose::found::{Found, Search};
+use crate::choose::found::{Found, LinearEvidence, Place};
+use crate::choose::structure::restructured;
 use crate::choose::table::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::told::Variety;
 use crate::error::Error;
+use crate::fit::joint::{Attempts, JointFit, JointProblem, PASSES};
+use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::SearchMonitor;
 use crate::fit::projection::rough;
 use crate::fit::response::OperatorsAt;
 use crate::fit::rows::Slope;
+use crate::fit::space::Space;
 use crate::options::Options;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::terms::duhem::{DuhemModel, DuhemTable};
+use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Order};
+use crate::terms::loop_shift::LoopShiftModel;
+use crate::terms::maps::MapModel;
 use crate::terms::operators::ModelKind;
 
 /// What plays leave below this share of the range, rms, no other family is asked to explain.
@@ -32,6 +42,11 @@ const REACH: f64 = 0.3;
 const RESTS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
 const BACKS: [f64; 2] = [1.0, 1.9];
 
+/// Where modes behind an amplifier are looked for: so many, each so many times as fast as the one before, of this damping.
+const MOST_MODES: usize = 12;
+const MODE_RATIO: f64 = 1.35;
+const MODE_DAMPING: f64 = 0.08;
+
 /// A side of the range of z that is smaller than this share of it has no knot of its own.
 const SMALLEST_SIDE: f64 = 0.1;
 
@@ -39,7 +54,6 @@ const SMALLEST_SIDE: f64 = 0.1;
 pub(crate) fn with_duhem(
     records: &[Record<'_>],
     asked: &Options,
-    search: Search,
     plays: Found,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
@@ -54,16 +68,99 @@ pub(crate) fn with_duhem(
     }
     // The part of the work before is done: progress does not go back.
     monitor.hold();
-    let beside = |table| Options { duhem: DuhemModel::Near(table), ..asked.clone() };
-    let found = match search(records, &beside(start), monitor) {
+    let found = match searched(records, asked, &plays, start, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
         found => found?,
     };
-    let found = with_more_knots(records, found, monitor)?;
     let must_gain = if Variety::of(records).amplitudes { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS };
     let is_chosen = is_forced || is_better(&validated(records, &found)?, &validated(records, &plays)?, must_gain);
     let partial = found.partial;
     Ok(if is_chosen { found } else { Found { partial, ..plays } })
+}
+
+/// Everything with an operator that begins at a start: without the maps and the loop shift that are left open and may have stood in for it.
+fn searched(
+    records: &[Record<'_>],
+    asked: &Options,
+    plays: &Found,
+    start: DuhemTable,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let all = asked.with_open_terms(&asked.intervals(records)?);
+    let is_auto = |map: MapModel| if map == MapModel::Auto { MapModel::None } else { map };
+    let options = Options {
+        duhem: DuhemModel::Near(start.clone()),
+        dynamics: plays.options.dynamics,
+        loop_shift: if asked.loop_shift == LoopShiftModel::Auto { LoopShiftModel::None } else { all.loop_shift },
+        input_map: is_auto(asked.input_map),
+        output_map: is_auto(asked.output_map),
+        ..all
+    };
+    let basis = options.weight_basis(Space::new(records, &options)?.shift_len());
+    let problem = JointProblem { records, options: &options, basis: &basis, smoothness: plays.smoothness };
+    let near = near_plays(&problem, plays, &start)?;
+    let mut fit = problem.search_from(near.space, &near.point, monitor)?;
+    let mut dynamics = options.dynamics;
+    if let Some(Place { space, point }) = lag_in_front(&problem, asked, &fit)? {
+        let starts = mode_starts(&space, &point);
+        let other = problem.search_starts(space, &starts, Attempts { level: 0, passes: PASSES }, monitor)?;
+        if MUST_GAIN * other.fit.objective < fit.fit.objective {
+            (fit, dynamics) = (other, DynamicsModel::Order(Order::Second));
+        }
+    }
+    let has_linear = plays.linear.is_some() || fit.space.order().is_some();
+    let linear = has_linear.then(LinearEvidence::default);
+    let options = Options { dynamics, ..options.clone() };
+    let found =
+        Found { fit, options, basis: basis.clone(), linear, told_alone: None, untold_map: None, ..plays.clone() };
+    let found = with_more_knots(records, found, monitor)?;
+    let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
+    if !asked.leaves_structure_open() {
+        return Ok(found);
+    }
+    let open = Options {
+        weights: asked.weights,
+        smoothness: asked.smoothness,
+        creep: asked.creep.clone(),
+        ..found.options.clone()
+    };
+    let open = Options { loop_shift: asked.loop_shift, ..open };
+    restructured(records, &open, found, place, monitor)
+}
+
+/// The space with the operator and the linear part of the plays, and the point there.
+fn near_plays(problem: &JointProblem<'_>, plays: &Found, start: &DuhemTable) -> Result<Place, Error> {
+    let (old, point) = (&plays.fit.space, plays.fit.fit.point);
+    let space = Space::new(problem.records, problem.options)?.with_dynamics_of(old);
+    Ok(Place { point: space.at_duhem(&point, start), space })
+}
+
+/// Where a lag of the whole stands in front of the hysteresis, as that of an amplifier: a space with it and one mode behind, and a point there;
+/// none where that is known or cannot be told.
+fn lag_in_front(problem: &JointProblem<'_>, asked: &Options, found: &JointFit) -> Result<Option<Place>, Error> {
+    let is_open = asked.amplifier == AmplifierModel::Auto
+        && matches!(asked.dynamics, DynamicsModel::Auto | DynamicsModel::Order(Order::Second));
+    let lag = found.space.linear_part(&found.fit.point).lag();
+    if !is_open || found.space.searches(Parameter::LogBandwidth) || !found.space.intervals().are_seconds() || lag <= 0.0
+    {
+        return Ok(None);
+    }
+    let options = Options { dynamics: DynamicsModel::Order(Order::Second), ..problem.options.clone() };
+    let space = Space::new(problem.records, &options)?.with_amplifier();
+    let bandwidth = space.nearest(Parameter::LogBandwidth, -(TAU * lag).ln());
+    let point = found.fit.point.with(Parameter::LogBandwidth, bandwidth);
+    let point = point.with(Parameter::DeadTime, space.nearest(Parameter::DeadTime, 0.0));
+    Ok(Some(Place { space, point }))
+}
+
+/// The same point with a lightly damped mode of every frequency that may be, from that of the lag up.
+fn mode_starts(space: &Space, point: &Point) -> Vec<Point> {
+    let Some(axis) = space.axis(Parameter::LogFrequency) else { return vec![*point] };
+    let damped = point.with(Parameter::LogDamping, space.nearest(Parameter::LogDamping, MODE_DAMPING.ln()));
+    let lowest = point.get(Parameter::LogBandwidth).max(axis.lower);
+    let frequencies = std::iter::successors(Some(lowest), |log| Some(log + MODE_RATIO.ln()));
+    let within = frequencies.take_while(|log| *log < axis.upper).take(MOST_MODES);
+    within.map(|log| damped.with(Parameter::LogFrequency, log)).collect()
 }
 
 /// What a fit leaves, rms, as a share of the range.

@@ -36,7 +36,7 @@ pub(crate) fn search_all(
 /// The same with a number of operators that is known, and with dynamics that may still stand in for what the hysteresis lacks.
 fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     let plays = search_terms(records, asked, monitor)?;
-    with_duhem(records, asked, search_terms, plays, monitor)
+    with_duhem(records, asked, plays, monitor)
 }
 
 /// The same with the plays, and the Duhem operator if there is a first one, that are asked for.

@@ -344,6 +344,7 @@ mod tests {
     use crate::fit::response::{OperatorsAt, Regressor, response};
     use crate::options::Options;
     use crate::terms::creep::CreepModel;
+    use crate::terms::duhem::{DuhemModel, DuhemTable};
     use crate::terms::dynamics::{DynamicsModel, Order};
     use crate::terms::loop_shift::LoopShiftModel;
     use crate::terms::maps::OutputMap;
@@ -385,9 +386,12 @@ mod tests {
             loop_shift: LoopShiftModel::None,
             ..joint.clone()
         };
+        let table = DuhemTable { rising: vec![1.3, 0.9, 0.2], ..DuhemTable::bouc_wen(2.0, 1.4).scaled(0.5) };
+        let beside = Options { duhem: DuhemModel::Near(table), ..joint.clone() };
         let spaces = [&plain, &joint, &lag].map(|options| Space::new(&records, options).unwrap());
         let map = OutputMap { bounds: (-4.0, 5.0), reference: [0.3; 4].into() };
         let maps = |space: &Space| space.with_input_map().with_output_map(map.clone());
+        check_derivatives(&records, &beside, &maps(&Space::new(&records, &beside).unwrap()));
         check_derivatives(&records, &plain, &maps(&spaces[0]));
         check_derivatives(&records, &joint, &maps(&spaces[1]).with_amplifier());
         for (options, space) in [plain, joint, lag].iter().zip(&spaces) {

@@ -634,15 +634,17 @@ mod tests {
             delay in prop_oneof![0.0..5.0_f64, Just(0.0), Just(2.0)],
             stride in 1_usize..5,
             families in 1_usize..3,
-            has_map in any::<bool>(),
+            (has_map, has_duhem) in any::<(bool, bool)>(),
         ) {
             // An input that never moves is no record.
             prop_assume!(input[3..].iter().any(|u| *u != input[3]));
             let record = Record::new(&input, &input, 3).unwrap();
             let course = Course::new(&record, stride, 0).with_all_turns(&input);
             let map = has_map.then(|| Curve::new((-10.0, 10.0), [0.3, 0.1, 0.0]));
+            let duhem = |back| has_duhem.then(|| DuhemTable::bouc_wen(4.0, back));
             let at = |ra| OperatorsAt {
                 output_map: map.clone(),
+                duhem: duhem(1.0),
                 ..OperatorsAt::alone(OperatorBank::from_ratios(&r, Ratios { ra, ..Ratios::PAPER }), 0.5)
             };
             let weights: Vec<f64> = (1_u32..).take(families * r.len()).map(|i| 0.2 / f64::from(i)).collect();
@@ -652,18 +654,23 @@ mod tests {
                 linear: LinearPart::delay(delay * dt),
                 columns: weights.len(),
                 weights: weights.clone(),
-                slopes: vec![Slope::Operators(at(0.8), -0.1), Slope::DeadTime],
+                slopes: vec![
+                    Slope::Operators(at(0.8), -0.1),
+                    Slope::DeadTime,
+                    Slope::Operators(OperatorsAt { duhem: duhem(1.9), ..at(0.9) }, 0.2),
+                ],
             };
-            let neighbour = at(0.8);
+            let (neighbour, bent) = (at(0.8), OperatorsAt { duhem: duhem(1.9), ..at(0.9) });
             let mut rows = PlainRows::new(&tangent, &input, dt, Some(&course));
             let start = |at| Regressor::new(at, &input, delay, dt);
-            let (mut here, mut there) = (start(&tangent.operators), start(&neighbour));
-            let (mut got, mut want) = (vec![0.0; weights.len() + 2], vec![0.0; weights.len()]);
+            let (mut here, mut there, mut aside) = (start(&tangent.operators), start(&neighbour), start(&bent));
+            let (mut got, mut want) = (vec![0.0; weights.len() + 3], vec![0.0; weights.len()]);
             for number in 0..course.len() {
                 let k = course.sample(number);
                 let known = rows.write(k, &mut got);
                 here.go_to(k);
                 there.go_to(k);
+                aside.go_to(k);
                 let known_there = here.row(&weights, &mut want);
                 let (columns, slopes) = got.split_at(weights.len());
                 let is_close = |got: f64, want: f64| (got - want).abs() < 1e-10;
@@ -673,6 +680,8 @@ mod tests {
                 prop_assert!(is_close(known, known_there), "sample {}: {} {}", k, known, known_there);
                 let slope = (there.output(&weights) - here.output(&weights)) / -0.1;
                 prop_assert!(is_close(slopes[0], slope), "sample {}: {} {}", k, slopes[0], slope);
+                let slope = (aside.output(&weights) - here.output(&weights)) / 0.2;
+                prop_assert!(is_close(slopes[2], slope), "sample {}: {} {}", k, slopes[2], slope);
                 prop_assert!(is_close(slopes[1], here.slope_over_delay(&weights) / dt), "sample {}", k);
             }
         }
