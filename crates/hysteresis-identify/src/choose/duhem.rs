@@ -13,7 +13,7 @@ use crate::choose::structure::restructured;
 use crate::choose::table::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::told::Variety;
 use crate::error::Error;
-use crate::fit::joint::{Attempts, JointFit, JointProblem, PASSES};
+use crate::fit::joint::{Attempts, JointFit, JointProblem};
 use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::SearchMonitor;
 use crate::fit::projection::rough;
@@ -47,6 +47,9 @@ const MOST_MODES: usize = 12;
 const MODE_RATIO: f64 = 1.35;
 const MODE_DAMPING: f64 = 0.08;
 
+/// How many passes over selected rows each of these may take.
+const PASSES: usize = 6;
+
 /// A side of the range of z that is smaller than this share of it has no knot of its own.
 const SMALLEST_SIDE: f64 = 0.1;
 
@@ -62,13 +65,17 @@ pub(crate) fn with_duhem(
     if plays.partial || !(is_forced || is_open && left(records, &plays) > LEAST_LEFT) {
         return Ok(plays);
     }
-    let Some((start, promise)) = best_shape(records, &plays)? else { return Ok(plays) };
+    // The part of the work before is done: progress does not go back.
+    monitor.hold();
+    let begun = match begun(records, asked, &plays, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
+        begun => begun?,
+    };
+    let Some((start, promise)) = best_shape(records, &begun)? else { return Ok(plays) };
     if !is_forced && promise < MUST_PROMISE {
         return Ok(plays);
     }
-    // The part of the work before is done: progress does not go back.
-    monitor.hold();
-    let found = match searched(records, asked, &plays, start, monitor) {
+    let found = match searched(records, asked, &begun, start, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
         found => found?,
     };
@@ -76,6 +83,22 @@ pub(crate) fn with_duhem(
     let is_chosen = is_forced || is_better(&validated(records, &found)?, &validated(records, &plays)?, must_gain);
     let partial = found.partial;
     Ok(if is_chosen { found } else { Found { partial, ..plays } })
+}
+
+/// The plays with the linear part at which an operator is looked for: a lag may hide an amplifier in front and a mode.
+fn begun(
+    records: &[Record<'_>],
+    asked: &Options,
+    plays: &Found,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let is_resonance =
+        plays.fit.space.order() == Some(Order::Second) && plays.fit.fit.point.get(Parameter::LogDamping) < 0.0;
+    let other =
+        if is_resonance { None } else { with_lag_in_front(&plays.problem(records), asked, &plays.fit, monitor)? };
+    let Some(fit) = other else { return Ok(plays.clone()) };
+    let options = Options { dynamics: DynamicsModel::Order(Order::Second), ..plays.options.clone() };
+    Ok(Found { fit, options, ..plays.clone() })
 }
 
 /// Everything with an operator that begins at a start: without the maps and the loop shift that are left open and may have stood in for it.
@@ -99,15 +122,11 @@ fn searched(
     let basis = options.weight_basis(Space::new(records, &options)?.shift_len());
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness: plays.smoothness };
     let near = near_plays(&problem, plays, &start)?;
-    let mut fit = problem.search_from(near.space, &near.point, monitor)?;
-    let mut dynamics = options.dynamics;
-    if let Some(Place { space, point }) = lag_in_front(&problem, asked, &fit)? {
-        let starts = mode_starts(&space, &point);
-        let other = problem.search_starts(space, &starts, Attempts { level: 0, passes: PASSES }, monitor)?;
-        if MUST_GAIN * other.fit.objective < fit.fit.objective {
-            (fit, dynamics) = (other, DynamicsModel::Order(Order::Second));
-        }
-    }
+    let fit = problem.search_from(near.space, &near.point, monitor)?;
+    let (fit, dynamics) = match with_lag_in_front(&problem, asked, &fit, monitor)? {
+        Some(other) => (other, DynamicsModel::Order(Order::Second)),
+        None => (fit, options.dynamics),
+    };
     let has_linear = plays.linear.is_some() || fit.space.order().is_some();
     let linear = has_linear.then(LinearEvidence::default);
     let options = Options { dynamics, ..options.clone() };
@@ -135,6 +154,19 @@ fn near_plays(problem: &JointProblem<'_>, plays: &Found, start: &DuhemTable) -> 
     Ok(Place { point: space.at_duhem(&point, start), space })
 }
 
+/// A fit with the lag in front of the hysteresis and a mode behind, if it is better.
+fn with_lag_in_front(
+    problem: &JointProblem<'_>,
+    asked: &Options,
+    found: &JointFit,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Option<JointFit>, Error> {
+    let Some(Place { space, point }) = lag_in_front(problem, asked, found)? else { return Ok(None) };
+    let starts = mode_starts(&space, &point);
+    let other = problem.search_starts(space, &starts, Attempts { level: 0, passes: PASSES }, monitor)?;
+    Ok((MUST_GAIN * other.fit.objective < found.fit.objective).then_some(other))
+}
+
 /// Where a lag of the whole stands in front of the hysteresis, as that of an amplifier: a space with it and one mode behind, and a point there;
 /// none where that is known or cannot be told.
 fn lag_in_front(problem: &JointProblem<'_>, asked: &Options, found: &JointFit) -> Result<Option<Place>, Error> {
@@ -146,7 +178,7 @@ fn lag_in_front(problem: &JointProblem<'_>, asked: &Options, found: &JointFit) -
         return Ok(None);
     }
     let options = Options { dynamics: DynamicsModel::Order(Order::Second), ..problem.options.clone() };
-    let space = Space::new(problem.records, &options)?.with_amplifier();
+    let space = Space::new(problem.records, &options)?.with_maps_of(&found.space).with_amplifier();
     let bandwidth = space.nearest(Parameter::LogBandwidth, -(TAU * lag).ln());
     let point = found.fit.point.with(Parameter::LogBandwidth, bandwidth);
     let point = point.with(Parameter::DeadTime, space.nearest(Parameter::DeadTime, 0.0));
