@@ -198,7 +198,9 @@ def test_identify_leaves_the_operator_out_where_plays_are_right() -> None:
 
 def test_wrong_options_are_named() -> None:
     u = loops()
-    with pytest.raises(TypeError, match='duhem: expected None, "auto", "fit" or a mh.Duhem') as caught:
+    with pytest.raises(
+        TypeError, match=r'duhem: expected None, "auto", "fit" or a mh\.Duhem'
+    ) as caught:
         mh.identify(u, u, duhem=math.pi)
     assert parameter_of(caught.value) == "duhem"
     knots = list(np.arange(9.0))

@@ -258,7 +258,7 @@ impl StageBytes {
     /// The stage, with what came behind.
     pub(crate) fn stage(self, later: Option<Later>, duhem: Option<DuhemFile>) -> Result<Stage, Error> {
         let Later { slow_gain, error_band } = later.unwrap_or_default();
-        File { slow_gain, error_band, duhem, ..self.0 }.stage()
+        File { duhem, slow_gain, error_band, ..self.0 }.stage()
     }
 }
 

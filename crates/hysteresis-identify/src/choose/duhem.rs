@@ -1,9 +1,9 @@
 //! Whether a Duhem operator stands beside the plays.
 //!
-//! Plays are fitted first. What they leave is compared with what operators of a few shapes would add, in one pass over selected rows, at the
-//! linear part that was found. Where none of them promises enough, that is all. Else the best shape stands beside the plays: behind the
-//! linear part that they had, and behind an amplifier of the same lag with a mode, as plays that fail may hide both. Then its knots become
-//! more, and cross-validation judges both results.
+//! Plays are fitted first. What they leave is compared with what operators of a few shapes would add, in one pass over
+//! selected rows, at the linear part that was found. Where none of them promises enough, that is all. Else the best
+//! shape stands beside the plays: behind the linear part that they had, and behind an amplifier of the same lag with a
+//! mode, as plays that fail may hide both. Then its knots become more, and cross-validation judges both results.
 
 use core::f64::consts::TAU;
 
@@ -19,7 +19,7 @@ use crate::fit::progress::SearchMonitor;
 use crate::fit::projection::rough;
 use crate::fit::response::OperatorsAt;
 use crate::fit::rows::Slope;
-use crate::fit::space::Space;
+use crate::fit::space::{Space, at_duhem};
 use crate::options::Options;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
@@ -42,10 +42,14 @@ const REACH: f64 = 0.3;
 const RESTS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
 const BACKS: [f64; 2] = [1.0, 1.9];
 
-/// Where modes behind an amplifier are looked for: so many, each so many times as fast as the one before, of this damping.
+/// Where modes behind an amplifier are looked for: so many, each so many times as fast as the one before, of this
+/// damping.
 const MOST_MODES: usize = 12;
 const MODE_RATIO: f64 = 1.35;
 const MODE_DAMPING: f64 = 0.08;
+
+/// In how many samples the lag of an amplifier is told from that of a mode.
+const LEAST_LAG: f64 = 2.0;
 
 /// How many passes over selected rows each of these may take.
 const PASSES: usize = 6;
@@ -75,7 +79,7 @@ pub(crate) fn with_duhem(
     if !is_forced && promise < MUST_PROMISE {
         return Ok(plays);
     }
-    let found = match searched(records, asked, &begun, start, monitor) {
+    let found = match searched(records, asked, &begun, &start, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
         found => found?,
     };
@@ -101,12 +105,13 @@ fn begun(
     Ok(Found { fit, options, ..plays.clone() })
 }
 
-/// Everything with an operator that begins at a start: without the maps and the loop shift that are left open and may have stood in for it.
+/// Everything with an operator that begins at a start: without the maps and the loop shift that are left open and may
+/// have stood in for it.
 fn searched(
     records: &[Record<'_>],
     asked: &Options,
     plays: &Found,
-    start: DuhemTable,
+    start: &DuhemTable,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
     let all = asked.with_open_terms(&asked.intervals(records)?);
@@ -121,7 +126,7 @@ fn searched(
     };
     let basis = options.weight_basis(Space::new(records, &options)?.shift_len());
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness: plays.smoothness };
-    let near = near_plays(&problem, plays, &start)?;
+    let near = near_plays(&problem, plays, start)?;
     let fit = problem.search_from(near.space, &near.point, monitor)?;
     let (fit, dynamics) = match with_lag_in_front(&problem, asked, &fit, monitor)? {
         Some(other) => (other, DynamicsModel::Order(Order::Second)),
@@ -151,7 +156,7 @@ fn searched(
 fn near_plays(problem: &JointProblem<'_>, plays: &Found, start: &DuhemTable) -> Result<Place, Error> {
     let (old, point) = (&plays.fit.space, plays.fit.fit.point);
     let space = Space::new(problem.records, problem.options)?.with_dynamics_of(old);
-    Ok(Place { point: space.at_duhem(&point, start), space })
+    Ok(Place { point: at_duhem(&point, start), space })
 }
 
 /// A fit with the lag in front of the hysteresis and a mode behind, if it is better.
@@ -167,14 +172,15 @@ fn with_lag_in_front(
     Ok((MUST_GAIN * other.fit.objective < found.fit.objective).then_some(other))
 }
 
-/// Where a lag of the whole stands in front of the hysteresis, as that of an amplifier: a space with it and one mode behind, and a point there;
-/// none where that is known or cannot be told.
+/// Where a lag of the whole stands in front of the hysteresis, as that of an amplifier: a space with it and one mode
+/// behind, and a point there; none where that is known or cannot be told.
 fn lag_in_front(problem: &JointProblem<'_>, asked: &Options, found: &JointFit) -> Result<Option<Place>, Error> {
     let is_open = asked.amplifier == AmplifierModel::Auto
         && matches!(asked.dynamics, DynamicsModel::Auto | DynamicsModel::Order(Order::Second));
     let lag = found.space.linear_part(&found.fit.point).lag();
-    if !is_open || found.space.searches(Parameter::LogBandwidth) || !found.space.intervals().are_seconds() || lag <= 0.0
-    {
+    let intervals = found.space.intervals();
+    let is_known = found.space.searches(Parameter::LogBandwidth) || !intervals.are_seconds();
+    if !is_open || is_known || lag < LEAST_LAG * intervals.smallest() {
         return Ok(None);
     }
     let options = Options { dynamics: DynamicsModel::Order(Order::Second), ..problem.options.clone() };
@@ -238,7 +244,7 @@ fn with_more_knots(records: &[Record<'_>], found: Found, monitor: &mut SearchMon
     let Ok(table) = table.on(knots(range(records, &found, &table))) else { return Ok(found) };
     monitor.hold();
     let space = found.fit.space.with_duhem(&table);
-    let point = space.at_duhem(&found.fit.fit.point, &table);
+    let point = at_duhem(&found.fit.fit.point, &table);
     let fit = match found.problem(records).search_from(space, &point, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
         fit => fit?,
@@ -260,7 +266,8 @@ fn range(records: &[Record<'_>], found: &Found, table: &DuhemTable) -> (f64, f64
     })
 }
 
-/// Five knots over a range of z: 0, where f of Bouc-Wen bends, the ends, and the middle of both sides; even ones where z keeps to one side.
+/// Five knots over a range of z: 0, where f of Bouc-Wen bends, the ends, and the middle of both sides; even ones where
+/// z keeps to one side.
 fn knots((low, high): (f64, f64)) -> Vec<f64> {
     let least = SMALLEST_SIDE * (high - low);
     if -low < least || high < least {

@@ -115,7 +115,7 @@ impl Space {
         let duhem = start.map(|table| DuhemSpace { knots: table.knots.clone(), scale: table.scale() });
         if let Some(table) = start {
             axes.extend(duhem_axes(table.knots.len()));
-            origin = with_duhem(&origin, table);
+            origin = at_duhem(&origin, table);
         }
         for axis in axes.iter().filter(|axis| axis.parameter == Parameter::LogFrequency) {
             origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
@@ -408,7 +408,7 @@ impl Space {
 }
 
 /// A point with f+ and f- of a Duhem operator, in their scale.
-fn with_duhem(point: &Point, table: &DuhemTable) -> Point {
+pub(crate) fn at_duhem(point: &Point, table: &DuhemTable) -> Point {
     let scale = table.scale();
     table.rising.iter().zip(&table.falling).enumerate().fold(*point, |point, (number, (rising, falling))| {
         let point = point.with(Parameter::DuhemRising(number), rising / scale);
@@ -509,12 +509,7 @@ impl Space {
         let is_other = |axis: &&Axis| !matches!(axis.parameter, Parameter::DuhemRising(_) | Parameter::DuhemFalling(_));
         let axes = self.axes.iter().filter(is_other).copied().chain(duhem_axes(table.knots.len())).collect();
         let duhem = Some(DuhemSpace { knots: table.knots.clone(), scale: table.scale() });
-        Self { axes, origin: with_duhem(&self.origin, table), duhem, ..self.clone() }
-    }
-
-    /// A point with the values of a Duhem operator.
-    pub(crate) fn at_duhem(&self, point: &Point, table: &DuhemTable) -> Point {
-        with_duhem(point, table)
+        Self { axes, origin: at_duhem(&self.origin, table), duhem, ..self.clone() }
     }
 
     /// The same with a mode more, which is searched.

@@ -16,8 +16,8 @@ pub(crate) const STEP: f64 = 0.5;
 /// The least and the largest scale of f.
 const SCALES: (f64, f64) = (1e-40, 1e40);
 
-/// The Duhem operator beside the plays, for loops that do not close or that plays do not describe: z' = f+(z) u' where the drive
-/// rises, f-(z) u' where it falls, added to the output of the plays. See [`Duhem`].
+/// The Duhem operator beside the plays, for loops that do not close or that plays do not describe: z' = f+(z) u' where
+/// the drive rises, f-(z) u' where it falls, added to the output of the plays. See [`Duhem`].
 ///
 /// ```
 /// use hysteresis_identify::{DuhemModel, DuhemTable, Options};
@@ -86,8 +86,8 @@ impl DuhemTable {
         all.clone().sum::<f64>() / crate::records::signal::as_f64(all.count().max(1))
     }
 
-    /// A Bouc-Wen operator of exponent 1 and unit f at 0: f falls along a loading branch to a tenth at the outer knots, and is
-    /// `back` there along an unloading one. Its knots are in the unit of the drive times f.
+    /// A Bouc-Wen operator of exponent 1 and unit f at 0: f falls along a loading branch to a tenth at the outer knots,
+    /// and is `back` there along an unloading one. Its knots are in the unit of the drive times f.
     pub(crate) fn bouc_wen(reach: f64, back: f64) -> Self {
         const END: f64 = 0.1;
         Self { knots: vec![-reach, 0.0, reach], rising: vec![back, 1.0, END], falling: vec![END, 1.0, back] }
