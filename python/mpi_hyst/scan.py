@@ -280,6 +280,7 @@ class _Axis:
             creep=stage.creep,
             loop_shift=stage.loop_shift,
             slow_gain=stage.slow_gain,
+            duhem=stage.duhem,
             input_map=stage.input_map,
             output_map=stage.output_map,
             units=stage.units,

@@ -70,7 +70,7 @@ pub use operator::{CoupledPlay, Operator, Play, Tracked};
 pub use process::Process;
 #[cfg(feature = "alloc")]
 pub use quasistatic::{
-    Bracket, BracketArray, BracketState, CreepTerms, LoopShiftTerms, PiecewiseLinearMap, QuasiStatic,
+    Bracket, BracketArray, BracketState, CreepTerms, LoopShiftTerms, MAX_KNOTS, PiecewiseLinearMap, QuasiStatic,
     QuasiStaticForward, QuasiStaticInverse, QuasiStaticState, SlowGainTerms,
 };
 pub use real::Real;

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use hysteresis_control::binary::Binary;
 use hysteresis_control::filters::sections;
 use hysteresis_control::linear::Creep;
+use hysteresis_control::oscillator::tables;
 use hysteresis_control::stage::{PEAK_SENSITIVITY, Stage};
 use hysteresis_core::{CoupledPlay, PiecewiseLinearMap};
 use sha2::{Digest, Sha256};
@@ -194,6 +195,12 @@ impl Header<'_> {
                 self.numbers(&format!("{name}_x"), &x);
                 self.numbers(&format!("{name}_y"), &y);
             }
+        }
+        if let Some(duhem) = &parts.duhem {
+            let [knots, rising, falling] = tables(duhem);
+            self.numbers("duhem_knots", &knots);
+            self.numbers("duhem_rising", &rising);
+            self.numbers("duhem_falling", &falling);
         }
         self.count("HAS_LOOP_SHIFT", usize::from(parts.loop_shift.is_some()));
         if let Some(gain) = &parts.slow_gain {

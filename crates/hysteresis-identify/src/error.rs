@@ -213,6 +213,8 @@ pub enum Error {
     },
     /// Many actuators at once have hysteresis and a dead time only: neither dynamics nor creep.
     LinearPart,
+    /// Many actuators at once have plays alone.
+    DuhemMany,
     /// Nobody looks for glitches in the records of many actuators at once.
     RobustMany,
     /// To leave one loop out takes two.
@@ -248,6 +250,7 @@ impl Error {
             Self::SplitConventional => Some("weights"),
             Self::NoInterval { .. } => Some("dt"),
             Self::LinearPart => Some("dynamics"),
+            Self::DuhemMany => Some("duhem"),
             Self::RobustMany => Some("loss"),
             Self::Core(error) => error.parameter(),
             Self::Interrupted => None,
@@ -277,6 +280,7 @@ impl fmt::Display for Error {
                  and records are all in seconds or all in samples"
             ),
             Self::LinearPart => write!(f, "dynamics: expected neither dynamics nor creep for many actuators at once"),
+            Self::DuhemMany => write!(f, "duhem: expected auto or none for many actuators at once"),
             Self::RobustMany => {
                 write!(
                     f,

@@ -69,6 +69,7 @@ pub use result::identification::Identification;
 pub use result::left_out::LeftOutLoop;
 pub use result::quality::{Quality, loop_width};
 pub use terms::creep::CreepModel;
+pub use terms::duhem::{DuhemModel, DuhemTable};
 pub use terms::dynamics::{AmplifierModel, DynamicsModel, ModesModel, Order};
 pub use terms::loop_shift::LoopShiftModel;
 pub use terms::maps::MapModel;

@@ -7,6 +7,7 @@ use hysteresis_core::{Ratios, is_admissible};
 use crate::error::Error;
 use crate::records::record::{Intervals, Record, check_interval};
 use crate::terms::creep::CreepModel;
+use crate::terms::duhem::DuhemModel;
 use crate::terms::dynamics::{AmplifierModel, DynamicsModel, ModesModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
@@ -70,6 +71,9 @@ pub struct Options {
     /// Which slow gain to fit behind the hysteresis.
     #[cfg_attr(feature = "serde", serde(default))]
     pub slow_gain: SlowGainModel,
+    /// Which Duhem operator to fit beside the hysteresis.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub duhem: DuhemModel,
     /// Which amplifier to fit in front of the hysteresis.
     pub amplifier: AmplifierModel,
     /// Which map of the drive to fit in front of the hysteresis.
@@ -109,6 +113,7 @@ impl Default for Options {
             creep: CreepModel::default(),
             loop_shift: LoopShiftModel::default(),
             slow_gain: SlowGainModel::default(),
+            duhem: DuhemModel::default(),
             amplifier: AmplifierModel::default(),
             input_map: MapModel::default(),
             output_map: MapModel::default(),
@@ -195,9 +200,14 @@ impl Options {
         Self { dynamics, ..self.clone() }
     }
 
-    /// The same with the hysteresis and a dead time alone.
+    /// The same with the hysteresis and a dead time alone: the plays, and the Duhem operator of which it is known where its search begins.
     pub(crate) fn hysteresis_and_dead_time(&self) -> Self {
+        let duhem = match &self.duhem {
+            DuhemModel::Near(_) => self.duhem.clone(),
+            DuhemModel::Auto | DuhemModel::None | DuhemModel::Fit => DuhemModel::None,
+        };
         Self {
+            duhem,
             dynamics: DynamicsModel::None,
             creep: CreepModel::None,
             loop_shift: LoopShiftModel::None,

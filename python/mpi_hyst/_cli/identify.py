@@ -145,6 +145,11 @@ class Request(Files):
         help="Change of the size of all loops while the drive cycles, with this time constant, or "
         "with one that is searched.  [default: none]",
     )
+    duhem: Literal["auto", "fit", "none"] | None = option(
+        passed=("identify",),
+        help="Duhem operator beside the plays. auto: if cross-validation asks for it.  "
+        "[default: auto]",
+    )
     amplifier: float | Literal["auto", "none"] | None = option(
         passed=_FIT,
         metavar="HZ|auto|none",

@@ -65,7 +65,8 @@ def run(shown: Stage | Model, u: Samples, dt: float | None) -> Samples:
         return shown.forward().run(u)
     if dt is not None:
         return shown.forward(dt).run(u)
-    timeless = Stage(shown.hysteresis, input_map=shown.input_map, output_map=shown.output_map)
+    maps = {"input_map": shown.input_map, "output_map": shown.output_map}
+    timeless = Stage(shown.hysteresis, duhem=shown.duhem, **maps)
     return timeless.forward(1.0).run(u)
 
 
@@ -460,6 +461,8 @@ def linear_parts(stage: mh.Stage) -> list[str]:
     if stage.amplifier_bandwidth is not None:
         parts.append(f"amplifier bandwidth {stage.amplifier_bandwidth:g} Hz")
     parts += map(_section_in_words, _sections(stage))
+    if stage.duhem is not None:
+        parts.append(f"Duhem operator of {len(stage.duhem.knots)} knots")
     if stage.loop_shift is not None:
         parts.append(_loop_shift(stage.loop_shift, stage.units[1]))
     if stage.slow_gain is not None:

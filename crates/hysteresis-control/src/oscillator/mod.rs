@@ -15,4 +15,4 @@ mod model;
 pub use drive::Hold;
 pub use forward::{OscillatorForward, OscillatorState};
 pub use inverse::Motion;
-pub use model::{FileError, HystereticOscillator, MAX_KNOTS, SCHEMA, tables, usual_sub_steps};
+pub use model::{FileError, HystereticOscillator, SCHEMA, tables, usual_sub_steps};

@@ -2,14 +2,11 @@
 
 use std::fmt;
 
-use hysteresis_core::{Duhem, Error};
+use hysteresis_core::{Duhem, Error, MAX_KNOTS};
 use serde::{Deserialize, Serialize};
 
 use super::equation::Equation;
 use crate::checks::check_positive;
-
-/// How many knots the operator inside an oscillator may have.
-pub const MAX_KNOTS: usize = 17;
 
 /// The schema of a saved oscillator.
 pub const SCHEMA: &str = "mpi_hyst/oscillator/1";

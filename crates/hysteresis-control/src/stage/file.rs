@@ -4,12 +4,13 @@ use std::fs::File as Opened;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
-use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap};
+use hysteresis_core::{CoupledPlay, Duhem, MAX_KNOTS, Model, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Error, ErrorBand, Identified, LoopShift, SlowGain, Stage, StageParts, Units};
 use crate::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, Section, StateSpace};
+use crate::oscillator::tables;
 
 /// The schema of a stage file.
 pub const SCHEMA: &str = "mpi_hyst/stage/1";
@@ -53,8 +54,10 @@ struct File {
     amplifier_bandwidth: Option<f64>,
     input_map: Option<MapFile>,
     hysteresis: Hysteresis,
+    /// Not there in files of stages without one, which older readers take then; likewise below.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    duhem: Option<DuhemFile>,
     output_map: Option<MapFile>,
-    /// Not there in files of stages without one, which older readers take then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     loop_shift: Option<LoopShiftFile>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -62,7 +65,6 @@ struct File {
     creep: Option<CreepFile>,
     dynamics: Vec<AnySection>,
     noise: Option<f64>,
-    /// Not there in files of stages without one, and of releases that knew none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     error_band: Option<ErrorBand>,
     identified: Option<Identified>,
@@ -81,6 +83,8 @@ struct Whole {
     amplifier_bandwidth: Option<f64>,
     input_map: Option<MapFile>,
     hysteresis: Hysteresis,
+    #[serde(skip)]
+    duhem: Option<DuhemFile>,
     output_map: Option<MapFile>,
     loop_shift: Option<LoopShiftFile>,
     #[serde(skip)]
@@ -136,6 +140,14 @@ struct LoopShiftFile {
     amplitudes: [f64; 2],
     time_constant: f64,
     limit: f64,
+}
+
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DuhemFile {
+    knots: Vec<f64>,
+    rising: Vec<f64>,
+    falling: Vec<f64>,
 }
 
 #[derive(Clone, Copy, Serialize, Deserialize)]
@@ -238,10 +250,15 @@ impl StageBytes {
         has_any.then(|| Later { slow_gain: *slow_gain, error_band: error_band.clone() })
     }
 
+    /// What comes behind that.
+    pub(crate) fn duhem(&self) -> Option<DuhemFile> {
+        self.0.duhem.clone()
+    }
+
     /// The stage, with what came behind.
-    pub(crate) fn stage(self, later: Option<Later>) -> Result<Stage, Error> {
+    pub(crate) fn stage(self, later: Option<Later>, duhem: Option<DuhemFile>) -> Result<Stage, Error> {
         let Later { slow_gain, error_band } = later.unwrap_or_default();
-        File { slow_gain, error_band, ..self.0 }.stage()
+        File { duhem, slow_gain, error_band, ..self.0 }.stage()
     }
 }
 
@@ -256,6 +273,7 @@ impl File {
             amplifier_bandwidth: parts.amplifier.map(|amplifier| amplifier.frequency()),
             input_map: parts.input_map.as_ref().map(MapFile::from),
             hysteresis,
+            duhem: parts.duhem.as_deref().map(DuhemFile::from),
             output_map: parts.output_map.as_ref().map(MapFile::from),
             loop_shift: parts.loop_shift.map(LoopShiftFile::from),
             slow_gain: parts.slow_gain.map(SlowGainFile::from),
@@ -270,6 +288,7 @@ impl File {
     fn stage(self) -> Result<Stage, Error> {
         Stage::new(StageParts {
             hysteresis: self.hysteresis.model()?,
+            duhem: self.duhem.map(DuhemFile::operator).transpose()?.map(Box::new),
             input_map: self.input_map.map(MapFile::map).transpose()?,
             output_map: self.output_map.map(MapFile::map).transpose()?,
             amplifier: self.amplifier_bandwidth.map(FirstOrder::new).transpose()?,
@@ -391,6 +410,19 @@ impl From<LoopShift> for LoopShiftFile {
 impl LoopShiftFile {
     fn shift(self) -> Result<LoopShift, Error> {
         Ok(LoopShift::new(self.center, self.half_range, self.amplitudes, self.time_constant, self.limit)?)
+    }
+}
+
+impl From<&Duhem<MAX_KNOTS>> for DuhemFile {
+    fn from(duhem: &Duhem<MAX_KNOTS>) -> Self {
+        let [knots, rising, falling] = tables(duhem);
+        Self { knots, rising, falling }
+    }
+}
+
+impl DuhemFile {
+    fn operator(self) -> Result<Duhem<MAX_KNOTS>, Error> {
+        Ok(Duhem::new(&self.knots, &self.rising, &self.falling)?)
     }
 }
 

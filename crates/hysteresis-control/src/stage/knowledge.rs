@@ -62,7 +62,9 @@ fn still_known(known: &StageParts, changed: &StageParts) -> Result<Option<Identi
 }
 
 fn same_hysteresis(one: &StageParts, other: &StageParts) -> bool {
-    (&one.hysteresis, &one.input_map, &one.output_map) == (&other.hysteresis, &other.input_map, &other.output_map)
+    one.hysteresis == other.hysteresis
+        && one.duhem == other.duhem
+        && (&one.input_map, &one.output_map) == (&other.input_map, &other.output_map)
 }
 
 /// Whether all is the same behind the hysteresis and its maps.

@@ -1,7 +1,7 @@
 //! A whole stage in one object: what the user has on the bench.
 //!
 //! ```text
-//! limits, D/A -> dead time -> amplifier -> input map -> hysteresis -> output map -> loop shift -> slow gain -> creep -> modes -> sensor
+//! limits, D/A -> dead time -> amplifier -> input map -> hysteresis + Duhem -> output map -> loop shift -> slow gain -> creep -> modes -> sensor
 //! ```
 //!
 //! Everything that runs is made from a [`Stage`]: its [forward model](Stage::forward), the exact
@@ -42,7 +42,7 @@ mod precompensate;
 
 pub use band::{Branches, CELLS, ErrorBand, ErrorBounds, Place};
 pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
-pub(crate) use file::{Later, StageBytes};
+pub(crate) use file::{DuhemFile, Later, StageBytes};
 pub use file::{SCHEMA, read_file};
 pub use forward::{StageForward, StageState};
 pub use parts::{Identified, LoopShift, RecordSource, SlowGain, StageParts, StageWarning, Units};
@@ -83,7 +83,7 @@ use crate::linear::{Creep, LinearDynamics};
 pub struct Stage {
     parts: StageParts,
     model: CompiledModel,
-    /// gamma, H and phi, without loop shift, slow gain and creep.
+    /// gamma, H, z and phi, without loop shift, slow gain and creep.
     rigid: QuasiStatic,
 }
 
@@ -117,6 +117,9 @@ impl Stage {
         }
         let model = CompiledModel::new(&parts.hysteresis);
         let mut rigid = QuasiStatic::new(&model);
+        if let Some(duhem) = &parts.duhem {
+            rigid = rigid.with_duhem(**duhem);
+        }
         if let Some(map) = &parts.input_map {
             rigid = rigid.with_input_map(map.clone());
         }
@@ -218,7 +221,7 @@ impl Stage {
         if got < 0.0 { Err(Error::NegativeDeadTime { got }) } else { Ok(got) }
     }
 
-    /// gamma, H, phi, loop shift, slow gain and creep, sampled: the stage without its fast dynamics.
+    /// gamma, H, z, phi, loop shift, slow gain and creep, sampled: the stage without its fast dynamics.
     ///
     /// # Errors
     /// [`Error`] unless `dt` is finite and above 0.
@@ -256,7 +259,7 @@ impl Stage {
     /// Loop shift, slow gain, creep and modes are left out.
     ///
     /// # Errors
-    /// [`Error`] for a model with a negative weight, or without limits.
+    /// [`Error`] for a model with a negative weight, with a Duhem operator, or without limits.
     pub fn bracket(&self, limits: Option<(f64, f64)>) -> Result<Bracket, Error> {
         let limits = self.limits(limits)?.unwrap_or((-MAX_MAGNITUDE, MAX_MAGNITUDE));
         Ok(Bracket::of_stage(&self.rigid, limits)?)
@@ -286,12 +289,18 @@ fn check_limits(parameter: &'static str, limits: Option<(f64, f64)>) -> Result<O
 /// Creep takes no more than this share of the loop from either end: creep that may go on for more leaves no range.
 const MOST_CREPT: f64 = 0.25;
 
+/// So many loops over the whole range are enough for z to drift to where it stays.
+const LOOPS: usize = 32;
+
 impl Stage {
     /// The lowest and the highest slope dy/du, creep at its end included, and a slow gain wherever it may be. A loop shift
     /// does not change it: the newest drive does not enter it, and at its end it is 0.
     #[must_use]
     pub fn slope_range(&self) -> (f64, f64) {
         let (mut low, mut high) = self.model.slope_range();
+        if let Some(duhem) = &self.parts.duhem {
+            (low, high) = (low + duhem.min_slope(), high + duhem.max_slope());
+        }
         for map in [&self.parts.input_map, &self.parts.output_map].into_iter().flatten() {
             let (flat, steep) = map.slope_range();
             (low, high) = (low * flat, high * steep);
@@ -315,7 +324,11 @@ impl Stage {
         let (first, (from, to)) = (self.first_strokes()?, self.drive_range()?);
         let mut forward = self.rigid.forward();
         forward.step(to);
-        let (low, high) = ordered((forward.step(from), forward.step(to)));
+        let (mut low, mut high) = ordered((forward.step(from), forward.step(to)));
+        for _ in 0..self.drifting_loops() {
+            let (next_low, next_high) = ordered((forward.step(from), forward.step(to)));
+            (low, high) = (low.max(next_low), high.min(next_high));
+        }
         let (low, high) = self.behind_slow_gain((low, high), f64::max, f64::min);
         let (middle, room) = self.crept(first);
         let room = room.min(MOST_CREPT * (high - low));
@@ -333,8 +346,17 @@ impl Stage {
     fn first_strokes(&self) -> Option<(f64, f64)> {
         let (from, to) = self.drive_range()?;
         let mut forward = self.rigid.forward();
-        let range = ordered((forward.settle(from), forward.settle(to)));
-        Some(self.behind_slow_gain(range, f64::min, f64::max))
+        let (mut low, mut high) = ordered((forward.settle(from), forward.settle(to)));
+        for _ in 0..self.drifting_loops() {
+            let (next_low, next_high) = ordered((forward.step(from), forward.step(to)));
+            (low, high) = (low.min(next_low), high.max(next_high));
+        }
+        Some(self.behind_slow_gain((low, high), f64::min, f64::max))
+    }
+
+    /// How many loops over the whole range are looked at: with a Duhem operator they need not close.
+    fn drifting_loops(&self) -> usize {
+        if self.parts.duhem.is_some() { LOOPS } else { 0 }
     }
 
     /// Two positions with the slow gain for which one is lowest or highest, and the other likewise.

@@ -1,7 +1,7 @@
 //! What a stage is made of, where it comes from and how far it can be trusted.
 
 use hysteresis_core::{
-    Error as CoreError, LoopShiftTerms, ModifiedPrandtlIshlinskii, PiecewiseLinearMap, SlowGainTerms,
+    Duhem, Error as CoreError, LoopShiftTerms, MAX_KNOTS, ModifiedPrandtlIshlinskii, PiecewiseLinearMap, SlowGainTerms,
 };
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +30,8 @@ use crate::linear::{Creep, FirstOrder, LinearDynamics};
 pub struct StageParts {
     /// The hysteresis H.
     pub hysteresis: ModifiedPrandtlIshlinskii,
+    /// A Duhem operator beside the hysteresis, of the same input; both outputs are added, in the unit of the position.
+    pub duhem: Option<Box<Duhem<MAX_KNOTS>>>,
     /// The map gamma in front of the hysteresis.
     pub input_map: Option<PiecewiseLinearMap>,
     /// The map phi behind the hysteresis.
@@ -67,6 +69,7 @@ impl StageParts {
     pub fn new(hysteresis: ModifiedPrandtlIshlinskii) -> Self {
         Self {
             hysteresis,
+            duhem: None,
             input_map: None,
             output_map: None,
             amplifier: None,

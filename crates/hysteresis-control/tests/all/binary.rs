@@ -9,8 +9,8 @@ use hysteresis_control::stage::{
 };
 use hysteresis_control::{Observer, ObserverOptions, StageController, StageControllerState};
 use hysteresis_core::{
-    Biquad, ControllerOptions, ControllerState, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Process,
-    Ratios, Sections,
+    Biquad, ControllerOptions, ControllerState, Duhem, MAX_KNOTS, ModifiedPrandtlIshlinskii, Offsets,
+    PiecewiseLinearMap, Process, Ratios, Sections,
 };
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -84,7 +84,7 @@ prop_compose! {
         hysteresis in hysteresis(),
         maps in prop::array::uniform2(prop::option::of(0.5..2.0)),
         amplifier in prop::option::of(100.0..5000.0),
-        (shift, gain, band) in any::<(bool, bool, bool)>(),
+        (shift, gain, band, duhem) in any::<(bool, bool, bool, bool)>(),
         creep in prop::option::of(1_u16..5),
         order in any::<bool>(),
         (dead_time, slew, noise) in (0.0..1e-2, prop::option::of(1.0..1e6), prop::option::of(0.0..1.0)),
@@ -106,11 +106,16 @@ prop_compose! {
             slew,
             noise,
             error_band: band.then(error_band),
+            duhem: duhem.then(bouc_wen),
             identified: known.map(identified),
             units: Units { drive: "V".into(), position: "µm".into() },
             ..StageParts::new(hysteresis)
         }).unwrap()
     }
+}
+
+fn bouc_wen() -> Box<Duhem<MAX_KNOTS>> {
+    Box::new(Duhem::from_bouc_wen(0.02, 0.5, 0.9, 0.4).unwrap())
 }
 
 /// A stage with everything that leaves a memory.
@@ -161,6 +166,10 @@ fn slow_gain_and_band_come_behind_all_other_bytes() {
     assert!(with.to_json().contains("slow_gain") && !without.to_json().contains("slow_gain"));
     let band = Stage::new(StageParts { error_band: Some(error_band()), ..without.parts().clone() }).unwrap();
     assert!(content(&band).starts_with(&shorter) && content(&band).len() > shorter.len() + CELLS * CELLS * 8);
+    let beside = Stage::new(StageParts { duhem: Some(bouc_wen()), ..with.parts().clone() }).unwrap();
+    // Three lists of three numbers.
+    assert!(content(&beside).starts_with(&longer) && content(&beside).len() == longer.len() + 3 * (1 + 3 * 8));
+    assert!(beside.to_json().contains("duhem") && !with.to_json().contains("duhem"));
     let cut = sealed(1, &longer[..longer.len() - 1]);
     assert_eq!(Stage::from_bytes(&cut).unwrap_err().parameter(), Some("bytes"));
 }

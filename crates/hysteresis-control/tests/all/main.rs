@@ -1,6 +1,7 @@
 //! The tests of what the crate promises, in one program: it is linked once.
 
 mod binary;
+mod duhem_beside;
 mod dynamics;
 mod error_band;
 mod feedforward;

@@ -43,6 +43,7 @@ fn learning_in_the_loop_and_observation_never_allocate() {
     let parts = StageParts {
         loop_shift: Some(LoopShift::new(0.0, 500.0, [-0.2, 0.1], 0.01, 0.5).unwrap()),
         slow_gain: Some(SlowGain::new(500.0, -0.02, 0.0, 1.0).unwrap()),
+        duhem: Some(Box::new(hysteresis_core::Duhem::from_bouc_wen(2e-3, 0.1, 0.9, 0.4).unwrap())),
         creep: Some(Creep::new(&[0.01], &[0.1]).unwrap()),
         dynamics,
         dead_time: 1.5e-4,

@@ -2,6 +2,8 @@
 
 use crate::duhem::chain::{Chain, Place};
 use crate::error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length};
+#[cfg(feature = "alloc")]
+use crate::fingerprint::Fingerprint;
 
 /// The least and the largest f, and the largest magnitude of a knot and of a gradient: no product overflows.
 const SCALE: (f64, f64) = (1e-50, 1e50);
@@ -131,6 +133,20 @@ impl<const N: usize> Duhem<N> {
         let z = z.clamp(-MAX_MAGNITUDE, MAX_MAGNITUDE);
         let (chain, z) = if rising { (&self.rising, z) } else { (&self.falling, -z) };
         chain.find(z, Place(0)).1.slope_at(z)
+    }
+
+    /// Takes in knots, f+ and f-.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn fingerprint(&self, hash: &mut Fingerprint) {
+        for number in self.knots().chain(self.rising()).chain(self.falling()) {
+            hash.numbers(&[number]);
+        }
+    }
+
+    /// The largest f between the outer knots, of both directions.
+    #[must_use]
+    pub fn max_slope(&self) -> f64 {
+        self.rising().chain(self.falling()).fold(0.0, f64::max)
     }
 
     /// The smallest f of both directions: z grows at least by this per unit of x.

@@ -58,10 +58,15 @@ impl Bracket {
     /// The same of a hysteresis between maps, whose loop shift, slow gain and creep are left out.
     ///
     /// # Errors
-    /// As for [`new`](Self::new).
+    /// As for [`new`](Self::new), and [`Error::Whole`] for a stage with a Duhem operator: its z may drift from loop to
+    /// loop, so two streams do not bracket it.
     pub fn of_stage(stage: &QuasiStatic, limits: (f64, f64)) -> Result<Self, Error> {
         if let Some(got) = stage.hysteresis().negative_weight() {
             return Err(Error::Domain { parameter: "weights", index: None, expected: Bound::NonNegative, got });
+        }
+        if let Some(duhem) = stage.duhem() {
+            let expected = "no knots: two streams do not bracket what drifts from loop to loop";
+            return Err(Error::whole("duhem", None, expected, duhem.knots().count()));
         }
         let limits = check_limits(Some(limits))?;
         let stream = stage.without_creep().without_loop_shift().without_slow_gain().forward();

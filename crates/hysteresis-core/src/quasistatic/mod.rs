@@ -1,8 +1,9 @@
-//! A stage without its fast dynamics: y = creep(g(phi(H\[gamma(u)\]) + s)), sample by sample, and its exact inverse.
+//! A stage without its fast dynamics: y = creep(g(phi(H\[x\] + z\[x\]) + s)), x = gamma(u), sample by sample, and its exact inverse.
 //!
-//! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, s is the loop shift and g the slow gain
+//! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, z a Duhem operator beside it, s is the loop shift and g the slow gain
 //! that past drives have caused, and creep adds slow first-order lags. Each part may be missing.
 
+mod beside;
 mod bracket;
 mod creep;
 mod loop_shift;
@@ -11,6 +12,7 @@ mod past_drives;
 mod slow_gain;
 mod stage;
 
+pub use beside::MAX_KNOTS;
 pub use bracket::{Bracket, BracketArray, BracketState};
 pub use creep::CreepTerms;
 pub use loop_shift::LoopShiftTerms;

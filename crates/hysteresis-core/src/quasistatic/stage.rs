@@ -4,11 +4,13 @@ use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
+use super::beside::{Beside, MAX_KNOTS};
 use super::creep::{CreepMemory, CreepTerms};
 use super::loop_shift::LoopShiftTerms;
 use super::map::{MapPiece, PiecewiseLinearMap};
 use super::past_drives::PastDrives;
 use super::slow_gain::SlowGainTerms;
+use crate::duhem::Duhem;
 use crate::engine::CompiledModel;
 use crate::error::{Error, MAX_MAGNITUDE, check_all_finite, check_finite, is_admissible};
 use crate::fingerprint::Fingerprint;
@@ -16,7 +18,7 @@ use crate::process::Process;
 use crate::real::check_within_limits;
 use crate::stream::{Forward, Inverse, StreamState, check_limits, check_model};
 
-/// The parameters of a stage without its fast dynamics, ready to run: y = creep(g(phi(H\[gamma(u)\]) + s)).
+/// The parameters of a stage without its fast dynamics, ready to run: y = creep(g(phi(H\[x\] + z\[x\]) + s)), x = gamma(u).
 ///
 /// Drives u are in the unit of gamma's input, positions y in the unit of phi's output. Cloning shares the large parts.
 ///
@@ -38,6 +40,7 @@ use crate::stream::{Forward, Inverse, StreamState, check_limits, check_model};
 #[derive(Clone, Debug)]
 pub struct QuasiStatic {
     hysteresis: CompiledModel,
+    duhem: Option<Arc<Duhem<MAX_KNOTS>>>,
     input_map: Option<Arc<PiecewiseLinearMap>>,
     output_map: Option<Arc<PiecewiseLinearMap>>,
     loop_shift: Option<LoopShiftTerms>,
@@ -50,7 +53,32 @@ impl QuasiStatic {
     #[must_use]
     pub fn new(hysteresis: &CompiledModel) -> Self {
         let hysteresis = hysteresis.clone();
-        Self { hysteresis, input_map: None, output_map: None, loop_shift: None, slow_gain: None, creep: None }
+        let (input_map, output_map, loop_shift, slow_gain, creep) = (None, None, None, None, None);
+        Self { hysteresis, duhem: None, input_map, output_map, loop_shift, slow_gain, creep }
+    }
+
+    /// The same with a Duhem operator beside the hysteresis: what it puts out is added, in front of the output map.
+    ///
+    /// Its x is what the hysteresis is shown; z is 0 where the hysteresis has its input offset.
+    ///
+    /// ```
+    /// use hysteresis_core::{CompiledModel, Duhem, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
+    /// let linear = PrandtlIshlinskii::new(&[2.0], &[0.0], Offsets::default())?;
+    /// let duhem = Duhem::from_bouc_wen(1.0, 0.5, 0.5, 0.5)?;
+    /// let stage = QuasiStatic::new(&CompiledModel::new(&(&linear).into())).with_duhem(duhem);
+    /// let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((-20.0, 20.0)))?);
+    /// let up = forward.step(2.0);
+    /// assert!((up - (4.0 + 2.0 * (1.0 - f64::exp(-1.0)))).abs() < 1e-14);
+    /// forward.reset();
+    /// for target in [10.0, 4.0, 12.0] {
+    ///     assert!((forward.step(inverse.step(target)) - target).abs() < 1e-13);
+    /// }
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    #[must_use]
+    pub fn with_duhem(mut self, duhem: Duhem<MAX_KNOTS>) -> Self {
+        self.duhem = Some(Arc::new(duhem));
+        self
     }
 
     /// The same with the map gamma in front of the hysteresis.
@@ -156,6 +184,12 @@ impl QuasiStatic {
         &self.hysteresis
     }
 
+    /// The Duhem operator beside the hysteresis, if there is one.
+    #[must_use]
+    pub fn duhem(&self) -> Option<&Duhem<MAX_KNOTS>> {
+        self.duhem.as_deref()
+    }
+
     /// A number that tells this model from others: equal parameters give equal numbers.
     #[must_use]
     pub fn fingerprint(&self) -> u64 {
@@ -174,6 +208,9 @@ impl QuasiStatic {
         if let Some(gain) = &self.slow_gain {
             hash.numbers(&gain.numbers());
         }
+        if let Some(duhem) = &self.duhem {
+            duhem.fingerprint(&mut hash);
+        }
         hash.finish()
     }
 }
@@ -182,14 +219,15 @@ impl QuasiStatic {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct QuasiStaticState {
-    /// The fingerprint of maps, hysteresis, loop shift, slow gain and creep: [`QuasiStatic::fingerprint`].
+    /// The fingerprint of maps, hysteresis, Duhem operator, loop shift, slow gain and creep: [`QuasiStatic::fingerprint`].
     pub model: u64,
     /// What the hysteresis remembers.
     pub hysteresis: StreamState,
     /// What each creep term has crept, c_j q_j, in the unit of the position.
     pub creep: Vec<f64>,
-    /// What the loop shift remembers, m, n and f of [`LoopShiftTerms`], and behind it m and f of [`SlowGainTerms`]; nothing of
-    /// what the stage does not have.
+    /// What the loop shift remembers, m, n and f of [`LoopShiftTerms`], behind it m and f of [`SlowGainTerms`], and behind
+    /// these the Duhem operator: its last input, x and z where its exponential began, and 1 if x rose last, -1 if it fell.
+    /// Nothing of what the stage does not have.
     #[cfg_attr(feature = "serde", serde(default))]
     pub loop_shift: Vec<f64>,
     /// The last output: position (forward) or drive (inverse).
@@ -232,7 +270,7 @@ fn change_piece(
 #[derive(Clone, Debug)]
 struct Stage<H> {
     model: QuasiStatic,
-    hysteresis: H,
+    hysteresis: Beside<H>,
     past: Option<Box<PastDrives>>,
     creep: CreepMemory,
     /// The lines of gamma and phi, or of their inverses, on which the last sample lay.
@@ -244,9 +282,9 @@ struct Stage<H> {
     fingerprint: u64,
 }
 
-impl<H> Stage<H> {
+impl<H: Process> Stage<H> {
     /// `first` is the line of a map, or of its inverse, to start from.
-    fn new(model: &QuasiStatic, hysteresis: H, first: impl Fn(&PiecewiseLinearMap) -> MapPiece) -> Self {
+    fn new(model: &QuasiStatic, hysteresis: Beside<H>, first: impl Fn(&PiecewiseLinearMap) -> MapPiece) -> Self {
         let piece = |map: &Option<Arc<PiecewiseLinearMap>>| map.as_deref().map_or_else(MapPiece::identity, &first);
         Self {
             hysteresis,
@@ -273,7 +311,7 @@ impl<H> Stage<H> {
         hysteresis: &CompiledModel,
         set_model: impl FnOnce(&mut H, &CompiledModel) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        set_model(&mut self.hysteresis, hysteresis)?;
+        set_model(&mut self.hysteresis.hysteresis, hysteresis)?;
         self.model.hysteresis = hysteresis.clone();
         self.fingerprint = self.model.fingerprint();
         Ok(())
@@ -281,11 +319,13 @@ impl<H> Stage<H> {
 
     /// What the stream remembers, `hysteresis` being what the hysteresis does.
     fn state(&self, hysteresis: StreamState) -> QuasiStaticState {
+        let mut others = self.past.as_ref().map_or_else(Vec::new, |past| past.states());
+        others.extend(self.hysteresis.memory().into_iter().flatten());
         QuasiStaticState {
             model: self.fingerprint,
             hysteresis,
             creep: self.creep.states(),
-            loop_shift: self.past.as_ref().map_or_else(Vec::new, |past| past.states()),
+            loop_shift: others,
             last_output: self.output,
             rejected: self.rejected,
         }
@@ -298,11 +338,12 @@ impl<H> Stage<H> {
         set_state: impl FnOnce(&mut H, &StreamState) -> Result<(), Error>,
     ) -> Result<(), Error> {
         self.creep.check(&state.creep)?;
-        PastDrives::check(self.past.as_deref(), &state.loop_shift)?;
-        set_state(&mut self.hysteresis, &state.hysteresis)?;
+        let (of_past, of_duhem) = self.hysteresis.split(&state.loop_shift);
+        PastDrives::check(self.past.as_deref(), of_past)?;
+        self.hysteresis.restore(of_duhem, |hysteresis| set_state(hysteresis, &state.hysteresis))?;
         self.creep.restore(&state.creep);
         if let Some(past) = &mut self.past {
-            past.restore(&state.loop_shift);
+            past.restore(of_past);
         }
         (self.output, self.rejected) = (state.last_output, state.rejected);
         Ok(())
@@ -328,7 +369,8 @@ pub struct QuasiStaticForward {
 
 impl QuasiStaticForward {
     pub(super) fn new(model: &QuasiStatic) -> Self {
-        let mut stream = Self { stage: Stage::new(model, Forward::new(&model.hysteresis), |map| map.piece_at(0.0)) };
+        let hysteresis = Beside::new(model, Forward::new(&model.hysteresis), model.hysteresis.offsets.input);
+        let mut stream = Self { stage: Stage::new(model, hysteresis, |map| map.piece_at(0.0)) };
         stream.reset();
         stream
     }
@@ -342,7 +384,7 @@ impl QuasiStaticForward {
     /// The hysteresis inside.
     #[must_use]
     pub fn hysteresis(&self) -> &Forward {
-        &self.stage.hysteresis
+        &self.stage.hysteresis.hysteresis
     }
 
     /// How many drives were not finite (or beyond 1e100) and left position and memory as they were.
@@ -358,7 +400,7 @@ impl QuasiStaticForward {
         if !(is_admissible(drive) && is_admissible(x)) {
             return self.stage.reject();
         }
-        self.stage.hysteresis.reset();
+        self.stage.hysteresis.reset(&self.stage.model.hysteresis);
         let z = self.stage.hysteresis.step(x);
         self.rest_at(z, drive)
     }
@@ -442,7 +484,7 @@ impl Process for QuasiStaticForward {
     }
 
     fn reset(&mut self) {
-        self.stage.hysteresis.reset();
+        self.stage.hysteresis.reset(&self.stage.model.hysteresis);
         self.stage.rejected = 0;
         let x = self.stage.model.hysteresis.offsets.input;
         let drive = self.stage.model.input_map.as_ref().map_or(x, |map| map.inverse_at(x));
@@ -485,7 +527,8 @@ impl QuasiStaticInverse {
             mapped_limits.reverse();
         }
         let hysteresis = Inverse::new(&model.hysteresis, limits.map(|_| (mapped_limits[0].0, mapped_limits[1].0)))?;
-        let stage = Stage::new(model, hysteresis, |map| map.inverse_piece_at(0.0));
+        let start = hysteresis.output();
+        let stage = Stage::new(model, Beside::new(model, hysteresis, start), |map| map.inverse_piece_at(0.0));
         let mut stream = Self { stage, limits: (low, high), mapped_limits };
         stream.reset();
         Ok(stream)
@@ -529,7 +572,7 @@ impl QuasiStaticInverse {
     /// Whether the last target was out of reach and the drive is at a limit.
     #[must_use]
     pub fn saturated(&self) -> bool {
-        self.stage.hysteresis.saturated()
+        self.stage.hysteresis.hysteresis.saturated()
     }
 
     /// The limits of the drive (low, high), if there are any.
@@ -541,7 +584,7 @@ impl QuasiStaticInverse {
     /// The inverse of the hysteresis inside.
     #[must_use]
     pub fn hysteresis(&self) -> &Inverse {
-        &self.stage.hysteresis
+        &self.stage.hysteresis.hysteresis
     }
 
     /// How many targets were not finite (or beyond 1e100) and left drive and memory as they were.
@@ -662,7 +705,7 @@ impl Process for QuasiStaticInverse {
         self.stage.output = self.drive_at(x, &mut on_gamma);
         self.stage.on_gamma = on_gamma;
         // Creep goes on without waiting for the drive, unless a limit keeps the position from the target.
-        let h = if self.stage.hysteresis.saturated() { self.reached() } else { h };
+        let h = if self.stage.hysteresis.hysteresis.saturated() { self.reached() } else { h };
         self.hold(h);
         self.stage.output
     }
@@ -682,7 +725,7 @@ impl Process for QuasiStaticInverse {
     fn reset(&mut self) {
         self.stage.hysteresis.reset();
         let mut on_gamma = self.stage.on_gamma;
-        self.stage.output = self.drive_at(self.stage.hysteresis.output(), &mut on_gamma);
+        self.stage.output = self.drive_at(self.stage.hysteresis.hysteresis.output(), &mut on_gamma);
         self.stage.rejected = 0;
         self.rest();
     }

@@ -345,6 +345,13 @@ impl Inverse {
         self.core.follow_drive(drive)
     }
 
+    /// The same of a drive that a target led to, at a limit or not.
+    #[inline]
+    pub(crate) fn move_to_limit(&mut self, drive: f64, saturated: bool) {
+        self.core.follow_drive(drive);
+        self.core.saturated = saturated;
+    }
+
     /// Takes over what was driven before, oldest drive first.
     ///
     /// # Errors

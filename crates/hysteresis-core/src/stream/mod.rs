@@ -16,4 +16,6 @@ pub use array::{ActuatorError, StreamArray};
 pub(crate) use heap::check_model;
 #[cfg(feature = "alloc")]
 pub use heap::{Forward, Inverse, StreamState};
+#[cfg(feature = "alloc")]
+pub(crate) use walk::Look;
 pub(crate) use walk::{ForwardCore, InverseCore, Walk, check_limits};

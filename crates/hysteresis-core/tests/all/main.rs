@@ -10,6 +10,7 @@ mod control_refusals;
 mod control_safety;
 mod dsp_process;
 mod duhem;
+mod duhem_beside;
 mod embedded;
 mod embedded_control;
 mod filter;

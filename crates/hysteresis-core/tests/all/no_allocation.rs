@@ -2,7 +2,7 @@
 
 use crate::support::models::{actuator, parametric_inverse};
 use hysteresis_core::{
-    ArrayController, ArrayOptions, ArraySample, Biquad, Command, CompiledModel, ControllerOptions, CreepTerms,
+    ArrayController, ArrayOptions, ArraySample, Biquad, Command, CompiledModel, ControllerOptions, CreepTerms, Duhem,
     FeedForward, Forward, HybridController, Inverse, LoopShiftTerms, Mode, MultiAxisController, PiecewiseLinearMap,
     Preview, Process, QuasiStatic, Sections, SlowGainTerms, StreamArray,
 };
@@ -31,7 +31,8 @@ fn the_hot_path_never_allocates() {
     let map = || PiecewiseLinearMap::new(&[-1.0, 0.0, 2.0], &[-2.0, 0.0, 1.0]).unwrap();
     let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99]).unwrap();
     let stage = QuasiStatic::new(&compiled).with_input_map(map()).with_output_map(map()).with_creep(creep);
-    let shifting = stage.clone().with_loop_shift(loop_shift()).with_slow_gain(slow_gain());
+    let duhem = Duhem::from_bouc_wen(2e-3, 0.1, 0.9, 0.4).unwrap();
+    let shifting = stage.clone().with_loop_shift(loop_shift()).with_slow_gain(slow_gain()).with_duhem(duhem);
     let streams: [Box<dyn Process>; 8] = [
         Box::new(shifting.forward()),
         Box::new(shifting.inverse(limits).unwrap()),

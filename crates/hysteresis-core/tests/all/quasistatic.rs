@@ -1,8 +1,9 @@
 //! Laws of the stage without fast dynamics: maps, hysteresis, loop shift, slow gain and creep, forward and inverse.
 
 use hysteresis_core::{
-    Bracket, CompiledModel, CreepTerms, Error, LoopShiftTerms, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap,
-    PrandtlIshlinskii, Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios, SlowGainTerms,
+    Bracket, CompiledModel, CreepTerms, Duhem, Error, LoopShiftTerms, MAX_KNOTS, ModifiedPrandtlIshlinskii, Offsets,
+    PiecewiseLinearMap, PrandtlIshlinskii, Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios,
+    SlowGainTerms,
 };
 use proptest::prelude::*;
 
@@ -59,11 +60,22 @@ fn slow_gain() -> impl Strategy<Value = Option<SlowGainTerms>> {
     proptest::option::weighted(0.6, terms)
 }
 
+/// Loops of some or many percent of the range, symmetric or not; along a branch a rounding grows by two thirds at most.
+fn duhem() -> impl Strategy<Value = Option<Duhem<MAX_KNOTS>>> {
+    let slope = || proptest::collection::vec(0.05..0.3_f64, 5);
+    let duhem = (2..6_u32, 300.0..800.0, -1.0..1.0, slope(), slope()).prop_map(|(knots, reach, first, up, down)| {
+        let knots: Vec<f64> = (0..knots).map(|i| reach * (first - 0.5 + 0.3 * f64::from(i))).collect();
+        Duhem::new(&knots, &up[..knots.len()], &down[..knots.len()]).unwrap()
+    });
+    proptest::option::weighted(0.6, duhem)
+}
+
 fn stage() -> impl Strategy<Value = QuasiStatic> {
-    let parts = (hysteresis(), map(-20.0, 150.0), map(-20.0, 160.0), loop_shift(), slow_gain(), creep());
-    parts.prop_map(|(model, gamma, phi, shift, gain, creep)| {
+    let parts = (hysteresis(), map(-20.0, 150.0), map(-20.0, 160.0), duhem(), loop_shift(), slow_gain(), creep());
+    parts.prop_map(|(model, gamma, phi, duhem, shift, gain, creep)| {
         let stage =
             QuasiStatic::new(&CompiledModel::new(&model)).with_input_map(gamma).with_output_map(phi).with_creep(creep);
+        let stage = duhem.into_iter().fold(stage, QuasiStatic::with_duhem);
         let stage = shift.into_iter().fold(stage, QuasiStatic::with_loop_shift);
         gain.into_iter().fold(stage, QuasiStatic::with_slow_gain)
     })
@@ -236,6 +248,7 @@ fn every_part_of_a_stage_is_in_its_fingerprint() {
     let creep = |decay| CreepTerms::new(&[0.01], &[decay]).unwrap();
     let shift = |gain| LoopShiftTerms::new(0.0, 10.0, [gain, 0.0], 0.5, 0.9).unwrap();
     let slow = |kappa| SlowGainTerms::new(10.0, kappa, 0.0, 0.9).unwrap();
+    let duhem = |delta| Duhem::from_bouc_wen(1.0, 0.1, 1.0, delta).unwrap();
     let map = |top| PiecewiseLinearMap::new(&[0.0, 1.0], &[0.0, top]).unwrap();
     let stages = [
         with_weight(1.0),
@@ -246,6 +259,8 @@ fn every_part_of_a_stage_is_in_its_fingerprint() {
         with_weight(1.0).with_loop_shift(shift(-2.0)),
         with_weight(1.0).with_slow_gain(slow(-0.3)),
         with_weight(1.0).with_slow_gain(slow(-0.2)),
+        with_weight(1.0).with_duhem(duhem(1.0)),
+        with_weight(1.0).with_duhem(duhem(2.0)),
         with_weight(1.0).with_input_map(map(2.0)),
         with_weight(1.0).with_input_map(map(3.0)),
         with_weight(1.0).with_output_map(map(2.0)),

@@ -16,6 +16,7 @@ use crate::options::{Options, Setting};
 use crate::records::record::Record;
 use crate::records::signal::{as_f64, rms};
 use crate::terms::creep::CreepModel;
+use crate::terms::duhem::DuhemModel;
 use crate::terms::dynamics::DynamicsModel;
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
@@ -126,6 +127,7 @@ fn of_one_record(asked: &Options) -> Options {
         creep: if asked.creep == CreepModel::Auto { CreepModel::SlowAndFast } else { asked.creep.clone() },
         loop_shift: LoopShiftModel::None,
         slow_gain: SlowGainModel::None,
+        duhem: DuhemModel::None,
         input_map: MapModel::None,
         output_map: MapModel::None,
         ..asked.clone()

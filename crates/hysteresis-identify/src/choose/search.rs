@@ -1,5 +1,6 @@
 //! The whole search: the hysteresis alone, everything together, what of it stays, and the last descent with that.
 
+use crate::choose::duhem::with_duhem;
 use crate::choose::found::{Found, LinearEvidence, Place, Structure};
 use crate::choose::linear_part::{FoundJoint, search_joint};
 use crate::choose::quiet_record::{Told, told_by_quietest};
@@ -34,6 +35,12 @@ pub(crate) fn search_all(
 
 /// The same with a number of operators that is known, and with dynamics that may still stand in for what the hysteresis lacks.
 fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
+    let plays = search_terms(records, asked, monitor)?;
+    with_duhem(records, asked, plays, monitor)
+}
+
+/// The same with the plays, and the Duhem operator if there is a first one, that are asked for.
+fn search_terms(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     let all = asked.with_open_terms(&asked.intervals(records)?);
     let (is_joint, chooses) = (all.is_joint(), asked.leaves_structure_open());
     monitor.begin(Span {

@@ -64,7 +64,7 @@ pub(crate) const MUST_GAIN: f64 = 1.2;
 
 /// Where loops are all alike, one predicts the other with any term that fits: a term must halve the error, of a fit that leaves so much of
 /// the range.
-const MUST_GAIN_OF_LIKE_LOOPS: f64 = 4.0;
+pub(crate) const MUST_GAIN_OF_LIKE_LOOPS: f64 = 4.0;
 const LEAST_LEFT_OF_LIKE_LOOPS: f64 = 0.005;
 
 /// By which factor a term must lower the objective by the derivatives at the fit without it, before it is searched at all. Where
@@ -415,7 +415,7 @@ impl Candidate {
 }
 
 /// Whether one predicts better than another by this factor of the mean square error, and by more than chance.
-fn is_better(one: &CrossValidation, other: &CrossValidation, must_gain: f64) -> bool {
+pub(crate) fn is_better(one: &CrossValidation, other: &CrossValidation, must_gain: f64) -> bool {
     let pair = [other.clone(), one.clone()];
     one.rmse < other.rmse && CrossValidation::good(&pair, must_gain).all(|place| place != 0)
 }

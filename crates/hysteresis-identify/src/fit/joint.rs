@@ -288,13 +288,13 @@ impl RecordGains<'_> {
         let mut factor = TriangularFactor::new(told + slopes + 1);
         let mut row = vec![0.0; told + slopes + 1];
         for (place, noise) in self.noises.iter().enumerate() {
-            projection.rows_of(place, &tangent, |_, values| {
+            projection.rows_of(place, &tangent, |_, values, known| {
                 let (of_record, values) = values.split_at(own);
                 let (columns, values) = values.split_at(weights.len());
                 let output: f64 = columns.iter().zip(weights).map(|(column, weight)| column * weight).sum();
                 row[..own].copy_from_slice(of_record);
                 row[own..told].fill(0.0);
-                row[own + place] = output;
+                row[own + place] = output + known;
                 row[told..].copy_from_slice(values);
                 row[told + slopes] -= output;
                 for value in &mut row {

@@ -4,6 +4,7 @@ use hysteresis_core::Ratios;
 
 use crate::records::record::Intervals;
 use crate::terms::creep::{CreepBasis, MAX_AMPLITUDES};
+use crate::terms::duhem::{self, MOST_KNOTS};
 use crate::terms::dynamics::{MAX_MODES, Order};
 use crate::terms::maps::COEFFICIENTS;
 use crate::terms::slow_gain::{GainSpace, LARGEST};
@@ -34,13 +35,17 @@ pub(crate) enum Parameter {
     ModeLogDamping(usize),
     /// Its share in the static gain.
     ModeGain(usize),
+    /// f+ and f- of the Duhem operator at a knot, by its number, in their scale.
+    DuhemRising(usize),
+    DuhemFalling(usize),
 }
 
 impl Parameter {
-    /// Those of the hysteresis and of the maps in front of it and behind it.
+    /// Those of the hysteresis, of the operator beside it, and of the maps in front of it and behind it.
     pub(crate) fn of_hysteresis() -> impl Iterator<Item = Self> {
         let maps = (0..COEFFICIENTS).flat_map(|number| [Self::InputMap(number), Self::OutputMap(number)]);
-        [Self::Ra, Self::RbShare, Self::Rc, Self::InputOffset].into_iter().chain(maps)
+        let duhem = (0..MOST_KNOTS).flat_map(|number| [Self::DuhemRising(number), Self::DuhemFalling(number)]);
+        [Self::Ra, Self::RbShare, Self::Rc, Self::InputOffset].into_iter().chain(maps).chain(duhem)
     }
 
     /// Whether it is one of a mode beside the first.
@@ -78,6 +83,8 @@ impl Parameter {
             Self::ModeLogFrequency(number) => FIRST_MODE + 3 * number,
             Self::ModeLogDamping(number) => FIRST_MODE + 3 * number + 1,
             Self::ModeGain(number) => FIRST_MODE + 3 * number + 2,
+            Self::DuhemRising(number) => DUHEM + number,
+            Self::DuhemFalling(number) => DUHEM + MOST_KNOTS + number,
         }
     }
 }
@@ -91,8 +98,11 @@ const SLOW_GAIN: usize = FIRST_AMPLITUDE + MAX_AMPLITUDES;
 /// Where the modes beside the first begin.
 const FIRST_MODE: usize = SLOW_GAIN + 2;
 
+/// Where the Duhem operator is.
+const DUHEM: usize = FIRST_MODE + 3 * (MAX_MODES - 1);
+
 /// How many values there are.
-const VALUES: usize = FIRST_MODE + 3 * (MAX_MODES - 1);
+const VALUES: usize = DUHEM + 2 * MOST_KNOTS;
 
 /// A value for every [`Parameter`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -183,6 +193,13 @@ pub(crate) fn bandwidth_axis(intervals: &Intervals) -> Axis {
 pub(crate) fn map_axes(parameter: fn(usize) -> Parameter) -> impl Iterator<Item = Axis> {
     let (lower, upper) = (-COEFFICIENT_BOUND, COEFFICIENT_BOUND);
     (0..COEFFICIENTS).map(move |number| Axis { parameter: parameter(number), lower, upper, scale: 1.0 })
+}
+
+/// Those of f+ and f- at so many knots.
+pub(crate) fn duhem_axes(knots: usize) -> impl Iterator<Item = Axis> {
+    let (lower, upper) = duhem::BOUNDS;
+    let parameters = (0..knots).flat_map(|number| [Parameter::DuhemRising(number), Parameter::DuhemFalling(number)]);
+    parameters.map(move |parameter| Axis { parameter, lower, upper, scale: duhem::STEP })
 }
 
 /// Those of a slow gain.

@@ -9,7 +9,7 @@ use crate::algebra::factor::{Echelon, TriangularFactor};
 use crate::error::Error;
 use crate::fit::own_columns::{below_own, own_values};
 use crate::fit::point::Point;
-use crate::fit::rows::Tangent;
+use crate::fit::rows::{Slope, Tangent};
 use crate::fit::space::Space;
 use crate::records::course::Course;
 use crate::records::record::Record;
@@ -150,6 +150,14 @@ impl<'a> Projection<'a> {
         (fit, Linearised { factor, penalty, own: self.own(), free })
     }
 
+    /// The derivatives at a fit along the axes, and behind them those of other models.
+    pub(crate) fn linearise_beside(&self, fit: &ProjectedFit, more: impl Iterator<Item = Slope>) -> Linearised {
+        let mut tangent = self.space.tangent(&fit.point, self.basis.columns(), Some(&fit.weights));
+        tangent.slopes.extend(more);
+        let penalty = self.penalty(self.basis, &fit.point, self.smoothness);
+        Linearised { factor: self.factor_of(&tangent), penalty, own: self.own(), free: free(&fit.unknowns) }
+    }
+
     /// The fit at a point and its derivatives there.
     pub(crate) fn at(&self, point: &Point) -> (ProjectedFit, Linearised) {
         let fit = self.fit(point, None);
@@ -184,10 +192,14 @@ impl<'a> Projection<'a> {
     /// R of [the records' own | unknowns | derivatives | y], a derivative being the change of the output on the way to a
     /// neighbour at fixed weights, over the distance.
     fn factor(&self, point: &Point, weights: Option<&[f64]>) -> Mat<f64> {
-        let (own, tangent) = (self.own(), self.space.tangent(point, self.basis.columns(), weights));
+        self.factor_of(&self.space.tangent(point, self.basis.columns(), weights))
+    }
+
+    fn factor_of(&self, tangent: &Tangent) -> Mat<f64> {
+        let own = self.own();
         let mut factor = TriangularFactor::new(own + tangent.columns + tangent.slopes.len() + 1);
         for place in 0..self.records.len() {
-            self.rows_of(place, &tangent, |_, row| factor.push(row));
+            self.rows_of(place, tangent, |_, row, _| factor.push(row));
         }
         self.basis.in_unknowns(factor.finish().as_ref(), own)
     }
@@ -201,7 +213,7 @@ impl<'a> Projection<'a> {
         let mut factors: Vec<_> = (0..count).map(|_| (TriangularFactor::new(columns), 0)).collect();
         for place in 0..self.records.len() {
             let rows = self.courses[place].len();
-            self.rows_of(place, &tangent, |row, values| {
+            self.rows_of(place, &tangent, |row, values, _| {
                 let (factor, rows) = &mut factors[row * count * turns / rows % count];
                 factor.push(values);
                 *rows += 1;
@@ -212,8 +224,8 @@ impl<'a> Projection<'a> {
         factors.into_iter().map(finished).collect()
     }
 
-    /// Hands over the rows of one record, numbered.
-    pub(crate) fn rows_of(&self, place: usize, tangent: &Tangent, mut take: impl FnMut(usize, &[f64])) {
+    /// Hands over the rows of one record, numbered, and what is known beside each.
+    pub(crate) fn rows_of(&self, place: usize, tangent: &Tangent, mut take: impl FnMut(usize, &[f64], f64)) {
         let (own, record, course) = (self.own(), &self.records[place], &self.courses[place]);
         let mut rows = tangent.rows(record.input(), self.space.intervals().of_record(place), Some(course));
         let last = own + tangent.columns + tangent.slopes.len();
@@ -223,7 +235,7 @@ impl<'a> Projection<'a> {
             self.space.own().write(place, k, &mut row[..own]);
             let known = rows.write(k, &mut row[own..last]);
             row[last] = record.output()[k] - known;
-            take(number, &row);
+            take(number, &row, known);
         }
     }
 }
@@ -332,6 +344,7 @@ mod tests {
     use crate::fit::response::{OperatorsAt, Regressor, response};
     use crate::options::Options;
     use crate::terms::creep::CreepModel;
+    use crate::terms::duhem::{DuhemModel, DuhemTable};
     use crate::terms::dynamics::{DynamicsModel, Order};
     use crate::terms::loop_shift::LoopShiftModel;
     use crate::terms::maps::OutputMap;
@@ -373,9 +386,12 @@ mod tests {
             loop_shift: LoopShiftModel::None,
             ..joint.clone()
         };
+        let table = DuhemTable { rising: vec![1.3, 0.9, 0.2], ..DuhemTable::bouc_wen(2.0, 1.4).scaled(0.5) };
+        let beside = Options { duhem: DuhemModel::Near(table), ..joint.clone() };
         let spaces = [&plain, &joint, &lag].map(|options| Space::new(&records, options).unwrap());
         let map = OutputMap { bounds: (-4.0, 5.0), reference: [0.3; 4].into() };
         let maps = |space: &Space| space.with_input_map().with_output_map(map.clone());
+        check_derivatives(&records, &beside, &maps(&Space::new(&records, &beside).unwrap()));
         check_derivatives(&records, &plain, &maps(&spaces[0]));
         check_derivatives(&records, &joint, &maps(&spaces[1]).with_amplifier());
         for (options, space) in [plain, joint, lag].iter().zip(&spaces) {

@@ -2,8 +2,11 @@
 //!
 //! Operators and loop shift first, from the virgin state; then creep, dynamics and dead time.
 
+use hysteresis_core::{DuhemForward, Process};
+
 use crate::fit::own_columns::underway;
 use crate::terms::creep::{CreepBasis, CreepFilter};
+use crate::terms::duhem::{DuhemTable, MOST_KNOTS};
 use crate::terms::dynamics::{DynamicsFilter, LinearPart, SampledPart};
 use crate::terms::loop_shift::{ShiftColumns, ShiftLane};
 use crate::terms::maps::{Curve, DrivePath, PathLane};
@@ -21,12 +24,14 @@ pub(crate) struct OperatorsAt {
     pub(crate) shift: Option<ShiftColumns>,
     #[cfg_attr(feature = "serde", serde(default))]
     pub(crate) gain: Option<GainAt>,
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) duhem: Option<DuhemTable>,
 }
 
 impl OperatorsAt {
     /// Operators and nothing else.
     pub(crate) fn alone(bank: OperatorBank, input_offset: f64) -> Self {
-        Self { bank, input_offset, path: DrivePath::default(), output_map: None, shift: None, gain: None }
+        Self { bank, input_offset, path: DrivePath::default(), output_map: None, shift: None, gain: None, duhem: None }
     }
 
     /// Whether they need no samples between turns and rows: a loop shift, a slow gain and an amplifier need all.
@@ -69,6 +74,14 @@ pub(crate) struct Regressor<'a> {
     output_map: Option<&'a Curve>,
     shift: Option<Shift<'a>>,
     gain: Option<Gain>,
+    duhem: Option<Beside>,
+}
+
+/// The Duhem operator, with its output now and one sample earlier.
+struct Beside {
+    stream: DuhemForward<MOST_KNOTS>,
+    now: f64,
+    before: f64,
 }
 
 /// The slow gain, now and one sample earlier.
@@ -88,12 +101,13 @@ struct Shift<'a> {
 impl<'a> Regressor<'a> {
     /// The regressor before the record's first sample; `delay` in samples, not negative, `dt` in seconds.
     pub(crate) fn new(operators: &'a OperatorsAt, input: &'a [f64], delay: f64, dt: f64) -> Self {
-        let OperatorsAt { bank, input_offset, path, output_map, shift, gain } = operators;
+        let OperatorsAt { bank, input_offset, path, output_map, shift, gain, duhem } = operators;
         let shift = shift.as_ref().map(|columns| {
             let rest = vec![0.0; columns.len()];
             Shift { lane: ShiftLane::new(columns, dt), now: rest.clone(), before: rest }
         });
         let gain = gain.as_ref().map(|at| Gain { lane: GainLane::new(at, dt), now: 1.0, before: 1.0 });
+        let duhem = duhem.as_ref().map(|table| Beside { stream: table.stream(), now: 0.0, before: 0.0 });
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a delay is not negative")]
         let whole = delay.floor() as usize;
         let rest = vec![0.0; bank.len()];
@@ -101,7 +115,21 @@ impl<'a> Regressor<'a> {
         let (now, before) = (rest.clone(), rest);
         let input_offset = *input_offset;
         let (path, output_map) = (path.lane(dt), output_map.as_ref());
-        Self { bank, input, input_offset, whole, fraction, seen: None, now, before, path, output_map, shift, gain }
+        Self {
+            bank,
+            input,
+            input_offset,
+            whole,
+            fraction,
+            seen: None,
+            now,
+            before,
+            path,
+            output_map,
+            shift,
+            gain,
+            duhem,
+        }
     }
 
     /// Goes to a sample of the record, not before the last one.
@@ -112,6 +140,10 @@ impl<'a> Regressor<'a> {
             let x = self.path.next(self.input[0]) - self.input_offset;
             self.bank.next(&self.before, x, &mut self.now);
             self.before.copy_from_slice(&self.now);
+            if let Some(duhem) = &mut self.duhem {
+                duhem.next(x);
+                duhem.before = duhem.now;
+            }
             if let Some(shift) = &mut self.shift {
                 shift.next(self.input[0]);
                 shift.before.copy_from_slice(&shift.now);
@@ -127,6 +159,9 @@ impl<'a> Regressor<'a> {
             std::mem::swap(&mut self.before, &mut self.now);
             let x = self.path.next(self.input[seen]) - self.input_offset;
             self.bank.next(&self.before, x, &mut self.now);
+            if let Some(duhem) = &mut self.duhem {
+                duhem.next(x);
+            }
             if let Some(shift) = &mut self.shift {
                 shift.next(self.path.voltage(self.input[seen]));
             }
@@ -185,9 +220,16 @@ impl<'a> Regressor<'a> {
         amplitudes.iter().zip(both).map(|(amplitude, (now, before))| amplitude * value(*now, *before)).sum()
     }
 
-    /// The weighed sum of a value of every operator.
+    /// The weighed sum of a value of every operator, and that of what stands beside them.
     #[inline(always)]
     fn operators(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
+        let beside = self.duhem.as_ref().map_or(0.0, |duhem| value(duhem.now, duhem.before));
+        beside + self.plays(weights, value)
+    }
+
+    /// The weighed sum of a value of every play.
+    #[inline(always)]
+    fn plays(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
         let (now, before) = (&self.now, &self.before);
         let (above, below) = weights[..weights.len() - self.shift_len()].split_at(now.len());
         if below.is_empty() {
@@ -238,9 +280,11 @@ impl Regressor<'_> {
 
     /// The slopes of the output map now and one sample earlier, at the output for these weights, and what is known.
     fn about(&mut self, reference: &[f64]) -> ((f64, f64), f64) {
-        let Some(map) = self.output_map else { return ((1.0, 1.0), 0.0) };
+        let beside = self.duhem.as_ref().map_or(0.0, |duhem| self.between(duhem.now, duhem.before));
+        let Some(map) = self.output_map else { return ((1.0, 1.0), beside) };
         let (now, before) = (self.operators(reference, |now, _| now), self.operators(reference, |_, before| before));
         let ((value, slope), (value_before, slope_before)) = (map.at(now), map.at(before));
+        let (now, before) = (self.plays(reference, |now, _| now), self.plays(reference, |_, before| before));
         let known = self.between(value - slope * now, value_before - slope_before * before);
         ((slope, slope_before), known)
     }
@@ -253,6 +297,12 @@ impl Regressor<'_> {
         };
         let (now, before) = (self.operators(weights, |now, _| now), self.operators(weights, |_, before| before));
         shift + map.at(before).0 - map.at(now).0
+    }
+}
+
+impl Beside {
+    fn next(&mut self, x: f64) {
+        (self.before, self.now) = (self.now, self.stream.step(x));
     }
 }
 

@@ -4,11 +4,13 @@
 //! input need to be seen between rows. Behind creep and dynamics every sample counts.
 
 use fearless_simd::{Simd, SimdBase};
+use hysteresis_core::{DuhemForward, Process};
 
 use crate::algebra::eight::{LANES, Lanes, SimdLoop, copy_signals, dispatch, load, splat};
 use crate::fit::filter_lanes::{FilterLanes, Lane, Reading};
 use crate::fit::response::{OperatorsAt, interpolated};
 use crate::records::course::{Course, SeenSamples};
+use crate::terms::duhem::{DuhemTable, MOST_KNOTS};
 use crate::terms::dynamics::{LinearPart, SampledPart};
 use crate::terms::loop_shift::{ShiftColumns, ShiftLane};
 use crate::terms::maps::{Curve, PathLane};
@@ -69,7 +71,7 @@ pub(crate) enum TangentRows<'a> {
 
 impl TangentRows<'_> {
     /// Goes to a sample, not before the last one, and writes its row. Returns what is known beside the columns: zero
-    /// without an output map.
+    /// without an output map and a Duhem operator.
     pub(crate) fn write(&mut self, sample: usize, row: &mut [f64]) -> f64 {
         match self {
             Self::Plain(rows) => rows.write(sample, row),
@@ -302,7 +304,7 @@ impl<'a> FilteredRows<'a> {
 /// Where the signals of a block are: the first eight at all samples, then the next.
 ///
 /// The columns of the operators begin at an eight, and those below zero at another; behind the last of them are those of the loop shift,
-/// and then, where there are derivatives, the output and its derivatives, and where there is an output map what is known.
+/// and then, where there are derivatives, the output and its derivatives, and where there is an output map, or a Duhem operator, what is known.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
     /// How many columns there are, how many of them above zero, and the eights that those take.
@@ -324,7 +326,7 @@ impl Layout {
         let is_split = columns - shifts > operators;
         let output = columns + if is_split { eights * LANES - operators } else { 0 };
         let known = output + if tangent.slopes.is_empty() { 0 } else { 1 + derivatives };
-        let end = known + usize::from(tangent.operators.output_map.is_some());
+        let end = known + usize::from(tangent.operators.output_map.is_some() || tangent.operators.duhem.is_some());
         Self { columns, operators, eights, is_split, output, derivatives: output + 1, known, end }
     }
 
@@ -363,7 +365,8 @@ struct OperatorBlocks<'a> {
     /// The neighbours, and how far away they are.
     there: Vec<(Bank<'a>, f64)>,
     z: Vec<Lanes>,
-    /// The output of the tangent in the last block.
+    /// The weighted sum of the plays of the tangent, and its output in the last block.
+    plays: [f64; BLOCK],
     output: [f64; BLOCK],
 }
 
@@ -386,6 +389,11 @@ struct Bank<'a> {
     drive: usize,
     shift: usize,
     gain: usize,
+    /// The operator beside the plays, and its output in the last block.
+    duhem: Option<DuhemForward<MOST_KNOTS>>,
+    beside: [f64; BLOCK],
+    /// Whether its plays are those of the tangent itself.
+    has_same_plays: bool,
 }
 
 impl<'a> OperatorBlocks<'a> {
@@ -401,7 +409,8 @@ impl<'a> OperatorBlocks<'a> {
                 drives.push(Drive::new(at, dt, !is_same_shift, !is_same_gain));
             }
             let place = |is_same: bool| if is_same { 0 } else { own };
-            Bank::new(at, &tangent.weights, place(is_same_drive), place(is_same_shift), place(is_same_gain))
+            let bank = Bank::new(at, &tangent.weights, place(is_same_drive), place(is_same_shift), place(is_same_gain));
+            Bank { has_same_plays: is_same_drive && at.bank == here.bank, ..bank }
         };
         let here = bank(here);
         let mut there = Vec::new();
@@ -412,7 +421,7 @@ impl<'a> OperatorBlocks<'a> {
         }
         let layout = Layout::new(tangent, there.len());
         let z = vec![[0.0; LANES]; here.lanes.eights() * BLOCK];
-        Self { input, layout, drives, here, there, z, output: [0.0; BLOCK] }
+        Self { input, layout, drives, here, there, z, plays: [0.0; BLOCK], output: [0.0; BLOCK] }
     }
 
     /// Goes on to these samples, a block at most, and writes the signals there.
@@ -432,7 +441,8 @@ impl<'a> OperatorBlocks<'a> {
         }
         if layout.end > layout.columns || !self.there.is_empty() {
             let z = if layout.is_split { &*z } else { &*columns };
-            here.sums(z, &mut self.output[..count]);
+            here.sums(z, &mut self.plays[..count]);
+            here.add_beside(&self.plays[..count], &mut self.output[..count]);
         }
         if let Some(map) = here.output_map {
             let mut slopes = [0.0; BLOCK];
@@ -441,7 +451,7 @@ impl<'a> OperatorBlocks<'a> {
                 let output = self.output[k];
                 let value;
                 (value, *slope) = map.at(output);
-                known[k] = value - *slope * output;
+                known[k] = value - *slope * self.plays[k];
             }
             let eights = layout.eights * if layout.is_split { 2 } else { 1 };
             for block in signals.chunks_exact_mut(BLOCK).take(eights) {
@@ -452,6 +462,8 @@ impl<'a> OperatorBlocks<'a> {
                 }
             }
             set(signals, layout.known, &known[..count]);
+        } else if here.duhem.is_some() {
+            set(signals, layout.known, &here.beside[..count]);
         }
         here.add_behind(drives, &mut self.output[..count]);
         let shifts = layout.columns - layout.operators * if layout.is_split { 2 } else { 1 };
@@ -474,8 +486,15 @@ impl<'a> OperatorBlocks<'a> {
         }
         let mut values = [0.0; BLOCK];
         for (number, (there, distance)) in self.there.iter_mut().enumerate() {
-            there.put_out(drives, count, &mut self.z);
-            there.sums(&self.z, &mut values[..count]);
+            if there.has_same_plays {
+                there.move_beside(drives, count);
+                there.add_beside(&self.plays[..count], &mut values[..count]);
+            } else {
+                there.put_out(drives, count, &mut self.z);
+                let mut plays = [0.0; BLOCK];
+                there.sums(&self.z, &mut plays[..count]);
+                there.add_beside(&plays[..count], &mut values[..count]);
+            }
             there.add_behind(drives, &mut values[..count]);
             for (value, output) in values.iter_mut().zip(&self.output) {
                 *value = (*value - output) / *distance;
@@ -524,12 +543,31 @@ impl<'a> Bank<'a> {
             drive,
             shift,
             gain,
+            duhem: at.duhem.as_ref().map(DuhemTable::stream),
+            beside: [0.0; BLOCK],
+            has_same_plays: false,
         }
     }
 
     fn put_out(&mut self, drives: &[Drive<'_>], count: usize, z: &mut [Lanes]) {
         let drive = &drives[self.drive];
         self.lanes.put_out(&drive.xs[..count], &drive.runs, z);
+        self.move_beside(drives, count);
+    }
+
+    /// Moves what stands beside the plays.
+    fn move_beside(&mut self, drives: &[Drive<'_>], count: usize) {
+        let Some(duhem) = &mut self.duhem else { return };
+        for (z, x) in self.beside.iter_mut().zip(&drives[self.drive].xs[..count]) {
+            *z = duhem.step(*x);
+        }
+    }
+
+    /// The weighted sums of the plays with what stands beside them.
+    fn add_beside(&self, plays: &[f64], sums: &mut [f64]) {
+        for (sum, (plays, z)) in sums.iter_mut().zip(plays.iter().zip(&self.beside)) {
+            *sum = plays + z;
+        }
     }
 
     /// The weighted sums of the operators.
@@ -596,15 +634,17 @@ mod tests {
             delay in prop_oneof![0.0..5.0_f64, Just(0.0), Just(2.0)],
             stride in 1_usize..5,
             families in 1_usize..3,
-            has_map in any::<bool>(),
+            (has_map, has_duhem) in any::<(bool, bool)>(),
         ) {
             // An input that never moves is no record.
             prop_assume!(input[3..].iter().any(|u| *u != input[3]));
             let record = Record::new(&input, &input, 3).unwrap();
             let course = Course::new(&record, stride, 0).with_all_turns(&input);
             let map = has_map.then(|| Curve::new((-10.0, 10.0), [0.3, 0.1, 0.0]));
+            let duhem = |back| has_duhem.then(|| DuhemTable::bouc_wen(4.0, back));
             let at = |ra| OperatorsAt {
                 output_map: map.clone(),
+                duhem: duhem(1.0),
                 ..OperatorsAt::alone(OperatorBank::from_ratios(&r, Ratios { ra, ..Ratios::PAPER }), 0.5)
             };
             let weights: Vec<f64> = (1_u32..).take(families * r.len()).map(|i| 0.2 / f64::from(i)).collect();
@@ -614,18 +654,23 @@ mod tests {
                 linear: LinearPart::delay(delay * dt),
                 columns: weights.len(),
                 weights: weights.clone(),
-                slopes: vec![Slope::Operators(at(0.8), -0.1), Slope::DeadTime],
+                slopes: vec![
+                    Slope::Operators(at(0.8), -0.1),
+                    Slope::DeadTime,
+                    Slope::Operators(OperatorsAt { duhem: duhem(1.9), ..at(0.9) }, 0.2),
+                ],
             };
-            let neighbour = at(0.8);
+            let (neighbour, bent) = (at(0.8), OperatorsAt { duhem: duhem(1.9), ..at(0.9) });
             let mut rows = PlainRows::new(&tangent, &input, dt, Some(&course));
             let start = |at| Regressor::new(at, &input, delay, dt);
-            let (mut here, mut there) = (start(&tangent.operators), start(&neighbour));
-            let (mut got, mut want) = (vec![0.0; weights.len() + 2], vec![0.0; weights.len()]);
+            let (mut here, mut there, mut aside) = (start(&tangent.operators), start(&neighbour), start(&bent));
+            let (mut got, mut want) = (vec![0.0; weights.len() + 3], vec![0.0; weights.len()]);
             for number in 0..course.len() {
                 let k = course.sample(number);
                 let known = rows.write(k, &mut got);
                 here.go_to(k);
                 there.go_to(k);
+                aside.go_to(k);
                 let known_there = here.row(&weights, &mut want);
                 let (columns, slopes) = got.split_at(weights.len());
                 let is_close = |got: f64, want: f64| (got - want).abs() < 1e-10;
@@ -635,6 +680,8 @@ mod tests {
                 prop_assert!(is_close(known, known_there), "sample {}: {} {}", k, known, known_there);
                 let slope = (there.output(&weights) - here.output(&weights)) / -0.1;
                 prop_assert!(is_close(slopes[0], slope), "sample {}: {} {}", k, slopes[0], slope);
+                let slope = (aside.output(&weights) - here.output(&weights)) / 0.2;
+                prop_assert!(is_close(slopes[2], slope), "sample {}: {} {}", k, slopes[2], slope);
                 prop_assert!(is_close(slopes[1], here.slope_over_delay(&weights) / dt), "sample {}", k);
             }
         }

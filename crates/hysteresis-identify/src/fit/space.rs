@@ -9,12 +9,15 @@ use hysteresis_core::Ratios;
 
 use crate::error::Error;
 use crate::fit::own_columns::OwnColumns;
-use crate::fit::point::{Axis, Parameter, Point, bandwidth_axis, gain_axes, linear_axes, map_axes, mode_axes};
+use crate::fit::point::{
+    Axis, Parameter, Point, bandwidth_axis, duhem_axes, gain_axes, linear_axes, map_axes, mode_axes,
+};
 use crate::fit::response::OperatorsAt;
 use crate::fit::rows::{Slope, Tangent};
 use crate::options::{Options, Setting};
 use crate::records::record::{Intervals, Record};
 use crate::terms::creep::CreepBasis;
+use crate::terms::duhem::{DuhemSpace, DuhemTable};
 use crate::terms::dynamics::{AmplifierModel, LinearPart, Mode, Order};
 use crate::terms::loop_shift::{LoopShiftModel, ShiftColumns};
 use crate::terms::maps::{Curve, DrivePath, OutputMap};
@@ -41,6 +44,7 @@ pub(crate) struct Space {
     creep: CreepBasis,
     shift: Option<ShiftColumns>,
     gain: Option<GainSpace>,
+    duhem: Option<DuhemSpace>,
     /// How many modes there are beside the first.
     further_modes: usize,
     has_amplifier: bool,
@@ -107,6 +111,12 @@ impl Space {
             axes.extend(gain_axes(gain));
             origin = origin.with(Parameter::SlowGain, START).with(Parameter::SlowGainLogTime, gain.start.ln());
         }
+        let start = options.duhem.start()?;
+        let duhem = start.map(|table| DuhemSpace { knots: table.knots.clone(), scale: table.scale() });
+        if let Some(table) = start {
+            axes.extend(duhem_axes(table.knots.len()));
+            origin = at_duhem(&origin, table);
+        }
         for axis in axes.iter().filter(|axis| axis.parameter == Parameter::LogFrequency) {
             origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
         }
@@ -125,6 +135,7 @@ impl Space {
             intervals,
             shift,
             gain,
+            duhem,
             further_modes: 0,
             has_amplifier: bandwidth.is_some(),
             has_input_map: false,
@@ -262,7 +273,18 @@ impl Space {
             output_map: self.output_map.as_ref().map(|map| curve(map.bounds, Parameter::OutputMap)),
             shift: self.shift.clone(),
             gain: self.slow_gain(point),
+            duhem: self.duhem(point),
         }
+    }
+
+    /// The Duhem operator at a point, if there is one.
+    pub(crate) fn duhem(&self, point: &Point) -> Option<DuhemTable> {
+        let DuhemSpace { knots, scale } = self.duhem.as_ref()?;
+        let values = |parameter: fn(usize) -> Parameter| {
+            (0..knots.len()).map(|number| scale * point.get(parameter(number))).collect()
+        };
+        let (rising, falling) = (values(Parameter::DuhemRising), values(Parameter::DuhemFalling));
+        Some(DuhemTable { knots: knots.clone(), rising, falling })
     }
 
     /// The slow gain at a point, if there is one.
@@ -385,6 +407,15 @@ impl Space {
     }
 }
 
+/// A point with f+ and f- of a Duhem operator, in their scale.
+pub(crate) fn at_duhem(point: &Point, table: &DuhemTable) -> Point {
+    let scale = table.scale();
+    table.rising.iter().zip(&table.falling).enumerate().fold(*point, |point, (number, (rising, falling))| {
+        let point = point.with(Parameter::DuhemRising(number), rising / scale);
+        point.with(Parameter::DuhemFalling(number), falling / scale)
+    })
+}
+
 /// The columns of a loop shift, limited to what the records have; none without seconds.
 fn shift_columns(
     records: &[Record<'_>],
@@ -471,6 +502,14 @@ impl Space {
             OutputMap { bounds: map.bounds, reference: spread(&weights[..from.len()], &from, &to).into() }
         });
         Self { output_map, ..there }
+    }
+
+    /// The same with another Duhem operator, which is searched from there on.
+    pub(crate) fn with_duhem(&self, table: &DuhemTable) -> Self {
+        let is_other = |axis: &&Axis| !matches!(axis.parameter, Parameter::DuhemRising(_) | Parameter::DuhemFalling(_));
+        let axes = self.axes.iter().filter(is_other).copied().chain(duhem_axes(table.knots.len())).collect();
+        let duhem = Some(DuhemSpace { knots: table.knots.clone(), scale: table.scale() });
+        Self { axes, origin: at_duhem(&self.origin, table), duhem, ..self.clone() }
     }
 
     /// The same with a mode more, which is searched.

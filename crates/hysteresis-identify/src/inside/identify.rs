@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use hysteresis_control::oscillator::{Hold, HystereticOscillator, MAX_KNOTS, usual_sub_steps};
-use hysteresis_core::Duhem;
+use hysteresis_control::oscillator::{Hold, HystereticOscillator, usual_sub_steps};
+use hysteresis_core::{Duhem, MAX_KNOTS};
 
 use super::data::{Data, Part};
 use super::descent::{Fit, descend};
@@ -63,7 +63,7 @@ const PLACEMENTS: usize = 4;
 ///
 /// ```
 /// use hysteresis_control::oscillator::{Hold, HystereticOscillator};
-/// use hysteresis_core::Duhem;
+/// use hysteresis_core::{Duhem, MAX_KNOTS};
 /// use hysteresis_identify::{OscillatorOptions, identify_oscillator};
 /// let plant = HystereticOscillator::new(0.5, 5.0, 2.5e4, Duhem::from_bouc_wen(2.5e4, 1e3, 0.8, -1.1)?)?;
 /// let u: Vec<f64> = (0..1500).map(f64::from).map(|k| 40.0 * ((0.01 * k).sin() + (2e-4 * k * k).sin())).collect();

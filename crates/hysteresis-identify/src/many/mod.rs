@@ -23,6 +23,7 @@ use crate::fit::space::Space;
 use crate::many::records::{ManyIdentifications, ManyRecords};
 use crate::many::search::{MOST_WEIGHTS, Shared, fit_each, fit_sharing};
 use crate::options::{Loss, Options, Setting};
+use crate::terms::duhem::DuhemModel;
 use crate::terms::weights::WeightLaw;
 
 /// Fits a model of hysteresis and a dead time to each of many actuators, on up to `threads` threads.
@@ -66,7 +67,7 @@ use crate::terms::weights::WeightLaw;
 ///
 /// # Errors
 /// Those of [`identify`](crate::identify()) that are about the options or the length of the records; [`Error::LinearPart`] for
-/// dynamics or creep; [`Error::RobustMany`] for a robust loss; [`Error::Interrupted`] when `progress` said to stop.
+/// dynamics or creep; [`Error::DuhemMany`] for a Duhem operator; [`Error::RobustMany`] for a robust loss; [`Error::Interrupted`] when `progress` said to stop.
 pub fn identify_many(
     records: &ManyRecords<'_>,
     options: &Options,
@@ -114,6 +115,9 @@ fn settled(records: &ManyRecords<'_>, options: &Options, shared: &mut Shared<'_>
     options.check()?;
     if options.loss == Loss::Robust {
         return Err(Error::RobustMany);
+    }
+    if matches!(options.duhem, DuhemModel::Fit | DuhemModel::Near(_)) {
+        return Err(Error::DuhemMany);
     }
     // What is left open is left out here.
     if options.needs_seconds() {

@@ -4,7 +4,7 @@ use faer::Mat;
 use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, LinearDynamics, Modes};
 use hysteresis_control::stage;
 use hysteresis_control::stage::{ErrorBand, Identified, LoopShift, SlowGain, Stage, StageParts, StageWarning};
-use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, PiecewiseLinearMap, Ratios};
+use hysteresis_core::{Duhem, MAX_KNOTS, Model, ModifiedPrandtlIshlinskii, PiecewiseLinearMap, Ratios};
 
 use crate::choose::cross_validation::CrossValidation;
 use crate::error::RecordError;
@@ -343,6 +343,7 @@ impl Identification {
             creep: self.creep.clone(),
             loop_shift: self.loop_shift,
             slow_gain: self.slow_gain,
+            duhem: self.duhem().map(Box::new),
             dynamics: self.linear_dynamics(),
             input_map: self.input_map(),
             output_map: self.output_map(),
@@ -359,6 +360,12 @@ impl Identification {
     fn causal_dead_time(&self) -> f64 {
         let half = 0.5 * self.dt.iter().copied().fold(f64::INFINITY, f64::min);
         self.dead_time.filter(|time| *time >= 0.0 || *time < -half).unwrap_or(0.0)
+    }
+
+    /// The Duhem operator beside the plays, if there is one.
+    #[must_use]
+    pub fn duhem(&self) -> Option<Duhem<MAX_KNOTS>> {
+        self.chain.operators.duhem.as_ref()?.operator().ok()
     }
 
     /// The amplifier in front of the hysteresis, if one was found.

@@ -7,6 +7,7 @@
 //! | loop shift | `LoopShiftModel` | none: its amplitudes are linear | columns m and n | `choose::structure` |
 //! | creep | `CreepModel` | amplitudes | a filter behind the operators | `choose::structure` |
 //! | slow gain | `SlowGainModel` | amplitude, time constant | a factor of all columns | asked for alone |
+//! | Duhem operator | `DuhemModel` | f+ and f- at its knots | a known output beside the columns | `choose::duhem` |
 //! | maps | `MapModel` | three coefficients each | a curve in front, or behind | `choose::table` |
 //! | dynamics, modes | `DynamicsModel`, `ModesModel` | frequency, damping, gain | a filter behind the creep | `choose::linear_part`, `choose::modes` |
 //! | amplifier | `AmplifierModel` | bandwidth | a lag in front | `choose::linear_part` |
@@ -16,6 +17,7 @@
 //! `fit::point`; `fit::descent` searches them all at once.
 
 pub(crate) mod creep;
+pub(crate) mod duhem;
 pub(crate) mod dynamics;
 pub(crate) mod loop_shift;
 pub(crate) mod maps;

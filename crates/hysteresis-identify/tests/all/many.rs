@@ -5,8 +5,9 @@ use std::ops::ControlFlow;
 use crate::actuators::{decaying_triangle, noise, output, run};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, Ratios};
 use hysteresis_identify::{
-    CreepModel, DynamicsModel, Error, FindingCode, LoopShiftModel, ManyIdentifications, ManyRecords, MapModel, Options,
-    Order, Record, RecordError, Setting, Thresholds, Verdict, WeightLaw, identify_many, settled_options,
+    CreepModel, DuhemModel, DynamicsModel, Error, FindingCode, LoopShiftModel, ManyIdentifications, ManyRecords,
+    MapModel, Options, Order, Record, RecordError, Setting, Thresholds, Verdict, WeightLaw, identify_many,
+    settled_options,
 };
 use proptest::prelude::*;
 
@@ -232,6 +233,8 @@ fn errors_name_what_is_wrong() {
         assert_eq!((error, error.parameter()), (Error::LinearPart, Some("dynamics")));
         assert!(error.to_string().starts_with("dynamics: expected"));
     }
+    let beside = refused(&records, &Options { duhem: DuhemModel::Fit, ..options() });
+    assert_eq!((beside, beside.parameter()), (Error::DuhemMany, Some("duhem")));
     let many = Options { thresholds: Thresholds::Uniform(500), ..options() };
     assert!(matches!(refused(&records, &many), Error::TooFewSamples { .. }));
     assert_eq!(refused(&records, &Options { thresholds: Thresholds::Uniform(0), ..options() }), Error::NoOperators);

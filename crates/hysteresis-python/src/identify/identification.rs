@@ -1,7 +1,7 @@
 //! What an identification hands over: the model, its errors, and how far to trust it.
 
 use hysteresis_control::linear::Dynamics;
-use hysteresis_core::Ratios;
+use hysteresis_core::{DuhemForward, Ratios};
 use hysteresis_identify::{self as identification, RecordError};
 use hysteresis_python_macros::methods;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
@@ -18,6 +18,7 @@ use crate::convert::arrays::read_only;
 use crate::convert::errors::{self, raise, record, unexpected, warn};
 use crate::linear::creep::Creep;
 use crate::linear::dynamics::dynamics_object;
+use crate::model::duhem::Duhem;
 use crate::model::models::object;
 use crate::stage::loop_shift::LoopShift;
 use crate::stage::slow_gain::SlowGain;
@@ -105,6 +106,12 @@ impl Identification {
     #[getter]
     fn slow_gain(&self) -> Option<SlowGain> {
         self.found.slow_gain.map(SlowGain)
+    }
+
+    /// The Duhem operator beside the plays, at rest, or None.
+    #[getter]
+    fn duhem(&self) -> Option<Duhem> {
+        self.found.duhem().map(|duhem| Duhem(DuhemForward::new(duhem)))
     }
 
     /// What the output lags the input besides, in seconds; None for records without dt.

@@ -1,9 +1,10 @@
 //! What the options of an identification may be.
 
+use hysteresis_control::oscillator::tables;
 use hysteresis_core::Ratios;
 use hysteresis_identify::{
-    AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, Loss, MapModel, ModelKind, ModesModel, Order, Setting,
-    SlowGainModel, Thresholds, WeightLaw,
+    AmplifierModel, CreepModel, DuhemModel, DuhemTable, DynamicsModel, LoopShiftModel, Loss, MapModel, ModelKind,
+    ModesModel, Order, Setting, SlowGainModel, Thresholds, WeightLaw,
 };
 use hysteresis_python_macros::py;
 use pyo3::IntoPyObjectExt;
@@ -14,6 +15,8 @@ use crate::argument::{Argument, AsArgument, Words};
 use crate::convert::arguments::{count, is_word, unknown};
 use crate::convert::arrays::numbers;
 use crate::convert::errors::{self, unexpected};
+use crate::convert::objects::shared;
+use crate::model::duhem::Duhem;
 
 impl Words for ModelKind {
     const WORDS: &'static [(&'static str, Self)] =
@@ -258,6 +261,26 @@ impl Argument<'_> for SlowGainModel {
         match value.extract() {
             Ok(time_constant) => Ok(Self::TimeConstant(time_constant)),
             Err(_) => Err(unexpected(name, "None, \"fit\" or a time constant in seconds", value)),
+        }
+    }
+}
+
+#[py("Literal['auto', 'fit'] | Duhem | None")]
+impl Argument<'_> for DuhemModel {
+    const TAKES_NONE: bool = true;
+
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if value.is_none() {
+            Ok(Self::None)
+        } else if is_word(value, "auto") {
+            Ok(Self::Auto)
+        } else if is_word(value, "fit") {
+            Ok(Self::Fit)
+        } else {
+            let duhem =
+                value.cast::<Duhem>().map_err(|_| unexpected(name, "None, \"auto\", \"fit\" or a mh.Duhem", value))?;
+            let [knots, rising, falling] = tables(shared(duhem)?.0.duhem());
+            Ok(Self::Near(DuhemTable { knots, rising, falling }))
         }
     }
 }

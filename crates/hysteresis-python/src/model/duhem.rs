@@ -1,15 +1,16 @@
 //! The free Duhem operator and its inverse beside a slope.
 
-use hysteresis_control::oscillator::{MAX_KNOTS, tables};
-use hysteresis_core as core;
+use hysteresis_control::oscillator::tables;
+use hysteresis_core::{self as core, MAX_KNOTS};
 use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use pythonize::pythonize;
 
+use crate::argument::Argument;
 use crate::convert::arrays::read_only;
-use crate::convert::errors::raise;
+use crate::convert::errors::{raise, unexpected};
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
 use crate::stream::single_argument::steppers;
 
@@ -134,6 +135,14 @@ impl Duhem {
     fn __repr__(&self) -> String {
         let [knots, rising, falling] = tables(self.0.duhem());
         format!("Duhem(knots={knots:?}, rising={rising:?}, falling={falling:?})")
+    }
+}
+
+/// The parameters of an operator; its memory does not count.
+impl Argument<'_> for Box<core::Duhem<MAX_KNOTS>> {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let duhem = value.cast::<Duhem>().map_err(|_| unexpected(name, "a mh.Duhem", value))?;
+        Ok(Self::new(*shared(duhem)?.0.duhem()))
     }
 }
 

@@ -6,7 +6,7 @@ use hysteresis_control::linear::{self, LinearDynamics};
 use hysteresis_control::stage::{
     self, Identified, PrecompensateOptions, Precompensated, RecordSource, StageParts, Units,
 };
-use hysteresis_core::{Model, PiecewiseLinearMap};
+use hysteresis_core::{self as core, DuhemForward, MAX_KNOTS, Model, PiecewiseLinearMap};
 use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::intern;
@@ -24,13 +24,14 @@ use crate::convert::files;
 use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::linear::creep::Creep;
 use crate::linear::dynamics::{amplifier, dynamics_object};
+use crate::model::duhem::Duhem;
 use crate::model::models::ModifiedPrandtlIshlinskii;
 use crate::trajectories::positions::samples;
 
 /// A whole stage: limits, dead time, amplifier, hysteresis, loop shift, creep, modes and sensor noise in one
 /// object.
 ///
-/// limits -> dead time -> amplifier -> input map -> hysteresis -> output map -> loop shift -> creep -> modes -> sensor
+/// limits -> dead time -> amplifier -> input map -> hysteresis + Duhem -> output map -> loop shift -> creep -> modes -> sensor
 ///
 /// Made by `identify(...).stage`, by `load(path)`, or from its parts. Immutable. Everything that runs is made from it, so
 /// parameters, limits and times are stated once. Times are in seconds, frequencies in Hz.
@@ -38,6 +39,9 @@ use crate::trajectories::positions::samples;
 /// Parameters
 /// ----------
 /// hysteresis : ModifiedPrandtlIshlinskii or PrandtlIshlinskii
+/// duhem : Duhem, optional
+///     An operator beside the hysteresis, of the same input, whose output z is added: for loops that do not close, or that
+///     plays do not describe. z is 0 at the input offset of the hysteresis. Position over drive is the unit of f.
 /// limits : (float, float), optional
 ///     The drive never leaves (low, high), in the unit of the drive.
 /// slew : float, optional
@@ -98,6 +102,7 @@ impl Stage {
         #[py(field, "Creep | None" = None)] creep: Option<linear::Creep>,
         #[py(field, "LoopShift | None" = None)] loop_shift: Option<stage::LoopShift>,
         #[py(field, "SlowGain | None" = None)] slow_gain: Option<stage::SlowGain>,
+        #[py(field, "Duhem | None" = None)] duhem: Option<Box<core::Duhem<MAX_KNOTS>>>,
         #[py(field, "MapPoints | None" = None)] input_map: Option<PiecewiseLinearMap>,
         #[py(field, "MapPoints | None" = None)] output_map: Option<PiecewiseLinearMap>,
         #[py(field = None)] noise: Option<f64>,
@@ -159,6 +164,12 @@ impl Stage {
     #[getter]
     fn slow_gain(&self) -> Option<SlowGain> {
         self.0.parts().slow_gain.map(SlowGain)
+    }
+
+    /// The Duhem operator beside the hysteresis, at rest, or None.
+    #[getter]
+    fn duhem(&self) -> Option<Duhem> {
+        self.0.parts().duhem.as_deref().map(|duhem| Duhem(DuhemForward::new(*duhem)))
     }
 
     /// The points (x, y) of the map in front of the hysteresis, or None.
@@ -371,6 +382,7 @@ impl Stage {
         let range =
             self.0.drive_range().map_or(String::new(), |(low, high)| format!(", drive {low} to {high} {drive}"));
         let shift = if parts.loop_shift.is_some() { ", loop shift" } else { "" };
+        let duhem = if parts.duhem.is_some() { ", Duhem operator" } else { "" };
         let gain = if parts.slow_gain.is_some() { ", slow gain" } else { "" };
         let creep = if parts.creep.is_some() { ", creep" } else { "" };
         let dynamics = match parts.dynamics.order() {
@@ -380,7 +392,7 @@ impl Stage {
         let (operators, dead_time) = (self.0.model().operators(), 1e3 * parts.dead_time);
         format!(
             "<Stage: {operators} operators, {drive} to {position}{range}, {dynamics}, dead time {dead_time:.4} \
-             ms{shift}{gain}{creep}>"
+             ms{duhem}{shift}{gain}{creep}>"
         )
     }
 
@@ -410,7 +422,7 @@ fn dictionary<'py>(py: Python<'py>, identified: &Identified) -> PyResult<Bound<'
 }
 
 /// The keywords of the constructor.
-const KEYWORDS: [&str; 12] = [
+const KEYWORDS: [&str; 13] = [
     "limits",
     "slew",
     "dead_time",
@@ -419,6 +431,7 @@ const KEYWORDS: [&str; 12] = [
     "creep",
     "loop_shift",
     "slow_gain",
+    "duhem",
     "input_map",
     "output_map",
     "noise",
@@ -461,6 +474,7 @@ pub(crate) struct StageKeywords {
     pub(crate) creep: Option<linear::Creep>,
     pub(crate) loop_shift: Option<stage::LoopShift>,
     pub(crate) slow_gain: Option<stage::SlowGain>,
+    pub(crate) duhem: Option<Box<core::Duhem<MAX_KNOTS>>>,
     pub(crate) input_map: Option<PiecewiseLinearMap>,
     pub(crate) output_map: Option<PiecewiseLinearMap>,
     pub(crate) noise: Option<f64>,
@@ -480,6 +494,7 @@ impl StageKeywords {
             creep: self.creep,
             loop_shift: self.loop_shift,
             slow_gain: self.slow_gain,
+            duhem: self.duhem,
             input_map: self.input_map,
             output_map: self.output_map,
             noise: self.noise,

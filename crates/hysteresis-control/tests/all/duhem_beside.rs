@@ -1,0 +1,74 @@
+//! A stage with a Duhem operator beside its plays.
+
+use hysteresis_control::stage::{Stage, StageParts};
+use hysteresis_core::{Duhem, Process};
+
+use crate::support::past_drives::{
+    creeping, error_behind_inverse, error_in_open_loop, error_of_feedforward, error_of_sub_steps, reference,
+    with_a_mode,
+};
+
+/// A third of the stroke.
+fn parts() -> StageParts {
+    let duhem = Duhem::from_bouc_wen(0.5, 0.03, 0.7, 0.3).unwrap();
+    StageParts { duhem: Some(Box::new(duhem)), ..creeping() }
+}
+
+fn dynamic() -> StageParts {
+    with_a_mode(parts())
+}
+
+#[test]
+fn forward_of_inverse_is_the_target() {
+    let error = error_behind_inverse(parts());
+    assert!(error < 1e-11 * 100.0, "{error} um");
+}
+
+#[test]
+fn open_loop_follows_a_reference_that_plays_miss() {
+    let reference = reference(10_000);
+    let stage = Stage::new(dynamic()).unwrap();
+    let plays = Stage::new(StageParts { duhem: None, ..dynamic() }).unwrap();
+    let error = |model: &Stage| error_in_open_loop(&stage, model, &reference, 5000);
+    let (with, without) = (error(&stage), error(&plays));
+    assert!(with < 0.02 && without > 10.0 * with, "{with} {without} um");
+}
+
+#[test]
+fn a_controller_feeds_it_forward() {
+    let error = error_of_feedforward(parts(), 5000);
+    assert!(error < 1e-9, "{error} um");
+}
+
+#[test]
+fn behind_an_amplifier_it_has_its_voltage() {
+    let error = error_of_sub_steps(dynamic());
+    assert!(error < 2e-3, "{error} um");
+}
+
+#[test]
+fn what_the_stage_reaches_holds_for_loops_that_drift() {
+    let stage = Stage::new(StageParts { creep: None, ..parts() }).unwrap();
+    let (low, high) = stage.position_range().unwrap();
+    let mut forward = stage.forward(1e-4).unwrap();
+    forward.step(150.0);
+    for _ in 0..100 {
+        let ends = [-30.0, 150.0].map(|drive| forward.step(drive));
+        assert!(ends[0] <= low + 1e-9 && ends[1] >= high - 1e-9, "{ends:?} {low} {high}");
+    }
+    let (flat, steep) = stage.slope_range();
+    assert!(flat > 0.4 && steep > flat + 0.4, "{flat} {steep}");
+}
+
+#[test]
+fn another_operator_is_another_stage() {
+    let stage = Stage::new(parts()).unwrap();
+    assert_eq!(Stage::from_json(&stage.to_json()).unwrap(), stage);
+    let plays = stage.with_parts(StageParts { duhem: None, ..parts() }).unwrap();
+    assert_ne!(plays, stage);
+    let state = stage.forward(1e-4).unwrap().state();
+    assert!(plays.forward(1e-4).unwrap().set_state(&state).is_err());
+    let mut text = stage.to_json();
+    text = text.replacen("\"rising\"", "\"raising\"", 1);
+    assert!(Stage::from_json(&text).unwrap_err().to_string().contains("raising"));
+}

@@ -1,0 +1,288 @@
+//! Whether a Duhem operator stands beside the plays.
+//!
+//! Plays are fitted first. What they leave is compared with what operators of a few shapes would add, in one pass over
+//! selected rows, at the linear part that was found. Where none of them promises enough, that is all. Else the best
+//! shape stands beside the plays: behind the linear part that they had, and behind an amplifier of the same lag with a
+//! mode, as plays that fail may hide both. Then its knots become more, and cross-validation judges both results.
+
+use core::f64::consts::TAU;
+
+use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
+use crate::choose::found::{Found, LinearEvidence, Place};
+use crate::choose::structure::restructured;
+use crate::choose::table::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
+use crate::choose::told::Variety;
+use crate::error::Error;
+use crate::fit::joint::{Attempts, JointFit, JointProblem};
+use crate::fit::point::{Parameter, Point};
+use crate::fit::progress::SearchMonitor;
+use crate::fit::projection::rough;
+use crate::fit::response::OperatorsAt;
+use crate::fit::rows::Slope;
+use crate::fit::space::{Space, at_duhem};
+use crate::options::Options;
+use crate::records::record::Record;
+use crate::records::signal::as_f64;
+use crate::terms::duhem::{DuhemModel, DuhemTable};
+use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Order};
+use crate::terms::loop_shift::LoopShiftModel;
+use crate::terms::maps::MapModel;
+use crate::terms::operators::ModelKind;
+
+/// What plays leave below this share of the range, rms, no other family is asked to explain.
+const LEAST_LEFT: f64 = 2e-3;
+
+/// By which factor a shape must lower the objective of the plays before everything is searched with it.
+const MUST_PROMISE: f64 = 1.3;
+
+/// How far the searched parameters may move for that promise, in their scales.
+const REACH: f64 = 0.3;
+
+/// The shapes: where z comes to rest, over half of the range of drives, and f on the way back from there.
+const RESTS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
+const BACKS: [f64; 2] = [1.0, 1.9];
+
+/// Where modes behind an amplifier are looked for: so many, each so many times as fast as the one before, of this
+/// damping.
+const MOST_MODES: usize = 12;
+const MODE_RATIO: f64 = 1.35;
+const MODE_DAMPING: f64 = 0.08;
+
+/// In how many samples the lag of an amplifier is told from that of a mode.
+const LEAST_LAG: f64 = 2.0;
+
+/// How many passes over selected rows each of these may take.
+const PASSES: usize = 6;
+
+/// A side of the range of z that is smaller than this share of it has no knot of its own.
+const SMALLEST_SIDE: f64 = 0.1;
+
+/// The same with an operator beside the plays, where that is asked for or predicts better.
+pub(crate) fn with_duhem(
+    records: &[Record<'_>],
+    asked: &Options,
+    plays: Found,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let is_forced = asked.duhem == DuhemModel::Fit;
+    let is_open = asked.duhem == DuhemModel::Auto && asked.model == ModelKind::Modified;
+    if plays.partial || !(is_forced || is_open && left(records, &plays) > LEAST_LEFT) {
+        return Ok(plays);
+    }
+    // The part of the work before is done: progress does not go back.
+    monitor.hold();
+    let begun = match begun(records, asked, &plays, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
+        begun => begun?,
+    };
+    let Some((start, promise)) = best_shape(records, &begun)? else { return Ok(plays) };
+    if !is_forced && promise < MUST_PROMISE {
+        return Ok(plays);
+    }
+    let found = match searched(records, asked, &begun, &start, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
+        found => found?,
+    };
+    let must_gain = if Variety::of(records).amplitudes { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS };
+    let is_chosen = is_forced || is_better(&validated(records, &found)?, &validated(records, &plays)?, must_gain);
+    let partial = found.partial;
+    Ok(if is_chosen { found } else { Found { partial, ..plays } })
+}
+
+/// The plays with the linear part at which an operator is looked for: a lag may hide an amplifier in front and a mode.
+fn begun(
+    records: &[Record<'_>],
+    asked: &Options,
+    plays: &Found,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let is_resonance =
+        plays.fit.space.order() == Some(Order::Second) && plays.fit.fit.point.get(Parameter::LogDamping) < 0.0;
+    let other =
+        if is_resonance { None } else { with_lag_in_front(&plays.problem(records), asked, &plays.fit, monitor)? };
+    let Some(fit) = other else { return Ok(plays.clone()) };
+    let options = Options { dynamics: DynamicsModel::Order(Order::Second), ..plays.options.clone() };
+    Ok(Found { fit, options, ..plays.clone() })
+}
+
+/// Everything with an operator that begins at a start: without the maps and the loop shift that are left open and may
+/// have stood in for it.
+fn searched(
+    records: &[Record<'_>],
+    asked: &Options,
+    plays: &Found,
+    start: &DuhemTable,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let all = asked.with_open_terms(&asked.intervals(records)?);
+    let is_auto = |map: MapModel| if map == MapModel::Auto { MapModel::None } else { map };
+    let options = Options {
+        duhem: DuhemModel::Near(start.clone()),
+        dynamics: plays.options.dynamics,
+        loop_shift: if asked.loop_shift == LoopShiftModel::Auto { LoopShiftModel::None } else { all.loop_shift },
+        input_map: is_auto(asked.input_map),
+        output_map: is_auto(asked.output_map),
+        ..all
+    };
+    let basis = options.weight_basis(Space::new(records, &options)?.shift_len());
+    let problem = JointProblem { records, options: &options, basis: &basis, smoothness: plays.smoothness };
+    let near = near_plays(&problem, plays, start)?;
+    let fit = problem.search_from(near.space, &near.point, monitor)?;
+    let (fit, dynamics) = match with_lag_in_front(&problem, asked, &fit, monitor)? {
+        Some(other) => (other, DynamicsModel::Order(Order::Second)),
+        None => (fit, options.dynamics),
+    };
+    let has_linear = plays.linear.is_some() || fit.space.order().is_some();
+    let linear = has_linear.then(LinearEvidence::default);
+    let options = Options { dynamics, ..options.clone() };
+    let found =
+        Found { fit, options, basis: basis.clone(), linear, told_alone: None, untold_map: None, ..plays.clone() };
+    let found = with_more_knots(records, found, monitor)?;
+    let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
+    if !asked.leaves_structure_open() {
+        return Ok(found);
+    }
+    let open = Options {
+        weights: asked.weights,
+        smoothness: asked.smoothness,
+        creep: asked.creep.clone(),
+        ..found.options.clone()
+    };
+    let open = Options { loop_shift: asked.loop_shift, ..open };
+    restructured(records, &open, found, place, monitor)
+}
+
+/// The space with the operator and the linear part of the plays, and the point there.
+fn near_plays(problem: &JointProblem<'_>, plays: &Found, start: &DuhemTable) -> Result<Place, Error> {
+    let (old, point) = (&plays.fit.space, plays.fit.fit.point);
+    let space = Space::new(problem.records, problem.options)?.with_dynamics_of(old);
+    Ok(Place { point: at_duhem(&point, start), space })
+}
+
+/// A fit with the lag in front of the hysteresis and a mode behind, if it is better.
+fn with_lag_in_front(
+    problem: &JointProblem<'_>,
+    asked: &Options,
+    found: &JointFit,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Option<JointFit>, Error> {
+    let Some(Place { space, point }) = lag_in_front(problem, asked, found)? else { return Ok(None) };
+    let starts = mode_starts(&space, &point);
+    let other = problem.search_starts(space, &starts, Attempts { level: 0, passes: PASSES }, monitor)?;
+    Ok((MUST_GAIN * other.fit.objective < found.fit.objective).then_some(other))
+}
+
+/// Where a lag of the whole stands in front of the hysteresis, as that of an amplifier: a space with it and one mode
+/// behind, and a point there; none where that is known or cannot be told.
+fn lag_in_front(problem: &JointProblem<'_>, asked: &Options, found: &JointFit) -> Result<Option<Place>, Error> {
+    let is_open = asked.amplifier == AmplifierModel::Auto
+        && matches!(asked.dynamics, DynamicsModel::Auto | DynamicsModel::Order(Order::Second));
+    let lag = found.space.linear_part(&found.fit.point).lag();
+    let intervals = found.space.intervals();
+    let is_known = found.space.searches(Parameter::LogBandwidth) || !intervals.are_seconds();
+    if !is_open || is_known || lag < LEAST_LAG * intervals.smallest() {
+        return Ok(None);
+    }
+    let options = Options { dynamics: DynamicsModel::Order(Order::Second), ..problem.options.clone() };
+    let space = Space::new(problem.records, &options)?.with_maps_of(&found.space).with_amplifier();
+    let bandwidth = space.nearest(Parameter::LogBandwidth, -(TAU * lag).ln());
+    let point = found.fit.point.with(Parameter::LogBandwidth, bandwidth);
+    let point = point.with(Parameter::DeadTime, space.nearest(Parameter::DeadTime, 0.0));
+    Ok(Some(Place { space, point }))
+}
+
+/// The same point with a lightly damped mode of every frequency that may be, from that of the lag up.
+fn mode_starts(space: &Space, point: &Point) -> Vec<Point> {
+    let Some(axis) = space.axis(Parameter::LogFrequency) else { return vec![*point] };
+    let damped = point.with(Parameter::LogDamping, space.nearest(Parameter::LogDamping, MODE_DAMPING.ln()));
+    let lowest = point.get(Parameter::LogBandwidth).max(axis.lower);
+    let frequencies = std::iter::successors(Some(lowest), |log| Some(log + MODE_RATIO.ln()));
+    let within = frequencies.take_while(|log| *log < axis.upper).take(MOST_MODES);
+    within.map(|log| damped.with(Parameter::LogFrequency, log)).collect()
+}
+
+/// What a fit leaves, rms, as a share of the range.
+fn left(records: &[Record<'_>], found: &Found) -> f64 {
+    let range = records.iter().map(Record::output_range).fold(0.0, f64::max);
+    (found.fit.fit.squares / as_f64(found.fit.rows(records))).sqrt() / range
+}
+
+/// The shape that lowers the objective most beside the plays, and by which factor; none where there is none.
+fn best_shape(records: &[Record<'_>], plays: &Found) -> Result<Option<(DuhemTable, f64)>, Error> {
+    let (space, basis) = (&plays.fit.space, &plays.basis);
+    let projection = rough(records, space, basis, plays.smoothness)?;
+    let fit = projection.fit(&plays.fit.fit.point, None);
+    let (low, high) = space.input_bounds();
+    let half_range = 0.5 * (high - low);
+    let shapes: Vec<_> = RESTS
+        .iter()
+        .flat_map(|rest| BACKS.map(|back| DuhemTable::bouc_wen(rest * half_range, back)))
+        .filter(|shape| shape.operator::<3>().is_ok())
+        .collect();
+    let here = space.operators(&fit.point);
+    let beside = |shape: &DuhemTable| Slope::Operators(OperatorsAt { duhem: Some(shape.clone()), ..here.clone() }, 1.0);
+    let linearised = projection.linearise_beside(&fit, shapes.iter().map(beside));
+    let axes = space.step_bounds(&fit.point, REACH);
+    // The searched parameters move, too, with a shape or without.
+    let with = |chosen: Option<usize>| {
+        let most = |place| if chosen == Some(place) { f64::INFINITY } else { 0.0 };
+        let bounds: Vec<_> = axes.iter().copied().chain((0..shapes.len()).map(|place| (0.0, most(place)))).collect();
+        let step = linearised.step(&bounds, basis);
+        (step.objective, step.along[axes.len()..].iter().sum::<f64>())
+    };
+    let (without, _) = with(None);
+    let each = shapes.iter().enumerate().map(|(place, shape)| (shape, with(Some(place))));
+    let best = each.min_by(|(_, p), (_, q)| p.0.total_cmp(&q.0)).filter(|(_, (_, amplitude))| *amplitude > 0.0);
+    Ok(best.map(|(shape, (objective, amplitude))| (shape.scaled(amplitude), without / objective)))
+}
+
+/// The same with knots where z comes to, and in between, if it predicts better.
+fn with_more_knots(records: &[Record<'_>], found: Found, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
+    let Some(table) = found.fit.space.duhem(&found.fit.fit.point).filter(|_| !found.partial) else {
+        return Ok(found);
+    };
+    let Ok(table) = table.on(knots(range(records, &found, &table))) else { return Ok(found) };
+    monitor.hold();
+    let space = found.fit.space.with_duhem(&table);
+    let point = at_duhem(&found.fit.fit.point, &table);
+    let fit = match found.problem(records).search_from(space, &point, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
+        fit => fit?,
+    };
+    let options = Options { duhem: DuhemModel::Near(table), ..found.options.clone() };
+    let finer = Found { fit, options, ..found.clone() };
+    let is_chosen = is_better(&validated(records, &finer)?, &validated(records, &found)?, 1.0);
+    Ok(if is_chosen { finer } else { found })
+}
+
+/// The least and the largest z along all records.
+fn range(records: &[Record<'_>], found: &Found, table: &DuhemTable) -> (f64, f64) {
+    let at = found.fit.space.operators(&found.fit.fit.point);
+    let intervals = found.fit.space.intervals();
+    records.iter().enumerate().fold((0.0, 0.0), |(low, high): (f64, f64), (place, record)| {
+        let mut path = at.path.lane(intervals.of_record(place));
+        let of_record = table.range(record.input().iter().map(|u| path.next(*u) - at.input_offset));
+        (low.min(of_record.0), high.max(of_record.1))
+    })
+}
+
+/// Five knots over a range of z: 0, where f of Bouc-Wen bends, the ends, and the middle of both sides; even ones where
+/// z keeps to one side.
+fn knots((low, high): (f64, f64)) -> Vec<f64> {
+    let least = SMALLEST_SIDE * (high - low);
+    if -low < least || high < least {
+        return (0..5).map(|i| low + 0.25 * f64::from(i) * (high - low)).collect();
+    }
+    vec![low, 0.5 * low, 0.0, 0.5 * high, high]
+}
+
+/// How a result predicts stretches of the records from others.
+fn validated(records: &[Record<'_>], found: &Found) -> Result<CrossValidation, Error> {
+    let space = &found.fit.space;
+    let projection = rough(records, space, &found.basis, found.smoothness)?;
+    let fit = projection.fit(&found.fit.fit.point, None);
+    let terms =
+        Terms { creep: space.creep_amplitudes(), loop_shift: found.options.loop_shift, smoothness: found.smoothness };
+    let stretches = Stretches::new(&projection, &fit);
+    Ok(stretches.under(&found.options, &found.basis).cross_validate(&terms))
+}

@@ -1,0 +1,123 @@
+//! A Duhem operator beside the plays: f+ and f- at a few knots.
+//!
+//! It is shown what the plays are shown, and what it puts out is added to their sum, in front of the output map.
+
+use hysteresis_core::{Duhem, DuhemForward, Process};
+
+use crate::error::Error;
+
+/// The most knots that are searched: of each f as many values.
+pub(crate) const MOST_KNOTS: usize = 5;
+
+/// Between which multiples of the scale f is searched, and how far a bold step goes.
+pub(crate) const BOUNDS: (f64, f64) = (1e-3, 50.0);
+pub(crate) const STEP: f64 = 0.5;
+
+/// The least and the largest scale of f.
+const SCALES: (f64, f64) = (1e-40, 1e40);
+
+/// The Duhem operator beside the plays, for loops that do not close or that plays do not describe: z' = f+(z) u' where
+/// the drive rises, f-(z) u' where it falls, added to the output of the plays. See [`Duhem`].
+///
+/// ```
+/// use hysteresis_identify::{DuhemModel, DuhemTable, Options};
+/// assert_eq!(Options::default().duhem, DuhemModel::Auto);
+/// let table = DuhemTable { knots: vec![-1.0, 1.0], rising: vec![0.3, 0.1], falling: vec![0.1, 0.3] };
+/// let options = Options { duhem: DuhemModel::Near(table), ..Options::default() };
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum DuhemModel {
+    /// One that is searched, if it predicts held-out stretches better than plays alone.
+    #[default]
+    Auto,
+    /// None.
+    None,
+    /// One that is searched.
+    Fit,
+    /// One that is searched, from this one on, at its knots.
+    Near(DuhemTable),
+}
+
+/// The knots z of a Duhem operator, and f+ and f- there.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct DuhemTable {
+    /// z, increasing, in the unit of the output.
+    pub knots: Vec<f64>,
+    /// f+, in the unit of the output over that of the input.
+    pub rising: Vec<f64>,
+    /// f-.
+    pub falling: Vec<f64>,
+}
+
+/// Where f is searched: the knots, and the unit of f.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct DuhemSpace {
+    pub(crate) knots: Vec<f64>,
+    pub(crate) scale: f64,
+}
+
+impl DuhemModel {
+    /// Where it begins; none unless one is there.
+    pub(crate) fn start(&self) -> Result<Option<&DuhemTable>, Error> {
+        let Self::Near(table) = self else { return Ok(None) };
+        table.operator::<MOST_KNOTS>()?;
+        let (scale, expected) = (table.scale(), "numbers of a mean from 1e-40 to 1e40");
+        if !(SCALES.0..=SCALES.1).contains(&scale) {
+            return Err(Error::domain("rising", None, expected, scale));
+        }
+        Ok(Some(table))
+    }
+}
+
+impl DuhemTable {
+    /// The operator.
+    ///
+    /// # Errors
+    /// [`hysteresis_core::Error`] as [`Duhem::new`].
+    pub fn operator<const N: usize>(&self) -> Result<Duhem<N>, hysteresis_core::Error> {
+        Duhem::new(&self.knots, &self.rising, &self.falling)
+    }
+
+    /// The mean of f.
+    pub(crate) fn scale(&self) -> f64 {
+        let all = self.rising.iter().chain(&self.falling);
+        all.clone().sum::<f64>() / crate::records::signal::as_f64(all.count().max(1))
+    }
+
+    /// A Bouc-Wen operator of exponent 1 and unit f at 0: f falls along a loading branch to a tenth at the outer knots,
+    /// and is `back` there along an unloading one. Its knots are in the unit of the drive times f.
+    pub(crate) fn bouc_wen(reach: f64, back: f64) -> Self {
+        const END: f64 = 0.1;
+        Self { knots: vec![-reach, 0.0, reach], rising: vec![back, 1.0, END], falling: vec![END, 1.0, back] }
+    }
+
+    /// The same with an output so many times as large.
+    pub(crate) fn scaled(&self, by: f64) -> Self {
+        let times = |values: &[f64]| values.iter().map(|value| by * value).collect();
+        Self { knots: times(&self.knots), rising: times(&self.rising), falling: times(&self.falling) }
+    }
+
+    /// The same f on other knots.
+    pub(crate) fn on(&self, knots: Vec<f64>) -> Result<Self, Error> {
+        let duhem = self.operator::<MOST_KNOTS>()?;
+        let at = |rising| knots.iter().map(|z| duhem.slope(*z, rising)).collect();
+        Ok(Self { rising: at(true), falling: at(false), knots })
+    }
+
+    /// The stream of it, from z = 0 at x = 0.
+    pub(crate) fn stream(&self) -> DuhemForward<MOST_KNOTS> {
+        let valid = "the bounds of the search hold f within its domain";
+        DuhemForward::new(self.operator().expect(valid))
+    }
+
+    /// The least and the largest z along inputs.
+    pub(crate) fn range(&self, inputs: impl Iterator<Item = f64>) -> (f64, f64) {
+        let mut stream = self.stream();
+        inputs.fold((0.0, 0.0), |(low, high): (f64, f64), x| {
+            let z = stream.step(x);
+            (low.min(z), high.max(z))
+        })
+    }
+}

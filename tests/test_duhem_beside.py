@@ -1,0 +1,208 @@
+"""A stage with a Duhem operator beside its plays: laws, a plain twin, identification.
+
+Roundings: positions are of up to 200, through two maps, a hysteresis and three sums.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+import pickle
+from pathlib import Path
+from typing import Any
+
+import mpi_hyst as mh
+import numpy as np
+import pytest
+import reference
+from hypothesis import given
+from hypothesis import strategies as st
+from mpi_hyst._cli.stage import is_static
+from mpi_hyst._report.models import linear_parts
+from reference.duhem import Duhem
+from support import Array, parameter_of
+
+DT = 1e-3
+LIMITS = (-20.0, 150.0)
+ROUNDING = 1e-11 * 200.0
+OFFSET = 10.0
+KNOTS, RISING, FALLING = [-30.0, 0.0, 30.0], [0.9, 0.5, 0.1], [0.1, 0.5, 0.7]
+MAPS: dict[str, Any] = {
+    "input_map": ([-20.0, 40.0, 150.0], [-20.0, 45.0, 150.0]),
+    "output_map": ([-50.0, 60.0, 200.0], [-50.0, 55.0, 200.0]),
+}
+
+
+def hysteresis() -> mh.ModifiedPrandtlIshlinskii:
+    r = 7.5 * np.arange(20)
+    w = np.where(np.arange(20) == 0, 0.53, 0.02 * 0.9 ** np.arange(20))
+    return mh.ModifiedPrandtlIshlinskii.from_ratios(
+        w, r, ra=0.95, rb=0.3, rc=0.35, input_offset=OFFSET
+    )
+
+
+def reference_model() -> reference.ModifiedPrandtlIshlinskii:
+    model = hysteresis()
+    return reference.ModifiedPrandtlIshlinskii(model.weights, model.r, model.ra, model.rb, model.rc)
+
+
+def stage(**parts: Any) -> mh.Stage:
+    duhem = mh.Duhem(KNOTS, RISING, FALLING)
+    return mh.Stage(hysteresis(), **{"limits": LIMITS, "duhem": duhem, **parts})
+
+
+def drives() -> st.SearchStrategy[list[float]]:
+    """Jumps and plateaus within the limits."""
+    drive = st.floats(*LIMITS, allow_nan=False)
+    ways = st.lists(st.tuples(drive, st.integers(1, 12)), min_size=1, max_size=15)
+    return ways.map(lambda ways: [u for end, samples in ways for u in [end] * samples])
+
+
+@given(drives())
+def test_the_stage_is_its_equations(us: list[float]) -> None:
+    plays, beside = reference_model(), Duhem(KNOTS, RISING, FALLING)
+    xs = [u - OFFSET for u in [max(LIMITS[0], 0.0), *us]]
+    expected = [plays.step(x) + beside.step(x) for x in xs][1:]
+    np.testing.assert_allclose(stage().forward(DT).run(us), expected, rtol=0, atol=ROUNDING)
+
+
+@given(drives())
+def test_forward_of_inverse_is_the_target(us: list[float]) -> None:
+    made = stage(creep=mh.plant.Creep([0.01, 0.02], [0.01, 1.0]), **MAPS)
+    targets = made.forward(DT).run(us)
+    reached = made.forward(DT).run(made.inverse(DT).run(targets))
+    np.testing.assert_allclose(reached, targets, rtol=0, atol=ROUNDING)
+
+
+@given(drives())
+def test_peek_changes_nothing_and_tells_the_next_step(us: list[float]) -> None:
+    forward, inverse = stage(**MAPS).forward(DT), stage(**MAPS).inverse(DT)
+    for u in us:
+        ahead, position = forward.peek(u), forward.step(u)
+        assert ahead == position
+        assert inverse.peek(position) == inverse.step(position)
+
+
+@given(drives(), st.integers(2, 5))
+def test_rate_and_sampling_independence(us: list[float], parts: int) -> None:
+    once, often = stage().forward(DT), stage().forward(DT)
+    last = us[0]
+    for u in us:
+        for part in range(1, parts):
+            often.step(last + (u - last) * part / parts)
+        assert once.step(u) == pytest.approx(often.step(u), abs=ROUNDING)
+        last = u
+
+
+def test_a_restored_state_continues_bit_for_bit() -> None:
+    shift = mh.plant.LoopShift(65.0, 85.0, (-6.0, 2.5), 0.05, 0.4)
+    made = stage(loop_shift=shift, **MAPS)
+    us = 60.0 + 60.0 * np.sin(0.05 * np.arange(300))
+    for stream in (made.forward(DT), made.inverse(DT)):
+        stream.run(us)
+        saved = json.loads(json.dumps(stream.state))
+        twins = [pickle.loads(pickle.dumps(stream)), copy.deepcopy(stream)]
+        expected = stream.run(us[::-1])
+        stream.state = saved
+        for other in (*twins, stream):
+            np.testing.assert_array_equal(other.run(us[::-1]), expected)
+
+
+def test_a_stage_keeps_its_operator(tmp_path: Path) -> None:
+    made, plays = stage(), stage(duhem=None)
+    assert made.duhem is not None and plays.duhem is None
+    assert made.duhem.knots.tolist() == KNOTS and made.duhem.falling.tolist() == FALLING
+    assert "Duhem operator" in repr(made) and "Duhem" not in repr(plays)
+    assert made.replace(duhem=None) == plays != made
+    made.save(tmp_path / "stage.json")
+    assert mh.load(tmp_path / "stage.json") == made == pickle.loads(pickle.dumps(made))
+    written = json.loads((tmp_path / "stage.json").read_text())
+    assert written["schema"] == "mpi_hyst/stage/1"
+    del written["duhem"]
+    (tmp_path / "stage.json").write_text(json.dumps(written))
+    assert mh.load(tmp_path / "stage.json") == plays
+    # What is given is its parameters: a stage begins at rest.
+    used = mh.Duhem(KNOTS, RISING, FALLING)
+    used.step(100.0)
+    assert stage(duhem=used) == made and made.duhem.step(0.0) == 0.0
+
+
+def test_reports_name_the_operator() -> None:
+    assert linear_parts(stage()) == ["Duhem operator of 3 knots"]
+    assert is_static(stage())
+
+
+def test_what_is_no_operator_is_refused() -> None:
+    with pytest.raises(TypeError, match=r"duhem: expected a mh\.Duhem") as caught:
+        stage(duhem=30.0)
+    assert parameter_of(caught.value) == "duhem"
+    with pytest.raises(ValueError, match="duhem: expected") as caught_value:
+        stage().bracket()
+    assert parameter_of(caught_value.value) == "duhem"
+
+
+def bouc_wen(u: Array, beta: float, gamma: float) -> Array:
+    """Return 40 z of z' = v' - beta |v'| z - gamma v' |z|, v = u / 50, by small Euler steps."""
+    parts, z, v, found = 40, 0.0, 0.0, []
+    for end in u / 50.0:
+        dv = (end - v) / parts
+        for _ in range(parts):
+            mid = z + 0.5 * (dv - beta * abs(dv) * z - gamma * dv * abs(z))
+            z += dv - beta * abs(dv) * mid - gamma * dv * abs(mid)
+        v = end
+        found.append(40.0 * z)
+    return np.array(found)
+
+
+def loops() -> Array:
+    """Return loops of several sizes."""
+    t = np.arange(3000) / 500.0
+    size = np.select([t < 2.0, t < 4.0], [50.0, 25.0], 50.0 - 20.0 * (t - 4.0))
+    return size * np.sin(2.0 * np.pi * t)
+
+
+QUASI_STATIC: dict[str, Any] = {
+    **{"dt": 2e-3, "operators": 20, "dead_time": 0.0, "dynamics": None, "creep": None},
+    **{"loop_shift": None, "input_map": None, "output_map": None},
+}
+
+
+def test_identify_chooses_the_operator_where_plays_fail() -> None:
+    u = loops()
+    y = 0.3 * u + bouc_wen(u, 1.4, 0.6)
+    y += np.random.default_rng(1).normal(0.0, 2e-4 * np.ptp(y), u.size)
+    plays = mh.identify(u, y, duhem=None, **QUASI_STATIC)
+    found = mh.identify(u, y, **QUASI_STATIC)
+    assert plays.duhem is None and plays.stage.duhem is None
+    assert found.duhem is not None
+    assert found.fit.rmse < 0.3 * plays.fit.rmse
+    # The stage does what the fit predicts.
+    stream = found.stage.forward(2e-3)
+    stream.settle(u[0])
+    np.testing.assert_allclose(stream.run(u), found.predict(u), rtol=0, atol=1e-9)
+    again = pickle.loads(pickle.dumps(found))
+    np.testing.assert_array_equal(again.duhem.rising, found.duhem.rising)
+    # From where it was.
+    near = mh.identify(u, y, duhem=found.duhem, **QUASI_STATIC)
+    assert near.fit.rmse < 1.05 * found.fit.rmse
+
+
+def test_identify_leaves_the_operator_out_where_plays_are_right() -> None:
+    u = loops()
+    y = hysteresis().forward().run(u)
+    y += np.random.default_rng(2).normal(0.0, 2e-4 * np.ptp(y), u.size)
+    found, plays = (mh.identify(u, y, **QUASI_STATIC, **more) for more in ({}, {"duhem": None}))
+    assert found.duhem is None and found.fit.rmse == plays.fit.rmse
+
+
+def test_wrong_options_are_named() -> None:
+    u = loops()
+    with pytest.raises(
+        TypeError, match=r'duhem: expected None, "auto", "fit" or a mh\.Duhem'
+    ) as caught:
+        mh.identify(u, u, duhem=math.pi)
+    assert parameter_of(caught.value) == "duhem"
+    knots = list(np.arange(9.0))
+    with pytest.raises(ValueError, match="knots: expected a whole number from 2 to 5"):
+        mh.identify(u, u, duhem=mh.Duhem(knots, [1.0] * 9, [1.0] * 9))
