@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::learning::{RepetitiveOptions, RepetitiveState, Supervision};
 use crate::observer::ObserverState;
-use crate::stage::{Error, Later, Stage, StageBytes, StageState};
+use crate::stage::{Error, Later, Stage, StageBytes, StageState, TemperatureTerm};
 use crate::stage_controller::StageControllerState;
 
 const MAGIC: [u8; 8] = *b"mpi_hyst";
@@ -138,20 +138,32 @@ pub fn pack(kind: Kind, content: &impl Serialize) -> Vec<u8> {
 /// [`Error::Bytes`] that says what the bytes are not.
 pub fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, Error> {
     // Nothing may come behind it: `()` has no bytes.
-    unpack_grown::<T, ()>(kind, bytes).map(|(value, _)| value)
+    unpack_grown::<T, (), ()>(kind, bytes).map(|(value, ..)| value)
 }
 
-/// As [`unpack`], where something may come behind the content that older bytes do not have.
-fn unpack_grown<T: DeserializeOwned, A: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<(T, Option<A>), Error> {
+/// As [`unpack`], where something may come behind the content that older bytes do not have, and something else behind that.
+fn unpack_grown<T, A, B>(kind: Kind, bytes: &[u8]) -> Result<(T, Option<A>, Option<B>), Error>
+where
+    T: DeserializeOwned,
+    A: DeserializeOwned,
+    B: DeserializeOwned,
+{
     let content = content_of(kind, bytes).map_err(|got| refused(kind, got))?;
-    let read = postcard::take_from_bytes(content).and_then(|(value, rest)| match rest {
-        [] => Ok((value, None, rest)),
-        _ => postcard::take_from_bytes(rest).map(|(appended, rest)| (value, Some(appended), rest)),
-    });
-    match read {
-        Ok((value, appended, [])) => Ok((value, appended)),
-        Ok((.., rest)) => Err(refused(kind, format!("{} bytes too many", rest.len()))),
-        Err(error) => Err(refused(kind, format!("a content that cannot be read: {error}"))),
+    let unreadable = |error| refused(kind, format!("a content that cannot be read: {error}"));
+    let (value, rest) = postcard::take_from_bytes(content).map_err(unreadable)?;
+    let (later, rest) = take_any(rest).map_err(unreadable)?;
+    let (latest, rest) = take_any(rest).map_err(unreadable)?;
+    match rest {
+        [] => Ok((value, later, latest)),
+        _ => Err(refused(kind, format!("{} bytes too many", rest.len()))),
+    }
+}
+
+/// A value, if there are bytes left.
+fn take_any<T: DeserializeOwned>(bytes: &[u8]) -> postcard::Result<(Option<T>, &[u8])> {
+    match bytes {
+        [] => Ok((None, bytes)),
+        _ => postcard::take_from_bytes(bytes).map(|(value, rest)| (Some(value), rest)),
     }
 }
 
@@ -188,15 +200,16 @@ fn content_of(kind: Kind, bytes: &[u8]) -> Result<&[u8], String> {
 impl Binary for Stage {
     fn to_bytes(&self) -> Vec<u8> {
         let content = StageBytes::from(self.parts());
-        match content.later() {
-            Some(later) => pack(Kind::Stage, &(content, later)),
-            None => pack(Kind::Stage, &content),
+        match (content.later(), content.temperature()) {
+            (None, None) => pack(Kind::Stage, &content),
+            (Some(later), None) => pack(Kind::Stage, &(content, later)),
+            (later, Some(temperature)) => pack(Kind::Stage, &(content, later.unwrap_or_default(), temperature)),
         }
     }
 
     fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let (content, later) = unpack_grown::<StageBytes, Later>(Kind::Stage, bytes)?;
-        content.stage(later)
+        let (content, later, temperature) = unpack_grown::<StageBytes, Later, TemperatureTerm>(Kind::Stage, bytes)?;
+        content.stage(later.unwrap_or_default(), temperature)
     }
 }
 
@@ -269,7 +282,7 @@ impl Binary for StageControllerState {
     }
 
     fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let (unsupervised, supervision) = unpack_grown(Kind::StageController, bytes)?;
+        let (unsupervised, supervision, _) = unpack_grown::<_, _, ()>(Kind::StageController, bytes)?;
         let UnsupervisedStageController { controller, observer, repetitive, rest_samples } = unsupervised;
         let repetitive = match (repetitive, supervision) {
             (None, Some::<Supervision>(_)) => {

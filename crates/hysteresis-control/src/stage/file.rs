@@ -8,7 +8,7 @@ use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, Pi
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{Error, ErrorBand, Identified, LoopShift, SlowGain, Stage, StageParts, Units};
+use super::{Error, ErrorBand, Identified, LoopShift, SlowGain, Stage, StageParts, TemperatureTerm, Units};
 use crate::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, Section, StateSpace};
 
 /// The schema of a stage file.
@@ -66,6 +66,8 @@ struct File {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     error_band: Option<ErrorBand>,
     identified: Option<Identified>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    temperature: Option<TemperatureTerm>,
 }
 
 /// As bytes it has all fields but for the schema, and for those that come behind the others.
@@ -91,6 +93,8 @@ struct Whole {
     #[serde(skip)]
     error_band: Option<ErrorBand>,
     identified: Option<Identified>,
+    #[serde(skip)]
+    temperature: Option<TemperatureTerm>,
 }
 
 /// What comes behind the other bytes of a stage that has any of it.
@@ -238,10 +242,15 @@ impl StageBytes {
         has_any.then(|| Later { slow_gain: *slow_gain, error_band: error_band.clone() })
     }
 
+    /// What comes behind that.
+    pub(crate) fn temperature(&self) -> Option<TemperatureTerm> {
+        self.0.temperature
+    }
+
     /// The stage, with what came behind.
-    pub(crate) fn stage(self, later: Option<Later>) -> Result<Stage, Error> {
-        let Later { slow_gain, error_band } = later.unwrap_or_default();
-        File { slow_gain, error_band, ..self.0 }.stage()
+    pub(crate) fn stage(self, later: Later, temperature: Option<TemperatureTerm>) -> Result<Stage, Error> {
+        let Later { slow_gain, error_band } = later;
+        File { slow_gain, error_band, temperature, ..self.0 }.stage()
     }
 }
 
@@ -264,6 +273,7 @@ impl File {
             noise: parts.noise,
             error_band: parts.error_band.clone(),
             identified: parts.identified.clone(),
+            temperature: parts.temperature,
         }
     }
 
@@ -285,6 +295,7 @@ impl File {
             noise: self.noise,
             error_band: self.error_band,
             identified: self.identified,
+            temperature: self.temperature.map(TemperatureTerm::checked).transpose()?,
             units: self.units,
         })
     }

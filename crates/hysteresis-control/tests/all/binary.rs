@@ -5,7 +5,7 @@ use hysteresis_control::learning::{RepetitiveControl, RepetitiveOptions, Repetit
 use hysteresis_control::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, StateSpace};
 use hysteresis_control::stage::{
     CELLS, ErrorBand, FeedForwardKind, Identified, LoopShift, RecordSource, SlowGain, Stage, StageParts, StageWarning,
-    Units,
+    TemperatureTerm, Units,
 };
 use hysteresis_control::{Observer, ObserverOptions, StageController, StageControllerState};
 use hysteresis_core::{
@@ -161,6 +161,14 @@ fn slow_gain_and_band_come_behind_all_other_bytes() {
     assert!(with.to_json().contains("slow_gain") && !without.to_json().contains("slow_gain"));
     let band = Stage::new(StageParts { error_band: Some(error_band()), ..without.parts().clone() }).unwrap();
     assert!(content(&band).starts_with(&shorter) && content(&band).len() > shorter.len() + CELLS * CELLS * 8);
+    let term = TemperatureTerm::new(0.02, 60.0, 25.0).unwrap();
+    for other in [&with, &without] {
+        let warm = Stage::new(StageParts { temperature: Some(term), ..other.parts().clone() }).unwrap();
+        assert!(content(&warm).starts_with(&content(other)));
+        assert_eq!(Stage::from_bytes(&warm.to_bytes()).unwrap(), warm);
+        assert_eq!(Stage::from_json(&warm.to_json()).unwrap(), warm);
+        assert!(!other.to_json().contains("temperature"));
+    }
     let cut = sealed(1, &longer[..longer.len() - 1]);
     assert_eq!(Stage::from_bytes(&cut).unwrap_err().parameter(), Some("bytes"));
 }

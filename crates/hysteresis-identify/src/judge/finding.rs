@@ -311,13 +311,16 @@ pub enum FindingCode {
     /// The model is not at the same place at both instants of a pair. Value: the robust standard deviation of the distances over the range
     /// of the position; limit 0.01.
     PlacesDiffer,
+    /// What was recorded does not tell how the position follows the temperature, or how much later. Value: the larger of the relative
+    /// standard errors of sensitivity and lag; limit 0.5.
+    TemperatureNotTold,
     /// In reading a file something was taken for granted that the file speaks against. Value: 1, limit 0.
     Assumed,
 }
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 50] = [
+    pub const ALL: [Self; 51] = [
         Self::WrongSign,
         Self::RecordsDiffer,
         Self::LoopBackwards,
@@ -367,6 +370,7 @@ impl FindingCode {
         Self::WrongPairs,
         Self::UninformativePairs,
         Self::PlacesDiffer,
+        Self::TemperatureNotTold,
         Self::Assumed,
     ];
 
@@ -625,7 +629,12 @@ impl FindingCode {
             Self::PlacesDiffer => (
                 "places_differ",
                 From(0.05),
-                "match more exactly; where that does not help, the stage has what the model lacks: drift between the passes, or dynamics",
+                "match more exactly; where that does not help, the stage has what the model lacks: dynamics, or a map",
+            ),
+            Self::TemperatureNotTold => (
+                "temperature_not_told",
+                Never,
+                "let the temperature change by more, and in another way than the drive, or give the lag; or leave the temperature out",
             ),
             Self::Assumed => {
                 ("assumed", Never, "say what it is with the option that is named, or mend the file; `look` shows it")

@@ -1,5 +1,7 @@
 //! What makes a result from places doubtful: findings.
 
+use hysteresis_control::stage::TemperatureTerm;
+
 use crate::judge::finding::{Finding, FindingCode};
 use crate::places::equations::{Rows, between};
 use crate::places::given::Given;
@@ -17,6 +19,7 @@ const ONE_SIZE: f64 = 0.8;
 const MOST_WRONG: f64 = 0.02;
 const MOST_UNINFORMATIVE: f64 = 0.5;
 const MOST_DISTANCE: f64 = 0.01;
+const LEAST_TOLD: f64 = 0.5;
 
 /// An equation in which no operator differs by more than this share of the drive range says nothing.
 const SAYS_NOTHING: f64 = 1e-3;
@@ -24,12 +27,12 @@ const SAYS_NOTHING: f64 = 1e-3;
 /// So many pairs are named; of more, the first.
 const NAMED: usize = 20;
 
-/// The pairs that say nothing: those whose row is all but zero.
-pub(crate) fn uninformative(given: &Given<'_>, rows: &Rows) -> Vec<usize> {
+/// The pairs that say nothing: those whose row is all but zero in the columns of the operators, so many.
+pub(crate) fn uninformative(given: &Given<'_>, rows: &Rows, columns: usize) -> Vec<usize> {
     let (low, high) = signal::bounds_of(given.drives.iter().map(|drive| signal::bounds(drive)));
     let says_nothing = |row: &[f64]| row.iter().all(|value| value.abs() <= SAYS_NOTHING * (high - low));
     let pairs = rows.iter().take(given.pairs.len()).enumerate();
-    pairs.filter(|(_, row)| says_nothing(row)).map(|(place, _)| place).collect()
+    pairs.filter(|(_, row)| says_nothing(&row[..columns])).map(|(place, _)| place).collect()
 }
 
 /// The findings, for the pairs that were left out and those that say nothing.
@@ -63,6 +66,19 @@ pub(crate) fn findings(
         differ(missed, message),
     ];
     found.into_iter().flatten().collect()
+}
+
+/// The finding about a temperature whose sensitivity or lag is not told, with their standard errors.
+pub(crate) fn untold_temperature(term: &TemperatureTerm, (of_sensitivity, of_lag): (f64, f64)) -> Option<Finding> {
+    let (kappa, tau) = (term.sensitivity(), term.time_constant());
+    let relative = |error: f64, value: f64| if error > 0.0 { error / value.abs() } else { 0.0 };
+    let value = relative(of_sensitivity, kappa).max(relative(of_lag, tau));
+    let message = format!(
+        "the sensitivity to temperature is {kappa:.3e} with a standard error of {of_sensitivity:.1e}, its lag {tau:.3e} s with one of {of_lag:.1e} s"
+    );
+    // Where even no rows tell it, there is no error either.
+    let is_untold = value > LEAST_TOLD || of_sensitivity == 0.0;
+    is_untold.then(|| Finding::new(FindingCode::TemperatureNotTold, value, LEAST_TOLD, message))
 }
 
 fn named(places: &[usize]) -> String {

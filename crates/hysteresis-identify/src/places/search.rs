@@ -54,7 +54,7 @@ impl PlaceSearch<'_> {
         let mut looked = Vec::new();
         for point in start.map_or_else(|| space.starts(), |start| vec![start]) {
             go_on(proceed)?;
-            let rows = self.equations.rows(&space.tangent(&point, None));
+            let rows = self.rows_at(&space, &point);
             let law = self.law(&space, &point, self.smoothness);
             let weighed = self.system.robust(&rows, &law, (RobustLoss::Huber, None), self.system.first_shares());
             looked.push((self.at_first_sight(&weighed), point, weighed));
@@ -117,7 +117,7 @@ impl PlaceSearch<'_> {
                     break;
                 }
             }
-            let rows = self.equations.rows(&space.tangent(&point, None));
+            let rows = self.rows_at(space, &point);
             let law = self.law(space, &point, self.smoothness);
             weighed = self.system.robust(&rows, &law, (RobustLoss::Bisquare, None), weighed.shares);
         }
@@ -132,7 +132,7 @@ impl PlaceSearch<'_> {
         (loss, scale): (RobustLoss, f64),
         cost: f64,
     ) -> Option<(PlacePoint, Weighed, f64)> {
-        let rows = self.equations.rows(&space.tangent(point, Some(&weighed.weights)));
+        let rows = self.tangent_rows(space, point, &weighed.weights);
         let law = self.law(space, point, self.smoothness);
         let bounds: Vec<(f64, f64)> = space
             .axes
@@ -143,7 +143,7 @@ impl PlaceSearch<'_> {
             })
             .collect();
         let unknowns = law.unknowns(&law.triangle(&self.system, &rows, &weighed.shares), &bounds);
-        let step = &unknowns[law.columns..];
+        let step = &unknowns[law.linear..];
         let mut length = 1.0;
         for _ in 0..SHORTENED {
             let next = space.axes.iter().zip(step).fold(point.clone(), |next, (axis, step)| {
@@ -163,7 +163,12 @@ impl PlaceSearch<'_> {
     }
 
     pub(crate) fn rows_at(&self, space: &PlaceSpace, point: &PlacePoint) -> Rows {
-        self.equations.rows(&space.tangent(point, None))
+        self.equations.rows(&space.tangent(point, None), &space.beside(point, None))
+    }
+
+    /// The same with derivatives along the axes, at these amplitudes.
+    pub(crate) fn tangent_rows(&self, space: &PlaceSpace, point: &PlacePoint, amplitudes: &[f64]) -> Rows {
+        self.equations.rows(&space.tangent(point, Some(amplitudes)), &space.beside(point, Some(amplitudes)))
     }
 }
 
