@@ -33,7 +33,7 @@ def calibrate(
         model="conventional",
         input_offset=0.0,  # it begins virgin, without a load
         dead_time=0.0,
-        creep=2,
+        creep=[30.0, 300.0],  # time constants: half a hold, and some holds
         temperature=temperature,
     )
 

@@ -32,7 +32,7 @@ from mpi_hyst._cli.options import (
     thresholds,
 )
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
-from mpi_hyst._cli.stage import refusing
+from mpi_hyst._cli.stage import name_options, refusing
 from mpi_hyst._cli.terminal import CommandError, command_line, note, require_report_packages, say
 from mpi_hyst._report import places as page
 from mpi_hyst._report.page import hashed_file, made_with
@@ -195,7 +195,7 @@ def _signals(option: str, paths: Sequence[Path], drives: Sequence[Samples]) -> l
         raise CommandError(
             f"{option}: expected one for each of {len(drives)} drives, got {len(paths)}"
         )
-    read = [_matrix(path).reshape(-1) for path in paths]
+    read = [_numbers(path).reshape(-1) for path in paths]
     for path, signal, drive in zip(paths, read, drives, strict=False):
         if signal.size != drive.size:
             raise CommandError(
@@ -214,16 +214,29 @@ def _lengths(request: Request, drives: Sequence[Samples]) -> Matrix:
         raise CommandError(
             f"{request.lengths}: expected 4 columns beside --fringes, got {known[0].shape[1]}"
         )
-    known += [
-        mh.images.fringes(signal, drive, request.wavelength, number=number, lag=request.lag)
-        for number, (signal, drive) in enumerate(zip(signals, drives, strict=False))
-        if request.wavelength is not None
-    ]
+    for number, (signal, drive) in enumerate(zip(signals, drives, strict=False)):
+        assert request.wavelength is not None
+        try:
+            found = mh.images.fringes(
+                signal, drive, request.wavelength, number=number, lag=request.lag
+            )
+        except ValueError as error:
+            names = {**_names(request), "signal": str(request.fringes[number])}
+            raise CommandError(name_options(str(error), names)) from error
+        known.append(found)
     return np.vstack(known)
 
 
 def _matrix(path: Path) -> Matrix:
-    """Read a table of numbers: a file of numpy, or text."""
+    """Read a table of numbers."""
+    matrix = _numbers(path)
+    if matrix.ndim != 2:
+        raise CommandError(f"{path}: expected rows and columns, got {matrix.ndim} dimensions")
+    return matrix
+
+
+def _numbers(path: Path) -> npt.NDArray[np.float64]:
+    """Read numbers: a file of numpy, or text."""
     try:
         data = path.read_bytes()
         if path.suffix.lower() == ".npy":
@@ -233,12 +246,9 @@ def _matrix(path: Path) -> Matrix:
             # Between semicolons a comma is a decimal mark.
             text = text.replace(",", "." if ";" in text else " ").replace(";", " ")
             read = np.loadtxt(io.StringIO(text), ndmin=2)
-        matrix = np.asarray(read, dtype=np.float64)
+        return np.asarray(read, dtype=np.float64)
     except (ValueError, UnicodeDecodeError, EOFError) as error:
         raise CommandError(f"{path}: expected a table of numbers, .npy or text: {error}") from error
-    if matrix.ndim != 2:
-        raise CommandError(f"{path}: expected rows and columns, got {matrix.ndim} dimensions")
-    return matrix
 
 
 def _joined(pairs: Sequence[Matrix], matched: Sequence[Matrix]) -> Matrix:
@@ -249,7 +259,11 @@ def _joined(pairs: Sequence[Matrix], matched: Sequence[Matrix]) -> Matrix:
         np.column_stack([one, np.full(len(one), usual)]) if one.shape[1] == 3 else one
         for one in pairs
     ]
-    return np.vstack([np.zeros((0, 4)), *given, *matched])
+    widths = {one.shape[1] for one in given}
+    if matched and not widths <= {4}:
+        raise CommandError(f"--pairs: expected rows of 3 or 4 numbers, got {max(widths)}")
+    both = [*given, *matched]
+    return np.vstack(both) if both else np.zeros((0, 4))
 
 
 def _match(

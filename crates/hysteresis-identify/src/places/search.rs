@@ -7,8 +7,8 @@ use crate::places::equations::{Equations, Rows};
 use crate::places::space::{PlacePoint, PlaceSpace};
 use crate::places::weighing::{Law, RobustLoss, System, Weighed};
 
-/// How many starts are followed.
-const FOLLOWED: usize = 2;
+/// How many starts are followed: asymmetric loops have several points that no small step leaves.
+const FOLLOWED: usize = 4;
 
 /// How many steps one of them takes at most, and how often a step is shortened.
 const STEPS: usize = 25;
@@ -60,7 +60,13 @@ impl PlaceSearch<'_> {
             looked.push((self.at_first_sight(&weighed), point, weighed));
         }
         looked.sort_by(|a, b| a.0.total_cmp(&b.0));
-        looked.truncate(FOLLOWED);
+        // Those that differ in the dead time alone mostly end at one point.
+        let mut seen: Vec<PlacePoint> = Vec::new();
+        looked.retain(|(_, point, _)| {
+            let is_new = !seen.iter().any(|other| space.differ_in_dead_time(point, other)) && seen.len() < FOLLOWED;
+            seen.extend(is_new.then(|| point.clone()));
+            is_new
+        });
         let scale = looked[0].2.shares.scale;
         let mut best: Option<(f64, PlacePoint, Weighed)> = None;
         for (_, point, weighed) in looked {

@@ -23,6 +23,9 @@ const LONGEST_DEAD_TIME: f64 = 0.1;
 /// The largest amplitude of creep that is searched: a share of the motion for each decade of time.
 const MOST_CREEP: f64 = 0.3;
 
+/// The ratio rb/ra at which the search begins, too.
+const FURTHER_RATIO: f64 = 0.8;
+
 /// Steps of the derivatives: of the input offset as a share of the drive range, and of a ratio.
 const OFFSET_STEP: f64 = 1e-3;
 const RATIO_STEP: f64 = 1e-2;
@@ -171,7 +174,7 @@ impl PlaceSpace {
         })
     }
 
-    /// Where the search looks first: input offsets across the drive, dead times of a few samples.
+    /// Where the search looks first: input offsets across the drive, two ratios, dead times of a few samples.
     pub(crate) fn starts(&self) -> Vec<PlacePoint> {
         let (low, high) = self.placement.bounds();
         let mut starts = vec![self.start.clone()];
@@ -182,6 +185,9 @@ impl PlaceSpace {
             let offsets: Vec<f64> = (0..7).map(|i| low + (high - low) * as_f64(i) / 6.0).collect();
             starts = spread(starts, Axis::InputOffset, &offsets);
         }
+        if self.axes.contains(&Axis::Ratio(1)) {
+            starts = spread(starts, Axis::Ratio(1), &[self.start.ratios[1], FURTHER_RATIO]);
+        }
         if self.axes.contains(&Axis::DeadTime) {
             let samples = [0.0, 1.0, 3.0].map(|samples| (samples * self.dt).min(self.longest_dead_time));
             starts = spread(starts, Axis::DeadTime, &samples);
@@ -190,6 +196,11 @@ impl PlaceSpace {
             starts = spread(starts, Axis::ThermalLag, &[0.0, 0.01, 0.05, 0.2].map(|share| share * self.longest_lag));
         }
         starts
+    }
+
+    /// Whether two starts differ in nothing but the dead time, in a space that has more.
+    pub(crate) fn differ_in_dead_time(&self, one: &PlacePoint, other: &PlacePoint) -> bool {
+        self.axes.contains(&Axis::InputOffset) && *one == other.with(Axis::DeadTime, one.dead_time)
     }
 
     /// The point of a model without creep, with none yet.

@@ -123,12 +123,18 @@ fn scores(search: &PlaceSearch<'_>, found: &FoundPlace, law: &Law, rows: &Rows, 
     scores
 }
 
-/// By what factor the lengths miss the model more than they say themselves; 1 if they do not.
+/// Lengths that say nothing of themselves tell how uncertain they are if there are so many more than unknowns.
+const TELLING: usize = 5;
+
+/// By what factor the lengths miss the model more than they say themselves; 1 if they do not. Where none says how uncertain it is, by what
+/// factor they miss it more or less than is taken for that.
 fn length_inflation(search: &PlaceSearch<'_>, found: &FoundPlace, unknowns: usize) -> f64 {
     let errors = found.weighed.length_errors.iter().zip(&search.system.length_deviations);
     let squares: f64 = errors.map(|(error, deviation)| (error / deviation).powi(2)).sum();
     let freedom = found.weighed.length_errors.len().saturating_sub(unknowns).max(1);
-    (squares / as_f64(freedom)).sqrt().max(1.0)
+    let lengths = search.system.given.lengths;
+    let is_told = lengths.len() >= unknowns + TELLING && lengths.iter().all(|known| known.std.is_none());
+    (squares / as_f64(freedom)).sqrt().max(if is_told { 0.0 } else { 1.0 })
 }
 
 /// Solves R'R x = g.
