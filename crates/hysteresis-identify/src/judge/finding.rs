@@ -299,9 +299,8 @@ pub enum FindingCode {
     /// correlation of what operators and slow changes leave of the residual with the falling integral of the position; limit 0.7, about half of the
     /// squares. What moves the position by less than 1 % of its range is not told.
     Leakage,
-    /// The loops on which the pairs of places lie are all of one size: one known length holds the scale of that loop, but how the gain
-    /// of other loops differs from it follows from the shape of the model alone. Value: the smallest over the largest stroke of the drive between
-    /// turns, on which pairs lie; limit 0.8.
+    /// The loops on which pairs of places lie are all of one size: how the gain of others differs follows from the shape of the model alone.
+    /// Value: the smallest over the largest stroke of the drive between turns, on which pairs lie; limit 0.8.
     OneLoopSize,
     /// Pairs of places that contradict the others were left out. Value: their share of all pairs; limit 0.02.
     WrongPairs,
@@ -311,8 +310,7 @@ pub enum FindingCode {
     /// The model is not at the same place at both instants of a pair. Value: the robust standard deviation of the distances over the range
     /// of the position; limit 0.01.
     PlacesDiffer,
-    /// What was recorded does not tell how the position follows the temperature, or how much later. Value: the larger of the relative
-    /// standard errors of sensitivity and lag; limit 0.5.
+    /// Sensitivity or lag of a temperature is not told. Value: the larger of the relative standard errors; 1 for a lag of a whole drive; limit 0.5.
     TemperatureNotTold,
     /// In reading a file something was taken for granted that the file speaks against. Value: 1, limit 0.
     Assumed,
@@ -621,7 +619,7 @@ impl FindingCode {
                 ("one_loop_size", Never, "add scans of another size, or a known length in one; or use this size alone")
             }
             Self::WrongPairs => {
-                ("wrong_pairs", From(0.3), "match lines with more structure, or give each pair its uncertainty")
+                ("wrong_pairs", From(0.3), "match lines with more structure, or say how uncertain each is")
             }
             Self::UninformativePairs => {
                 ("uninformative_pairs", Never, "pair instants of opposite branches: trace with retrace, up with down")
@@ -631,11 +629,9 @@ impl FindingCode {
                 From(0.05),
                 "match more exactly; where that does not help, the stage has what the model lacks: dynamics, or a map",
             ),
-            Self::TemperatureNotTold => (
-                "temperature_not_told",
-                Never,
-                "let the temperature change by more, and in another way than the drive, or give the lag; or leave the temperature out",
-            ),
+            Self::TemperatureNotTold => {
+                ("temperature_not_told", Never, "let it change by more, and not as the drive does")
+            }
             Self::Assumed => {
                 ("assumed", Never, "say what it is with the option that is named, or mend the file; `look` shows it")
             }

@@ -5,8 +5,8 @@
 use hysteresis_control::stage::TemperatureTerm;
 use hysteresis_core::Error as CoreError;
 
-use crate::places::equations::{Rows, between};
 use crate::places::given::Given;
+use crate::places::rows::{Rows, value_at};
 use crate::records::signal::as_f64;
 
 /// Drift begins this share of a drive after its start: at first fast, later as the logarithm of time, beside a constant rate.
@@ -81,12 +81,6 @@ impl Beside {
             row[column] = value_at(&values[drive], second) - value_at(&values[drive], first);
         }
     }
-}
-
-/// A signal at an instant, straight between samples.
-pub(crate) fn value_at(values: &[f64], instant: f64) -> f64 {
-    let (sample, share) = between(instant);
-    values[sample] + share * (values.get(sample + 1).unwrap_or(&values[sample]) - values[sample])
 }
 
 /// The temperatures of all drives behind a lag.

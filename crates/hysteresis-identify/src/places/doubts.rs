@@ -3,8 +3,9 @@
 use hysteresis_control::stage::TemperatureTerm;
 
 use crate::judge::finding::{Finding, FindingCode};
-use crate::places::equations::{Rows, between};
+
 use crate::places::given::Given;
+use crate::places::rows::{Rows, between};
 use crate::places::weighing::Weighed;
 use crate::records::course::turns;
 use crate::records::signal;
@@ -20,6 +21,9 @@ const MOST_WRONG: f64 = 0.02;
 const MOST_UNINFORMATIVE: f64 = 0.5;
 const MOST_DISTANCE: f64 = 0.01;
 const LEAST_TOLD: f64 = 0.5;
+
+/// A lag above this share of the longest that is searched is at its bound.
+const LONGEST_LAG: f64 = 0.99;
 
 /// An equation in which no operator differs by more than this share of the drive range says nothing.
 const SAYS_NOTHING: f64 = 1e-3;
@@ -68,11 +72,17 @@ pub(crate) fn findings(
     found.into_iter().flatten().collect()
 }
 
-/// The finding about a temperature whose sensitivity or lag is not told, with their standard errors.
-pub(crate) fn untold_temperature(term: &TemperatureTerm, (of_sensitivity, of_lag): (f64, f64)) -> Option<Finding> {
+/// The finding about a temperature whose sensitivity or lag is not told, with their standard errors and the longest lag that was searched. One
+/// as long stands for another slow change.
+pub(crate) fn untold_temperature(
+    term: &TemperatureTerm,
+    (of_sensitivity, of_lag): (f64, f64),
+    longest: f64,
+) -> Option<Finding> {
     let (kappa, tau) = (term.sensitivity(), term.time_constant());
     let relative = |error: f64, value: f64| if error > 0.0 { error / value.abs() } else { 0.0 };
-    let value = relative(of_sensitivity, kappa).max(relative(of_lag, tau));
+    let of_bound = if tau >= LONGEST_LAG * longest { 1.0 } else { 0.0 };
+    let value = relative(of_sensitivity, kappa).max(relative(of_lag, tau)).max(of_bound);
     let message = format!(
         "the sensitivity to temperature is {kappa:.3e} with a standard error of {of_sensitivity:.1e}, its lag {tau:.3e} s with one of {of_lag:.1e} s"
     );

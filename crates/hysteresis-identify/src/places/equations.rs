@@ -3,6 +3,7 @@
 use crate::fit::rows::Tangent;
 use crate::places::beside::Beside;
 use crate::places::given::Given;
+use crate::places::rows::{Rows, between};
 use crate::records::course::{Course, turns};
 
 /// The equations of all drives, sorted by the samples that they need.
@@ -24,27 +25,6 @@ struct Part {
     sample: usize,
     equation: usize,
     factor: f64,
-}
-
-/// The rows of all equations at a point: pairs first, then lengths.
-pub(crate) struct Rows {
-    pub(crate) width: usize,
-    values: Vec<f64>,
-}
-
-impl Rows {
-    pub(crate) fn iter(&self) -> std::slice::ChunksExact<'_, f64> {
-        self.values.chunks_exact(self.width)
-    }
-
-    pub(crate) fn iter_mut(&mut self) -> std::slice::ChunksExactMut<'_, f64> {
-        self.values.chunks_exact_mut(self.width)
-    }
-
-    /// Row by column of weights: what the model says of every equation.
-    pub(crate) fn times(&self, weights: &[f64]) -> Vec<f64> {
-        self.iter().map(|row| row.iter().zip(weights).map(|(z, w)| z * w).sum()).collect()
-    }
 }
 
 impl<'a> Equations<'a> {
@@ -105,20 +85,15 @@ impl<'a> OfDrive<'a> {
     }
 }
 
-/// The sample at or before an instant, and how far it is on the way to the next.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an instant of a drive")]
-pub(crate) fn between(instant: f64) -> (usize, f64) {
-    (instant.floor() as usize, instant - instant.floor())
-}
-
 #[cfg(test)]
 mod tests {
     use hysteresis_core::Ratios;
 
     use super::*;
     use crate::fit::response::{OperatorsAt, hysteresis};
-    use crate::places::beside::{drift_of, value_at};
+    use crate::places::beside::drift_of;
     use crate::places::given::{KnownLength, PlacePair};
+    use crate::places::rows::value_at;
     use crate::terms::dynamics::LinearPart;
     use crate::terms::operators::OperatorBank;
 

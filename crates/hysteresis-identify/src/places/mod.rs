@@ -5,7 +5,7 @@
 //! dead time, creep.
 //!
 //! 1. `given` checks what came.
-//! 2. `space` names what is searched, `equations` has the rows of a point, `beside` what moves places beside the operators.
+//! 2. `space` names what is searched, `equations` has the `rows` of a point, `beside` what moves places beside the operators.
 //! 3. `weighing` finds the best weights for rows, whatever some pairs say; `search` the best point.
 //! 4. `validation` chooses model, creep, drift and smoothness by pairs that were not fitted.
 //! 5. `spread` says how far the numbers may be off, `doubts` what the pairs cannot tell; `result` is what comes out.
@@ -15,6 +15,7 @@ mod doubts;
 mod equations;
 pub(crate) mod given;
 pub(crate) mod result;
+mod rows;
 mod search;
 mod space;
 mod spread;
@@ -116,7 +117,8 @@ pub fn identify_places(
         let start = plain.map(|plain| space.beginning_at(&plain.point));
         found.push(search.find(space, start, proceed)?);
     }
-    let shares = judging_shares(&found);
+    // There is a model always.
+    let shares = judging_shares(&found).ok_or(Error::NoOperators)?;
     let candidates: Vec<PlacesCandidate> = found.iter().map(|one| candidate(&search, one, shares, &checked)).collect();
     let validations: Vec<CrossValidation> = candidates.iter().map(|one| one.validation.clone()).collect();
     let chosen = CrossValidation::good(&validations, MARGIN).next().unwrap_or(0);
@@ -139,7 +141,7 @@ fn as_options(options: &PlacesOptions) -> Options {
 
 /// The sum of squares of the drive differences of all equations.
 fn drive_squares(given: &Given<'_>) -> f64 {
-    let at = |drive: usize, instant: f64| beside::value_at(given.drives[drive], instant);
+    let at = |drive: usize, instant: f64| rows::value_at(given.drives[drive], instant);
     given.equations().map(|(drive, [first, second])| (at(drive, second) - at(drive, first)).powi(2)).sum()
 }
 
@@ -181,9 +183,9 @@ fn check_equations(search: &PlaceSearch<'_>, space: &PlaceSpace) -> Result<(), E
 
 /// How much every pair counts where candidates are judged: all by the same shares, those of the model that leaves least. Each by its own
 /// would let a model leave out the pairs that it does not explain.
-fn judging_shares(found: &[FoundPlace]) -> &Shares {
+fn judging_shares(found: &[FoundPlace]) -> Option<&Shares> {
     let shares = found.iter().map(|one| &one.weighed.shares);
-    shares.min_by(|a, b| a.scale.total_cmp(&b.scale)).expect("models has one at least")
+    shares.reduce(|a, b| if b.scale < a.scale { b } else { a })
 }
 
 /// How a model predicts pairs that it was not fitted to, at the smoothness that suits it.
@@ -256,7 +258,9 @@ fn result(
     let wrong_pairs: Vec<usize> = shares.filter(|(_, share)| **share == 0.0).map(|(place, _)| place).collect();
     let mut warnings = doubts::findings(given, weighed, high - low, &wrong_pairs, &uninformative_pairs);
     warnings.extend(untold_dead_time(point.dead_time / given.dt, dead_time_std / given.dt));
-    warnings.extend(temperature.and_then(|term| doubts::untold_temperature(&term, temperature_std)));
+    warnings.extend(
+        temperature.and_then(|term| doubts::untold_temperature(&term, temperature_std, given.longest_and_shortest().0)),
+    );
     let tangent = space.tangent(point, Some(weights));
     // What is beside the operators is no part of a prediction.
     let own = Mat::from_fn(columns + tangent.slopes.len(), root.ncols(), |i, k| {

@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 
 use crate::error::Error;
-use crate::places::equations::{Equations, Rows};
+use crate::places::equations::Equations;
+use crate::places::rows::Rows;
 use crate::places::space::{PlacePoint, PlaceSpace};
 use crate::places::weighing::{Law, RobustLoss, System, Weighed};
 

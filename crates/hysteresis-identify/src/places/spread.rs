@@ -7,7 +7,7 @@
 use faer::Mat;
 
 use crate::algebra::factor::{TriangularFactor, back_substitute};
-use crate::places::equations::Rows;
+use crate::places::rows::Rows;
 use crate::places::search::{FoundPlace, PlaceSearch};
 use crate::places::validation::stretches;
 use crate::places::weighing::Law;

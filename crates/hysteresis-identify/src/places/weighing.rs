@@ -12,8 +12,8 @@ use faer::Mat;
 
 use crate::algebra::bounded;
 use crate::algebra::factor::TriangularFactor;
-use crate::places::equations::Rows;
 use crate::places::given::Given;
+use crate::places::rows::Rows;
 use crate::places::space::{PlacePoint, PlaceSpace};
 use crate::records::signal::{mean, median, robust_deviation};
 use crate::terms::operators::Thresholds;
