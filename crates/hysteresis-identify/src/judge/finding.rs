@@ -304,11 +304,9 @@ pub enum FindingCode {
     OneLoopSize,
     /// Pairs of places that contradict the others were left out. Value: their share of all pairs; limit 0.02.
     WrongPairs,
-    /// Pairs of places that say nothing: every operator has the same output at both instants, as on two passes along the same
-    /// branch. Value: their share of all pairs; limit 0.5.
+    /// Pairs of places that say nothing: no operator differs between their instants. Value: their share of all pairs; limit 0.5.
     UninformativePairs,
-    /// The model is not at the same place at both instants of a pair. Value: the robust standard deviation of the distances over the range
-    /// of the position; limit 0.01.
+    /// The model is elsewhere at the two instants of a pair. Value: the robust standard deviation over the range of the position; limit 0.01.
     PlacesDiffer,
     /// Sensitivity or lag of a temperature is not told. Value: the larger of the relative standard errors; 1 for a lag of a whole drive; limit 0.5.
     TemperatureNotTold,
@@ -627,11 +625,9 @@ impl FindingCode {
             Self::PlacesDiffer => (
                 "places_differ",
                 From(0.05),
-                "match more exactly; where that does not help, the stage has what the model lacks: dynamics, or a map",
+                "match more exactly; else the stage has dynamics, or a map, that the model lacks",
             ),
-            Self::TemperatureNotTold => {
-                ("temperature_not_told", Never, "let it change by more, and not as the drive does")
-            }
+            Self::TemperatureNotTold => ("temperature_not_told", Never, "let it change more, and not as the drive"),
             Self::Assumed => {
                 ("assumed", Never, "say what it is with the option that is named, or mend the file; `look` shows it")
             }
