@@ -23,7 +23,7 @@ def test_an_example_is_short_documented_and_tested(path: Path) -> None:
 
 def test_all_examples_are_there() -> None:
     assert {path.stem for path in EXAMPLES} == {
-        *("many_with_dask", "many_with_joblib", "support_stage", "with_bluesky", "with_control"),
-        *("with_hcipy", "with_nidaqmx", "with_pipython", "with_pymmcore", "with_qudi"),
-        *("with_softioc", "with_tables", "with_tango"),
+        *("load_cell", "many_with_dask", "many_with_joblib", "support_stage", "with_bluesky"),
+        *("with_control", "with_hcipy", "with_nidaqmx", "with_pipython", "with_pymmcore"),
+        *("with_qudi", "with_softioc", "with_tables", "with_tango"),
     }

@@ -29,6 +29,7 @@ STAGE = mh.Stage(
     creep=mh.plant.Creep([0.01], [0.5]),
     loop_shift=mh.plant.LoopShift(0.0, 500.0, (-0.2, 0.1), 0.2, 0.5),
     slow_gain=mh.plant.SlowGain(500.0, -0.02, 1.0, 2.0),
+    temperature=mh.plant.TemperatureTerm(0.02, 60.0, 25.0),
     noise=0.016,
 )
 U = mh.signals.decaying_triangle(500.0, 1.0, cycles=6, rate=200)
@@ -111,6 +112,7 @@ VALUES: dict[str, Callable[[], Any]] = {
     "Biquad": lambda: mh.control.Biquad([0.5, 0.5, 0.0], [-0.1, 0.0]),
     "HystereticOscillator": lambda: OSCILLATOR,
     "SlowGain": lambda: mh.plant.SlowGain(500.0, -0.02, 1.0, 2.0),
+    "TemperatureTerm": lambda: mh.plant.TemperatureTerm(0.02, 60.0, 25.0),
     "LoopShift": lambda: mh.plant.LoopShift(0.0, 500.0, (-0.2, 0.1), 0.2, 0.5),
     "Stage": lambda: STAGE,
     "Sine": lambda: mh.trajectories.Sine(3.0, 1.0, offset=0.5),

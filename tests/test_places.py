@@ -48,12 +48,14 @@ def stack() -> tuple[Array, Array, Array, Array]:
     return major.u, major.y, decaying.u, decaying.y
 
 
-def off_by(stack: tuple[Array, Array, Array, Array], pairs: Array) -> float:
+def off_by(stack: tuple[Array, Array, Array, Array], pairs: Array, last: int = 1200) -> float:
     """The rms error on the decaying loops, which were not used, over the range of the stack."""
     u, y, other_u, other_y = stack
-    high, low = 400 + int(np.argmax(y[400:1200])), 400 + int(np.argmin(y[400:1200]))
+    first = int(pairs[:, 1:].min())
+    part = y[first:last]
+    high, low = first + int(np.argmax(part)), first + int(np.argmin(part))
     lengths = [(0, low, high, y[high] - y[low])]
-    found = mh.identify_places(u[:1201], pairs, lengths, dt=DT)
+    found = mh.identify_places(u[: last + 1], pairs, lengths, dt=DT)
     assert "one_loop_size" in [finding.code for finding in found.warnings]
     assert 0.010 < found.dead_time < 0.025
     return rms((found.predict(other_u) - other_y)[400:3850]) / float(np.ptp(y))
@@ -197,6 +199,94 @@ def test_wrong_input_is_named(change: dict[str, Any], message: str) -> None:
     given |= change
     with pytest.raises((ValueError, TypeError), match=message):
         mh.identify_places(u, **given)
+
+
+# ---- what drifts, and what pairs do not tell
+
+
+def drifting(rate: float, settling: float) -> tuple[Array, Array, Array]:
+    """The same drive and position, and pairs of what is seen, which drifts."""
+    u, y, _ = simulated()
+    time = np.arange(u.size) / u.size
+    drift = rate * time + settling * (1.0 - np.exp(-time / 0.2))
+    return u, y, pairs_of(y + drift, 0, 1200, 100)
+
+
+def test_drift_is_told_from_hysteresis() -> None:
+    u, y, pairs = drifting(0.15, -0.08)
+    lengths = lengths_of(y, [(50, 150)])
+    found = mh.identify_places(u, pairs, lengths, dt=DT)
+    assert found.has_drift
+    assert rms(found.predict(u) - y) < 0.01 * np.ptp(y)
+    without = mh.identify_places(u, pairs, lengths, dt=DT, drift=False)
+    assert rms(without.predict(u) - y) > 2.0 * rms(found.predict(u) - y)
+    time = np.arange(u.size) / u.size
+    true = 0.15 * time - 0.08 * (1.0 - np.exp(-time / 0.2))
+    assert found.drift(0) == pytest.approx(true, abs=0.02)
+    assert found.drift(0)[0] == 0.0
+    with pytest.raises(ValueError, match="drive: expected the number of a drive, got 1"):
+        found.drift(1)
+
+
+def test_no_drift_is_found_where_there_is_none() -> None:
+    u, y, pairs = simulated()
+    found = mh.identify_places(u, pairs, lengths_of(y, [(50, 150)]), dt=DT)
+    assert not found.has_drift and not found.drift(0).any()
+    assert {(model, creep) for model, creep, _, _ in found.candidates} >= {
+        ("conventional", 0),
+        ("modified", 0),
+    }
+    assert {drift for _, _, drift, _ in found.candidates} == {False, True}
+
+
+def test_pairs_do_not_tell_a_map_behind_the_hysteresis() -> None:
+    _, y, _ = simulated()
+    middle, half = 0.5 * (y.max() + y.min()), 0.5 * np.ptp(y)
+    x = (y - middle) / half
+    mapped = middle + half * (x + 0.1 * (x**3 - x))
+    for level in np.linspace(-0.9, 0.9, 20):
+        other = middle + half * (level + 0.1 * (level**3 - level))
+        there, behind = passes(y, middle + half * level), passes(mapped, other)
+        assert behind == pytest.approx(there, abs=0.02)
+
+
+def test_pairs_hardly_tell_a_map_in_front_of_the_hysteresis(
+    stack: tuple[Array, Array, Array, Array],
+) -> None:
+    u, y, other_u, other_y = stack
+    pairs = pairs_of(y, 400, 1200)
+    high, low = 400 + int(np.argmax(y[400:1200])), 400 + int(np.argmin(y[400:1200]))
+    lengths = [(0, low, high, y[high] - y[low])]
+    middle, half = 0.5 * (u.max() + u.min()), 0.5 * float(np.ptp(u))
+
+    def mapped(drive: Array, cubic: float) -> Array:
+        x = (drive - middle) / half
+        return middle + half * (x + cubic * (x**3 - x))
+
+    told, off = [], []
+    for cubic in (-0.1, 0.0, 0.1):
+        found = mh.identify_places(
+            mapped(u[:1201], cubic), pairs, lengths, dt=DT, model="modified", creep=None
+        )
+        told.append(min(error for *_, error in found.candidates))
+        error = (found.predict(mapped(other_u, cubic)) - other_y)[400:3850]
+        off.append(rms(error) / float(np.ptp(y)))
+    # The error on pairs is much the same; that of positions is not.
+    assert max(told) < 1.15 * min(told)
+    assert max(off) > 1.5 * min(off)
+
+
+def test_pairs_on_one_loop_do_not_tell_a_loop_shift() -> None:
+    model = mh.PrandtlIshlinskii([0.5, 0.1, 0.1], [0.0, 0.3, 0.9])
+    shift = mh.plant.LoopShift(0.0, 2.0, (0.1, 0.0), 2.0, 0.5)
+    u = 2.0 * np.sin(np.arange(6000) * 2 * np.pi / 200)
+    plain, shifted = (
+        stage.forward(DT).run(u) for stage in (mh.Stage(model), mh.Stage(model, loop_shift=shift))
+    )
+    last = slice(5600, 6000)  # it has come to rest
+    moved = (shifted - plain)[last]
+    assert abs(moved.mean()) > 0.002
+    assert np.ptp(moved) < 0.15 * abs(moved.mean())
 
 
 # ---- a load cell: known loads alone

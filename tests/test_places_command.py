@@ -39,6 +39,49 @@ def test_pairs_of_a_file_give_a_stage(room: Path) -> None:
     assert stage.forward(DT).run(u) == pytest.approx(found.predict(u), abs=1e-6)
 
 
+def stage_of(room: Path, *words: str) -> mh.Stage:
+    """Return the stage that the command makes of the drive and what else is said."""
+    result = run("places", str(room / "drive.csv"), *words, "-o", str(room / "stage.json"))
+    assert result.exit_code == 0, result.output
+    stage = mh.load(room / "stage.json")
+    assert isinstance(stage, mh.Stage)
+    return stage
+
+
+def test_fringes_give_a_stage(room: Path) -> None:
+    u, y, _ = simulated()
+    np.save(room / "signal.npy", np.cos(4 * np.pi * y / 0.2))
+    stage = stage_of(room, "--fringes", str(room / "signal.npy"), "--wavelength", "0.2")
+    assert np.std(stage.forward(DT).run(u) - y) < 0.01 * np.ptp(y)
+
+
+def test_lengths_alone_give_a_stage_with_the_options_that_are_asked_for(room: Path) -> None:
+    u, y, _ = simulated()
+    at = range(10, u.size, 10)
+    seen = 20.0 + 5.0 * np.sin(np.arange(u.size) / 70.0)
+    lengths = lengths_of(y + 0.01 * seen, [(0, k) for k in at])
+    np.savetxt(room / "lengths.csv", lengths, delimiter=",")
+    np.savetxt(room / "temperature.txt", seen)
+    words = ["--lengths", str(room / "lengths.csv"), "--temperature", str(room / "temperature.txt")]
+    options = ["--dead-time", "0", "--creep", "none", "--model", "conventional"]
+    more = ["--smoothness", "0.001", "--operators", "15", "--thermal-lag", "0"]
+    stage = stage_of(room, *words, *options, *more)
+    assert stage.dead_time == 0.0 and stage.creep is None
+    assert stage.temperature is not None
+    assert stage.temperature.sensitivity == pytest.approx(0.01, abs=1e-3)
+    assert stage.temperature.time_constant == 0.0
+    assert len(stage.hysteresis.weights) == 15
+    assert np.std(stage.forward(DT).run(u) - y) < 0.01 * np.ptp(y)
+
+
+def test_without_any_length_it_is_refused(room: Path) -> None:
+    before = {path.name for path in room.iterdir()}
+    result = run("places", str(room / "drive.csv"), "--pairs", str(room / "pairs.npy"))
+    assert_refused(
+        result, room, before, "--lengths: expected known lengths, or --fringes, got neither"
+    )
+
+
 def write_scan(room: Path) -> Array:
     """Write images of 64 lines by 64 pixels, and return the drive."""
     pixels, lines = 64, 64
@@ -77,7 +120,24 @@ def test_images_give_a_corrected_image_and_a_report(room: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ([], "expected --trace and --retrace, or --pairs, got neither"),
+        (["--model", "plain"], "is not one of"),
+        (["--creep", "some"], "expected auto, none, log or a whole number from 1 on, got 'some'"),
+        (["--pairs", "pairs.npy", "--dead-time", "1e6"], "--dead-time: expected"),
+        (["--pairs", "pairs.npy", "--smoothness", "-1"], "--smoothness: expected"),
+        (["--fringes", "signal.npy"], "--wavelength: expected that of the --fringes, got none"),
+        (
+            ["--fringes", "pairs.npy", "--wavelength", "0.6"],
+            "pairs.npy: expected a number for each of",
+        ),
+        (
+            ["--fringes", "signal.npy", "--wavelength", "-1"],
+            "--wavelength: expected a number above",
+        ),
+        (["--fringes", "signal.npy", "--wavelength", "1", "--lag", "-1"], "--lag: expected 0"),
+        (
+            ["--pairs", "pairs.npy", *["--temperature", "signal.npy"] * 2],
+            "--temperature: expected one for each of 1 drives, got 2",
+        ),
         (["--trace", "trace.npy"], "--retrace: expected one for each --trace, got 1 and 0"),
         (["--pairs", "trace.npy"], "--pairs: expected rows of 3 numbers"),
         (["--pairs", "drive.csv"], "drive.csv: expected a table of numbers"),
@@ -87,7 +147,8 @@ def test_images_give_a_corrected_image_and_a_report(room: Path) -> None:
     ],
 )
 def test_wrong_input_is_refused(room: Path, options: list[str], said: str) -> None:
-    write_scan(room)
+    u = write_scan(room)
+    np.save(room / "signal.npy", np.cos(u))
     before = {path.name for path in room.iterdir()}
     whole = [str(room / one) if one.endswith((".npy", ".csv")) else one for one in options]
     assert_refused(run(*given(room), *whole), room, before, said)

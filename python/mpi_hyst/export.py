@@ -85,9 +85,9 @@ def c_header(
 ) -> None:
     """Write the constants of a stage as a header for C99 and C++11.
 
-    It has thresholds, weights, offsets, limits, slew rate, maps and creep. With a sampling interval
-    it also has tuned gains and filters. Every number reads back bit for bit. The stage is in it as
-    bytes too, for `mpih_stage_from_bytes` of the C library.
+    It has thresholds, weights, offsets, limits, slew rate, maps, creep and what a temperature adds.
+    With a sampling interval it also has tuned gains and filters. Every number reads back bit for
+    bit. The stage is in it as bytes too, for `mpih_stage_from_bytes` of the C library.
 
     Parameters
     ----------

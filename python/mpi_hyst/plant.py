@@ -2,11 +2,12 @@
 
 `SecondOrder`, `FirstOrder`, `Modes` and `StateSpace` describe the dynamics behind the hysteresis,
 `Creep` slow drift after a change of the drive, `LoopShift` the motion of the centre of a loop with
-its amplitude, `SlowGain` the change of its size while the drive cycles. `HystereticOscillator` is a
-mode with hysteresis inside, where no hysteresis in front of linear dynamics is right. `Plant`
-simulates a stage with converters, noise and limits, one drive at a time. `MultiAxisPlant` couples
-several of them, as the axes of an XY stage. `simulate` runs a controller on a plant, ours or any
-object with `read` and `write`, and returns a `Run` with the errors.
+its amplitude, `SlowGain` the change of its size while the drive cycles, `TemperatureTerm` what a
+temperature adds. `HystereticOscillator` is a mode with hysteresis inside, where no hysteresis in
+front of linear dynamics is right. `Plant` simulates a stage with converters, noise and limits, one
+drive at a time. `MultiAxisPlant` couples several of them, as the axes of an XY stage. `simulate`
+runs a controller on a plant, ours or any object with `read` and `write`, and returns a `Run` with
+the errors.
 """
 
 from mpi_hyst._core import (
@@ -24,6 +25,7 @@ from mpi_hyst._core import (
     SecondOrder,
     SlowGain,
     StateSpace,
+    TemperatureTerm,
     simulate,
 )
 
@@ -42,5 +44,6 @@ __all__ = [
     "SecondOrder",
     "SlowGain",
     "StateSpace",
+    "TemperatureTerm",
     "simulate",
 ]

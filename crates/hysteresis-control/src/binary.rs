@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::learning::{RepetitiveOptions, RepetitiveState, Supervision};
 use crate::observer::ObserverState;
-use crate::stage::{DuhemFile, Error, Later, Stage, StageBytes, StageState};
+use crate::stage::{Error, Later, Latest, Stage, StageBytes, StageState};
 use crate::stage_controller::StageControllerState;
 
 const MAGIC: [u8; 8] = *b"mpi_hyst";
@@ -200,16 +200,16 @@ fn content_of(kind: Kind, bytes: &[u8]) -> Result<&[u8], String> {
 impl Binary for Stage {
     fn to_bytes(&self) -> Vec<u8> {
         let content = StageBytes::from(self.parts());
-        match (content.duhem(), content.later()) {
-            (Some(duhem), later) => pack(Kind::Stage, &(content, later.unwrap_or_default(), duhem)),
-            (None, Some(later)) => pack(Kind::Stage, &(content, later)),
+        match (content.later(), content.latest()) {
             (None, None) => pack(Kind::Stage, &content),
+            (Some(later), None) => pack(Kind::Stage, &(content, later)),
+            (later, Some(latest)) => pack(Kind::Stage, &(content, later.unwrap_or_default(), latest)),
         }
     }
 
     fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let (content, later, duhem) = unpack_grown::<StageBytes, Later, DuhemFile>(Kind::Stage, bytes)?;
-        content.stage(later, duhem)
+        let (content, later, latest) = unpack_grown::<StageBytes, Later, Latest>(Kind::Stage, bytes)?;
+        content.stage(later.unwrap_or_default(), latest.unwrap_or_default())
     }
 }
 

@@ -183,7 +183,7 @@ impl Header<'_> {
         self.line("");
     }
 
-    /// Maps, loop shift and creep.
+    /// Maps, loop shift, slow gain, creep and temperature.
     fn surroundings(&mut self, stage: &Stage) {
         let parts = stage.parts();
         self.line("/* Around the hysteresis: points of the maps, straight lines between them. */");
@@ -214,6 +214,11 @@ impl Header<'_> {
         if !amplitudes.is_empty() {
             self.numbers("creep_amplitudes", amplitudes);
             self.numbers("creep_time_constants", times);
+        }
+        if let Some(term) = &parts.temperature {
+            self.line("/* Behind all of it theta follows the temperature with the time constant, and sensitivity (theta - reference)");
+            self.line(" * is added to the position: sensitivity, time constant, reference. */");
+            self.numbers("temperature", &[term.sensitivity(), term.time_constant(), term.reference()]);
         }
         self.line("");
     }

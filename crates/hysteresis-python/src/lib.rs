@@ -139,6 +139,8 @@ mod _core {
     #[pymodule_export]
     use crate::stage::streams::{StageForward, StageInverse};
     #[pymodule_export]
+    use crate::stage::temperature::TemperatureTerm;
+    #[pymodule_export]
     use crate::stream::actuators::ActuatorArray;
     #[pymodule_export]
     use crate::stream::array_bracket::BracketArray;

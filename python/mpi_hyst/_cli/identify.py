@@ -13,7 +13,23 @@ from mpi_hyst_command.interrupted import STATUS
 
 import mpi_hyst as mh
 from mpi_hyst._cli.identify_records import Files, read
-from mpi_hyst._cli.options import command, flag, limits, numbers, option, passed, slew, word_or
+from mpi_hyst._cli.options import (
+    asked,
+    command,
+    creep,
+    dead_time,
+    flag,
+    input_offset,
+    limits,
+    option,
+    passed,
+    ratios,
+    slew,
+    smoothness,
+    thresholds,
+    whole,
+    word_or,
+)
 from mpi_hyst._cli.outputs import Output, write_outputs
 from mpi_hyst._cli.stage import name_options
 from mpi_hyst._cli.terminal import (
@@ -43,14 +59,6 @@ _IDENTIFY = ("identify",)
 _FIT = ("identify", "compare")
 
 
-def _whole(text: str) -> int:
-    """Read a whole number from 1 on; how large it may be is said by the library."""
-    number = int(text) if text.isascii() and text.isdigit() and len(text) < 19 else 0
-    if number < 1:
-        raise ValueError(text)
-    return number
-
-
 def _number(context: click.Context, option: click.Parameter, value: str | None) -> int | str | None:
     """Read a small number, or a word."""
     del context, option
@@ -68,7 +76,7 @@ class Request(Files):
         passed=_FIT,
         metavar="NUMBER|auto",
         show_default="20, or 40 or 80 where these predict better",
-        **word_or(("auto",), "a whole number from 1 on", _whole),
+        **word_or(("auto",), "a whole number from 1 on", whole),
         help="Number of operators. auto: the smallest of 4 to 80 whose cross-validation error is "
         "as good as the best.",
     )
@@ -79,37 +87,17 @@ class Request(Files):
         "weights below zero than above. auto: the simplest whose cross-validation error is as "
         "good as the best.",
     )
-    smoothness: float | Literal["auto"] = option(
-        passed=_FIT,
-        metavar="NUMBER|auto",
-        default="auto",
-        **word_or(("auto",), "a number >= 0", float),
-        help="Penalty on second differences of the weights. auto: by cross-validation.",
-    )
+    smoothness: float | Literal["auto"] = smoothness(passed=_FIT)
     loss: Literal["auto", "squares", "robust"] | None = option(
         passed=_FIT,
         help="What glitches of the position do to the fit. auto: samples that lie far from those "
         "about them, up to 25 in a row, are left out. squares: all samples count. robust: nearer "
         "ones are left out, too.  [default: auto]",
     )
-    thresholds: Literal["uniform", "quantiles", "geometric"] = option(
-        passed=_FIT,
-        default="uniform",
-        help="Thresholds at equal distances, at quantiles of the reversals of the drive, or "
-        "growing by a constant factor from a hundredth of the range on: more operators "
-        "for small loops.",
-    )
-    ratios: tuple[float, float, float] | None = option(
-        passed=_FIT, **numbers("RA,RB,RC"), help="Ratios ra/r, rb/r, rc/r.  [default: fitted]"
-    )
-    input_offset: float | None = option(
-        passed=_FIT, help="Drive at which the model rests.  [default: fitted]"
-    )
-    dead_time: float | None = option(
-        passed=_FIT,
-        metavar="SECONDS",
-        help="Time that the position is behind hysteresis and dynamics.  [default: fitted]",
-    )
+    thresholds: Literal["uniform", "quantiles", "geometric"] = thresholds(passed=_FIT)
+    ratios: tuple[float, float, float] | None = ratios(passed=_FIT)
+    input_offset: float | None = input_offset(passed=_FIT)
+    dead_time: float | None = dead_time(passed=_FIT)
     dynamics: int | Literal["auto", "none"] | None = option(
         passed=_FIT,
         type=click.Choice(["auto", "none", "1", "2"]),
@@ -124,13 +112,7 @@ class Request(Files):
         help="Number of modes in parallel of second-order dynamics. auto: as many as the records "
         "tell.  [default: auto]",
     )
-    creep: int | Literal["auto", "none", "log"] | None = option(
-        passed=_FIT,
-        metavar="TERMS|log|auto|none",
-        **word_or(("auto", "none", "log"), "a whole number from 1 on", _whole),
-        help="Creep: log-type, or so many terms a decade apart. auto: log-type, if "
-        "cross-validation asks for it.  [default: auto]",
-    )
+    creep: int | Literal["auto", "none", "log"] | None = creep(passed=_FIT)
     loop_shift: float | Literal["auto", "none"] | None = option(
         passed=_FIT,
         metavar="SECONDS|auto|none",
@@ -297,7 +279,7 @@ def fit(
 ) -> mh.results.Identification:
     """Fit the model that was asked for, or the other kind for comparison."""
     kind = model or request.model
-    options = {**_options(request, "identify"), "model": kind}
+    options = {**asked(request, "identify"), "model": kind}
     if kind == "conventional":
         options.pop("ratios", None)
         # A split model is compared with a conventional one of free weights: that has no split.
@@ -321,12 +303,6 @@ def fit(
     except (ValueError, TypeError) as error:
         raise CommandError(_name_options(error, request)) from error
     return found.assuming(records.doubts)
-
-
-def _options(request: Request, call: str) -> dict[str, Any]:
-    """Return what goes to a call of the library, as that takes it."""
-    given = passed(request, call).items()
-    return {name: None if value == "none" else value for name, value in given}
 
 
 def _check_time(records: Records, request: Request) -> None:
@@ -365,7 +341,7 @@ def _provenance(records: Records, request: Request) -> Provenance:
 
 def _compare_models(records: Records, request: Request) -> mh.results.Comparison | None:
     """Compare models on the fitted rows; with --keep-partial, Ctrl-C omits it."""
-    options = _options(request, "compare")
+    options = asked(request, "compare")
     try:
         with progress_bar("comparing models", request.output.unit) as progress:
             return mh.compare(

@@ -76,6 +76,12 @@ def passed(request: object, call: str) -> dict[str, Any]:
     return {name: value for name, value in given.items() if value is not None}
 
 
+def asked(request: object, call: str) -> dict[str, Any]:
+    """Return the same as the call takes it: `none` is None."""
+    given = passed(request, call).items()
+    return {name: None if value == "none" else value for name, value in given}
+
+
 def flags(request: type) -> dict[str, str]:
     """Return the flag of every option by the name of its field."""
     found: dict[str, str] = {}
@@ -183,6 +189,67 @@ def slew(default: str, **how: Any) -> Any:
     """Make a field the slew rate of the drive."""
     said = f"How fast the drive may change.  [default: {default}]"
     return option(metavar="V/s", help=said, **how)
+
+
+def whole(text: str) -> int:
+    """Read a whole number from 1 on; how large it may be is said by the library."""
+    number = int(text) if text.isascii() and text.isdigit() and len(text) < 19 else 0
+    if number < 1:
+        raise ValueError(text)
+    return number
+
+
+def smoothness(**how: Any) -> Any:
+    """Make a field the smoothness of the weights."""
+    return option(
+        metavar="NUMBER|auto",
+        default="auto",
+        **word_or(("auto",), "a number >= 0", float),
+        help="Penalty on second differences of the weights. auto: by cross-validation.",
+        **how,
+    )
+
+
+def thresholds(**how: Any) -> Any:
+    """Make a field the law of the thresholds."""
+    return option(
+        default="uniform",
+        help="Thresholds at equal distances, at quantiles of the reversals of the drive, or "
+        "growing by a constant factor from a hundredth of the range on: more operators "
+        "for small loops.",
+        **how,
+    )
+
+
+def ratios(**how: Any) -> Any:
+    """Make a field the ratios of the thresholds."""
+    said = "Ratios ra/r, rb/r, rc/r.  [default: fitted]"
+    return option(**numbers("RA,RB,RC"), help=said, **how)
+
+
+def input_offset(**how: Any) -> Any:
+    """Make a field the drive at which the model rests."""
+    return option(help="Drive at which the model rests.  [default: fitted]", **how)
+
+
+def dead_time(**how: Any) -> Any:
+    """Make a field the dead time."""
+    return option(
+        metavar="SECONDS",
+        help="Time that the position is behind hysteresis and dynamics.  [default: fitted]",
+        **how,
+    )
+
+
+def creep(**how: Any) -> Any:
+    """Make a field the creep."""
+    return option(
+        metavar="TERMS|log|auto|none",
+        **word_or(("auto", "none", "log"), "a whole number from 1 on", whole),
+        help="Creep: log-type, or so many terms a decade apart. auto: log-type, if "
+        "cross-validation asks for it.  [default: auto]",
+        **how,
+    )
 
 
 def _time_column(

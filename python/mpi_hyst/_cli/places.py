@@ -6,7 +6,9 @@ import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
+import click
 import numpy as np
 import numpy.typing as npt
 
@@ -16,15 +18,21 @@ from mpi_hyst._cli.options import (
     FILE,
     Sampled,
     argument,
+    asked,
     command,
+    creep,
+    dead_time,
     flags,
     group,
+    input_offset,
     option,
-    passed,
+    ratios,
     report,
+    smoothness,
+    thresholds,
 )
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
-from mpi_hyst._cli.stage import refusing
+from mpi_hyst._cli.stage import name_options, refusing
 from mpi_hyst._cli.terminal import CommandError, command_line, note, require_report_packages, say
 from mpi_hyst._report import places as page
 from mpi_hyst._report.page import hashed_file, made_with
@@ -32,6 +40,17 @@ from mpi_hyst._report.places import Places, ScanImages
 from mpi_hyst._types import Matrix, Samples
 
 _SAME = 1e-3  # of sampling intervals that are taken for one
+
+
+_PLACES = ("identify_places",)
+
+
+def _yes_or_no(
+    context: click.Context, option: click.Parameter, value: str | None
+) -> bool | str | None:
+    """Read a word that stands for a truth, or another one."""
+    del context, option
+    return {"yes": True, "no": False}.get(value or "", value)
 
 
 @dataclass(frozen=True)
@@ -56,14 +75,51 @@ class Request:
     pairs: Path | None = option(
         help="More pairs, rows of drive number, instant, instant[, uncertainty]; .npy or text."
     )
-    lengths: Path = option(
-        required=True,
-        help="Known lengths, rows of drive number, instant, instant, distance[, std].",
+    lengths: Path | None = option(
+        help="Known lengths or loads, rows of drive number, instant, instant, distance[, std].",
     )
-    model: str | None = option(
-        passed=("identify_places",), metavar="KIND", help="auto, modified or conventional."
+    fringes: tuple[Path, ...] = option(
+        multiple=True,
+        type=FILE,
+        help="Intensity of an interferometer at every sample, .npy or text; once for each drive. "
+        "Its fringes are known lengths.",
     )
-    operators: int | None = option(passed=("identify_places",), help="How many operators.")
+    wavelength: float | None = option(
+        metavar="LENGTH", help="Wavelength of the interferometer, in the unit of the position."
+    )
+    lag: int = option(
+        default=0,
+        metavar="SAMPLES",
+        help="By how many samples the stage turns later than its drive, for fringes.",
+    )
+    temperature: tuple[Path, ...] = option(
+        multiple=True,
+        type=FILE,
+        help="Temperature at every sample, .npy or text; once for each drive.",
+    )
+    model: Literal["auto", "modified", "conventional"] = option(
+        passed=_PLACES,
+        default="auto",
+        help="Model of coupled plays, or of plays. auto: by cross-validation.",
+    )
+    operators: int | None = option(passed=_PLACES, help="Number of operators.  [default: 20]")
+    smoothness: float | Literal["auto"] = smoothness(passed=_PLACES)
+    thresholds: Literal["uniform", "quantiles", "geometric"] = thresholds(passed=_PLACES)
+    ratios: tuple[float, float, float] | None = ratios(passed=_PLACES)
+    input_offset: float | None = input_offset(passed=_PLACES)
+    dead_time: float | None = dead_time(passed=_PLACES)
+    creep: int | Literal["auto", "none", "log"] | None = creep(passed=_PLACES)
+    drift: bool | Literal["auto"] | None = option(
+        passed=_PLACES,
+        type=click.Choice(["auto", "yes", "no"]),
+        callback=_yes_or_no,
+        help="Drift of what is seen against the stage. auto: by cross-validation.  [default: auto]",
+    )
+    thermal_lag: float | None = option(
+        passed=_PLACES,
+        metavar="SECONDS",
+        help="Time constant by which the position is behind the temperature.  [default: fitted]",
+    )
     corrected: Path | None = option(
         help="Trace of the last drive on an even grid, to write (.npy)."
     )
@@ -77,22 +133,24 @@ def places(request: Request) -> None:
 
     DRIVE.csv are the drives, each from rest on. Trace and retrace of a scan say when the stage was
     at the same place: one pixel at each sample of the drive, line after line, the trace first. A
-    known length sets the scale. Images need the extra `images`.
+    known length or the fringes of an interferometer set the scale; known loads on a gauge are
+    lengths, and need no pairs. Images need the extra `images`.
     """
     say(run(request))
 
 
 def run(request: Request) -> str:
     """Identify, write what was asked for, and return the summary."""
-    inputs = [*request.drives, *request.trace, *request.retrace, request.lengths]
-    inputs += [] if request.pairs is None else [request.pairs]
+    inputs = [*request.drives, *request.trace, *request.retrace]
+    inputs += [*request.fringes, *request.temperature]
+    inputs += [path for path in (request.lengths, request.pairs) if path is not None]
     outputs = [request.result_path, request.corrected, request.report_path]
     check_outputs(outputs, inputs)
     if request.report_path is not None:
         require_report_packages("--report")
     scans = _images(request)
-    if not scans and request.pairs is None:
-        raise CommandError("expected --trace and --retrace, or --pairs, got neither")
+    if request.lengths is None and not request.fringes:
+        raise CommandError("--lengths: expected known lengths, or --fringes, got neither")
     if not scans and request.corrected is not None:
         raise CommandError("--corrected: expected --trace and --retrace, got neither")
     columns = [trajectory(path, request.sampled) for path in request.drives]
@@ -104,7 +162,7 @@ def run(request: Request) -> str:
     before = _before(request)
     ends = _ends(drives, scans, before)
     pairs = [] if request.pairs is None else [_matrix(request.pairs)]
-    with refusing(request.lengths, _names(request)):
+    with refusing(request.drives[0], _names(request)):
         matched = []
         for number, (scan, first, end) in enumerate(zip(scans, before, ends, strict=False)):
             at = tuple(one + first for one in mh.images.instants(*scan.trace.shape))
@@ -113,9 +171,10 @@ def run(request: Request) -> str:
         found = mh.identify_places(
             drives,
             _joined(pairs, matched),
-            _matrix(request.lengths),
+            _lengths(request, drives),
             dt=dt,
-            **passed(request, "identify_places"),
+            temperature=_signals("--temperature", request.temperature, drives) or None,
+            **asked(request, "identify_places"),
         )
         corrected = _corrected(found, drives, scans, before)
     result = Places(found, tuple(map(str, request.drives)), corrected)
@@ -126,11 +185,58 @@ def run(request: Request) -> str:
 def _names(request: Request) -> dict[str, str]:
     """Return the options and files that stand for arguments of the library."""
     names = {**flags(Request), "drives": str(request.drives[0]), "at": "--before"}
-    return names | {"dt": "--rate", "lengths": str(request.lengths)}
+    lengths = "--fringes" if request.lengths is None else str(request.lengths)
+    return names | {"dt": "--rate", "lengths": lengths}
+
+
+def _signals(option: str, paths: Sequence[Path], drives: Sequence[Samples]) -> list[Samples]:
+    """Read a number for each sample of a drive, from a file for each; none from no files."""
+    if paths and len(paths) != len(drives):
+        raise CommandError(
+            f"{option}: expected one for each of {len(drives)} drives, got {len(paths)}"
+        )
+    read = [_numbers(path).reshape(-1) for path in paths]
+    for path, signal, drive in zip(paths, read, drives, strict=False):
+        if signal.size != drive.size:
+            raise CommandError(
+                f"{path}: expected a number for each of {drive.size} samples, got {signal.size}"
+            )
+    return read
+
+
+def _lengths(request: Request, drives: Sequence[Samples]) -> Matrix:
+    """Return the lengths of the file, and those between fringes."""
+    known = [] if request.lengths is None else [_matrix(request.lengths)]
+    signals = _signals("--fringes", request.fringes, drives)
+    if signals and request.wavelength is None:
+        raise CommandError("--wavelength: expected that of the --fringes, got none")
+    if signals and known and known[0].shape[1] != 4:
+        raise CommandError(
+            f"{request.lengths}: expected 4 columns beside --fringes, got {known[0].shape[1]}"
+        )
+    for number, (signal, drive) in enumerate(zip(signals, drives, strict=False)):
+        assert request.wavelength is not None
+        try:
+            found = mh.images.fringes(
+                signal, drive, request.wavelength, number=number, lag=request.lag
+            )
+        except ValueError as error:
+            names = {**_names(request), "signal": str(request.fringes[number])}
+            raise CommandError(name_options(str(error), names)) from error
+        known.append(found)
+    return np.vstack(known)
 
 
 def _matrix(path: Path) -> Matrix:
-    """Read a table of numbers: a file of numpy, or text."""
+    """Read a table of numbers."""
+    matrix = _numbers(path)
+    if matrix.ndim != 2:
+        raise CommandError(f"{path}: expected rows and columns, got {matrix.ndim} dimensions")
+    return matrix
+
+
+def _numbers(path: Path) -> npt.NDArray[np.float64]:
+    """Read numbers: a file of numpy, or text."""
     try:
         data = path.read_bytes()
         if path.suffix.lower() == ".npy":
@@ -140,12 +246,9 @@ def _matrix(path: Path) -> Matrix:
             # Between semicolons a comma is a decimal mark.
             text = text.replace(",", "." if ";" in text else " ").replace(";", " ")
             read = np.loadtxt(io.StringIO(text), ndmin=2)
-        matrix = np.asarray(read, dtype=np.float64)
+        return np.asarray(read, dtype=np.float64)
     except (ValueError, UnicodeDecodeError, EOFError) as error:
         raise CommandError(f"{path}: expected a table of numbers, .npy or text: {error}") from error
-    if matrix.ndim != 2:
-        raise CommandError(f"{path}: expected rows and columns, got {matrix.ndim} dimensions")
-    return matrix
 
 
 def _joined(pairs: Sequence[Matrix], matched: Sequence[Matrix]) -> Matrix:
@@ -156,7 +259,11 @@ def _joined(pairs: Sequence[Matrix], matched: Sequence[Matrix]) -> Matrix:
         np.column_stack([one, np.full(len(one), usual)]) if one.shape[1] == 3 else one
         for one in pairs
     ]
-    return np.vstack([*given, *matched])
+    widths = {one.shape[1] for one in given}
+    if matched and not widths <= {4}:
+        raise CommandError(f"--pairs: expected rows of 3 or 4 numbers, got {max(widths)}")
+    both = [*given, *matched]
+    return np.vstack(both) if both else np.zeros((0, 4))
 
 
 def _match(
@@ -228,7 +335,8 @@ def _corrected(
     last, number = scans[-1], len(scans) - 1
     lines, pixels = last.trace.shape
     end = before[number] + 2 * lines * pixels
-    at = found.predict(drives[number])[before[number] : end].reshape(lines, 2, pixels)
+    seen_at = found.predict(drives[number]) + found.drift(number)
+    at = seen_at[before[number] : end].reshape(lines, 2, pixels)
     trace, grid = mh.images.resample(last.trace, at[:, 0], pixels)
     retrace, _ = mh.images.resample(last.retrace, at[:, 1], grid)
     return page.Corrected(last, trace, retrace, grid)

@@ -471,6 +471,10 @@ def linear_parts(stage: mh.Stage) -> list[str]:
         parts.append(f"slow gain {share} %, time constant {digits(tau)} s")
     if stage.creep is not None:
         parts.append(f"creep of {len(stage.creep.amplitudes)} terms")
+    if stage.temperature is not None:
+        term = stage.temperature
+        share, unit = digits(term.sensitivity), stage.units[1]
+        parts.append(f"{share} {unit} per K, {digits(term.time_constant)} s later")
     if stage.dead_time:
         parts.append(f"dead time {digits(1e3 * stage.dead_time)} ms")
     return parts

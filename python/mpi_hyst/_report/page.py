@@ -58,6 +58,14 @@ class Card:
     base: str = ""
 
 
+MEANINGS = {
+    "green": "Nothing was found that makes the result doubtful.",
+    "amber": "Some numbers are doubtful, or another record would make the result better.",
+    "red": "The result is not that of the stage. Do not use it before the red findings are gone.",
+}
+"""What a verdict means."""
+
+
 @dataclass(frozen=True)
 class Verdict:
     """Green, amber or red, what that means, and one line for each reason."""

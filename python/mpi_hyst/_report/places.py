@@ -10,18 +10,12 @@ import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst._report import canvas
-from mpi_hyst._report.page import Card, Provenance, Rows, Verdict, render
+from mpi_hyst._report.page import MEANINGS, Card, Provenance, Rows, Verdict, render
 from mpi_hyst._text import digits, text_pairs
 from mpi_hyst._types import Matrix, Samples
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-_MEANINGS = {
-    "green": "nothing speaks against the result",
-    "amber": "some numbers are doubtful",
-    "red": "do not use the result",
-}
 
 
 @dataclass(frozen=True)
@@ -63,6 +57,8 @@ def facts(result: Places) -> list[tuple[str, str]]:
         ("model", repr(found.model)),
         ("dead time", f"{digits(found.dead_time)} ± {digits(found.dead_time_std)} s"),
         ("creep", "none" if found.creep is None else repr(found.creep)),
+        ("drift", _drift(result)),
+        ("temperature", "none given" if found.temperature is None else _temperature(found)),
         ("range", f"{digits(low_high[0])} to {digits(low_high[1])}"),
         ("mismatch", f"{digits(found.mismatch)} between the instants of a pair"),
     ]
@@ -70,6 +66,23 @@ def facts(result: Places) -> list[tuple[str, str]]:
         before, after = differences(result.corrected)
         said.append(("trace and retrace differ", f"{digits(before)} before, {digits(after)} after"))
     return said
+
+
+def _drift(result: Places) -> str:
+    """Return how far what is seen drifts in each drive."""
+    if not result.found.has_drift:
+        return "none"
+    far = (np.ptp(result.found.drift(number)) for number in range(len(result.drives)))
+    return ", ".join(digits(float(one)) for one in far)
+
+
+def _temperature(found: mh.results.PlacesIdentification) -> str:
+    term, (of_sensitivity, of_lag) = found.temperature, found.temperature_std
+    assert term is not None
+    return (
+        f"{digits(term.sensitivity)} ± {digits(of_sensitivity)} per K, "
+        f"{digits(term.time_constant)} ± {digits(of_lag)} s later"
+    )
 
 
 def differences(corrected: Corrected) -> tuple[float, float]:
@@ -94,7 +107,7 @@ def _findings(found: mh.results.PlacesIdentification) -> Rows:
 def summary(result: Places) -> str:
     """Return what the terminal shows."""
     found = result.found
-    lines = [f"verdict: {found.verdict}, {_MEANINGS[found.verdict]}"]
+    lines = [f"verdict: {found.verdict}. {MEANINGS[found.verdict]}"]
     lines += [f"- {one.code}: {one.message}; {one.hint}" for one in found.warnings]
     return "\n".join([text_pairs(facts(result)), *lines])
 
@@ -114,7 +127,7 @@ def report(result: Places, provenance: Provenance = ()) -> str:
     return render(
         "places.html.j2",
         cards=cards,
-        verdict=Verdict(found.verdict, _MEANINGS[found.verdict], reasons),
+        verdict=Verdict(found.verdict, MEANINGS[found.verdict], reasons),
         provenance=provenance,
         result=result,
         facts=facts(result),

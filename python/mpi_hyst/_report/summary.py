@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import mpi_hyst as mh
-from mpi_hyst._report.page import Rows, Verdict
+from mpi_hyst._report.page import MEANINGS, Rows, Verdict
 from mpi_hyst._report.records import Evaluated, Records, Task, evaluate
 from mpi_hyst._text import NOT_DETERMINED, determined, digits, in_unit, text_pairs, text_table
 
@@ -345,13 +345,6 @@ def _choice(
     return Choice(header, sentence, candidates, errors, chosen)
 
 
-_MEANING = {
-    "green": "Nothing was found that makes the result doubtful.",
-    "amber": "Some numbers are doubtful, or another record would make the result better.",
-    "red": "The result is not that of the stage. Do not use it before the red findings are gone.",
-}
-
-
 def verdict_line(found: mh.results.Identification) -> str:
     """Return the verdict in one line, with the codes of what was found, the worst first."""
     codes = list(dict.fromkeys(one.code for one in _worst_first(found.warnings)))
@@ -368,7 +361,7 @@ def verdict_banner(found: mh.results.Identification, records: Records) -> Verdic
     ]
     interrupted = " The search was interrupted." if found.partial else ""
     worst = found.verdict
-    return Verdict(worst, f"{_MEANING[worst]}{interrupted}", lines)
+    return Verdict(worst, f"{MEANINGS[worst]}{interrupted}", lines)
 
 
 def findings_text(found: mh.results.Identification, records: Records) -> str:

@@ -8,7 +8,7 @@ use hysteresis_core::{CoupledPlay, Duhem, MAX_KNOTS, Model, ModifiedPrandtlIshli
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{Error, ErrorBand, Identified, LoopShift, SlowGain, Stage, StageParts, Units};
+use super::{Error, ErrorBand, Identified, LoopShift, SlowGain, Stage, StageParts, TemperatureTerm, Units};
 use crate::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, Section, StateSpace};
 use crate::oscillator::tables;
 
@@ -68,6 +68,8 @@ struct File {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     error_band: Option<ErrorBand>,
     identified: Option<Identified>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    temperature: Option<TemperatureTerm>,
 }
 
 /// As bytes it has all fields but for the schema, and for those that come behind the others.
@@ -95,6 +97,8 @@ struct Whole {
     #[serde(skip)]
     error_band: Option<ErrorBand>,
     identified: Option<Identified>,
+    #[serde(skip)]
+    temperature: Option<TemperatureTerm>,
 }
 
 /// What comes behind the other bytes of a stage that has any of it.
@@ -102,6 +106,13 @@ struct Whole {
 pub(crate) struct Later {
     slow_gain: Option<SlowGainFile>,
     error_band: Option<ErrorBand>,
+}
+
+/// What comes behind that.
+#[derive(Default, Serialize, Deserialize)]
+pub(crate) struct Latest {
+    duhem: Option<DuhemFile>,
+    temperature: Option<TemperatureTerm>,
 }
 
 /// A stage for memories without files.
@@ -251,14 +262,16 @@ impl StageBytes {
     }
 
     /// What comes behind that.
-    pub(crate) fn duhem(&self) -> Option<DuhemFile> {
-        self.0.duhem.clone()
+    pub(crate) fn latest(&self) -> Option<Latest> {
+        let File { duhem, temperature, .. } = &self.0;
+        let has_any = duhem.is_some() || temperature.is_some();
+        has_any.then(|| Latest { duhem: duhem.clone(), temperature: *temperature })
     }
 
     /// The stage, with what came behind.
-    pub(crate) fn stage(self, later: Option<Later>, duhem: Option<DuhemFile>) -> Result<Stage, Error> {
-        let Later { slow_gain, error_band } = later.unwrap_or_default();
-        File { duhem, slow_gain, error_band, ..self.0 }.stage()
+    pub(crate) fn stage(self, later: Later, latest: Latest) -> Result<Stage, Error> {
+        let (Later { slow_gain, error_band }, Latest { duhem, temperature }) = (later, latest);
+        File { slow_gain, error_band, duhem, temperature, ..self.0 }.stage()
     }
 }
 
@@ -282,6 +295,7 @@ impl File {
             noise: parts.noise,
             error_band: parts.error_band.clone(),
             identified: parts.identified.clone(),
+            temperature: parts.temperature,
         }
     }
 
@@ -304,6 +318,7 @@ impl File {
             noise: self.noise,
             error_band: self.error_band,
             identified: self.identified,
+            temperature: self.temperature.map(TemperatureTerm::checked).transpose()?,
             units: self.units,
         })
     }

@@ -74,6 +74,7 @@ fn same_other_parts(one: &StageParts, other: &StageParts) -> bool {
         && one.loop_shift == other.loop_shift
         && one.slow_gain == other.slow_gain
         && one.creep == other.creep
+        && one.temperature == other.temperature
         && one.dead_time.to_bits() == other.dead_time.to_bits()
 }
 

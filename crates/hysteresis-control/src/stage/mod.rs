@@ -39,14 +39,16 @@ mod knowledge;
 pub mod number;
 mod parts;
 mod precompensate;
+mod temperature;
 
 pub use band::{Branches, CELLS, ErrorBand, ErrorBounds, Place};
 pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
-pub(crate) use file::{DuhemFile, Later, StageBytes};
+pub(crate) use file::{Later, Latest, StageBytes};
 pub use file::{SCHEMA, read_file};
 pub use forward::{StageForward, StageState};
 pub use parts::{Identified, LoopShift, RecordSource, SlowGain, StageParts, StageWarning, Units};
 pub use precompensate::{PrecompensateOptions, Precompensated};
+pub use temperature::TemperatureTerm;
 
 use core::fmt;
 

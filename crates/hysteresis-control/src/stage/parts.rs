@@ -5,7 +5,7 @@ use hysteresis_core::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{ErrorBand, number};
+use super::{ErrorBand, TemperatureTerm, number};
 use crate::checks::check_positive;
 use crate::linear::{Creep, FirstOrder, LinearDynamics};
 
@@ -49,6 +49,8 @@ pub struct StageParts {
     /// What the sensor shows later than hysteresis and modes explain, in seconds. An identified stage may have a negative
     /// one, if its records pair a drive with a position that was read later.
     pub dead_time: f64,
+    /// What a temperature adds behind all of it; what runs is at its reference.
+    pub temperature: Option<TemperatureTerm>,
     /// The drive never leaves (low, high).
     pub limits: Option<(f64, f64)>,
     /// How fast the drive may change, per second.
@@ -78,6 +80,7 @@ impl StageParts {
             creep: None,
             dynamics: LinearDynamics::none(),
             dead_time: 0.0,
+            temperature: None,
             limits: None,
             slew: None,
             noise: None,

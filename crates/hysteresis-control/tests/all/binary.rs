@@ -5,7 +5,7 @@ use hysteresis_control::learning::{RepetitiveControl, RepetitiveOptions, Repetit
 use hysteresis_control::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, StateSpace};
 use hysteresis_control::stage::{
     CELLS, ErrorBand, FeedForwardKind, Identified, LoopShift, RecordSource, SlowGain, Stage, StageParts, StageWarning,
-    Units,
+    TemperatureTerm, Units,
 };
 use hysteresis_control::{Observer, ObserverOptions, StageController, StageControllerState};
 use hysteresis_core::{
@@ -167,9 +167,17 @@ fn slow_gain_and_band_come_behind_all_other_bytes() {
     let band = Stage::new(StageParts { error_band: Some(error_band()), ..without.parts().clone() }).unwrap();
     assert!(content(&band).starts_with(&shorter) && content(&band).len() > shorter.len() + CELLS * CELLS * 8);
     let beside = Stage::new(StageParts { duhem: Some(bouc_wen()), ..with.parts().clone() }).unwrap();
-    // Three lists of three numbers.
-    assert!(content(&beside).starts_with(&longer) && content(&beside).len() == longer.len() + 3 * (1 + 3 * 8));
+    // Three lists of three numbers, and what else may come there.
+    assert!(content(&beside).starts_with(&longer) && content(&beside).len() == longer.len() + 2 + 3 * (1 + 3 * 8));
     assert!(beside.to_json().contains("duhem") && !with.to_json().contains("duhem"));
+    let term = TemperatureTerm::new(0.02, 60.0, 25.0).unwrap();
+    for other in [&with, &without] {
+        let warm = Stage::new(StageParts { temperature: Some(term), ..other.parts().clone() }).unwrap();
+        assert!(content(&warm).starts_with(&content(other)));
+        assert_eq!(Stage::from_bytes(&warm.to_bytes()).unwrap(), warm);
+        assert_eq!(Stage::from_json(&warm.to_json()).unwrap(), warm);
+        assert!(!other.to_json().contains("temperature"));
+    }
     let cut = sealed(1, &longer[..longer.len() - 1]);
     assert_eq!(Stage::from_bytes(&cut).unwrap_err().parameter(), Some("bytes"));
 }

@@ -184,6 +184,9 @@ pub enum FindingCode {
     /// The model is not at the same place at both instants of a pair. Value: the robust standard deviation of the distances over the range
     /// of the position; limit 0.01.
     PlacesDiffer,
+    /// What was recorded does not tell how the position follows the temperature, or how much later. Value: the larger of the relative
+    /// standard errors of sensitivity and lag; 1 for a lag as long as the drive; limit 0.5.
+    TemperatureNotTold,
     /// The record does not tell hysteresis inside the dynamics: a linear oscillator predicts samples that were not fitted as well. Value:
     /// the rms error there of the oscillator with hysteresis over that of the linear one; limit 0.9.
     HysteresisInsideNotTold,
@@ -193,7 +196,7 @@ pub enum FindingCode {
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 51] = [
+    pub const ALL: [Self; 52] = [
         Self::WrongSign,
         Self::RecordsDiffer,
         Self::LoopBackwards,
@@ -243,6 +246,7 @@ impl FindingCode {
         Self::WrongPairs,
         Self::UninformativePairs,
         Self::PlacesDiffer,
+        Self::TemperatureNotTold,
         Self::HysteresisInsideNotTold,
         Self::Assumed,
     ];
@@ -502,7 +506,12 @@ impl FindingCode {
             Self::PlacesDiffer => (
                 "places_differ",
                 From(0.05),
-                "match more exactly; where that does not help, the stage has what the model lacks: drift between the passes, or dynamics",
+                "match more exactly; where that does not help, the stage has what the model lacks: dynamics, or a map",
+            ),
+            Self::TemperatureNotTold => (
+                "temperature_not_told",
+                Never,
+                "let it change by more, and in another way than the drive; or leave it out",
             ),
             Self::HysteresisInsideNotTold => (
                 "hysteresis_inside_not_told",

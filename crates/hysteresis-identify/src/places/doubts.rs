@@ -1,9 +1,11 @@
 //! What makes a result from places doubtful: findings.
 
+use hysteresis_control::stage::TemperatureTerm;
+
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
-use crate::places::equations::{Rows, between};
 use crate::places::given::Given;
+use crate::places::rows::{Rows, between};
 use crate::places::weighing::Weighed;
 use crate::records::course::turns;
 use crate::records::signal;
@@ -18,6 +20,10 @@ const ONE_SIZE: f64 = 0.8;
 const MOST_WRONG: f64 = 0.02;
 const MOST_UNINFORMATIVE: f64 = 0.5;
 const MOST_DISTANCE: f64 = 0.01;
+const LEAST_TOLD: f64 = 0.5;
+
+/// A lag above this share of the longest that is searched is at its bound.
+const LONGEST_LAG: f64 = 0.99;
 
 /// An equation in which no operator differs by more than this share of the drive range says nothing.
 const SAYS_NOTHING: f64 = 1e-3;
@@ -25,12 +31,12 @@ const SAYS_NOTHING: f64 = 1e-3;
 /// So many pairs are named; of more, the first.
 const NAMED: usize = 20;
 
-/// The pairs that say nothing: those whose row is all but zero.
-pub(crate) fn uninformative(given: &Given<'_>, rows: &Rows) -> Vec<usize> {
+/// The pairs that say nothing: those whose row is all but zero in the columns of the operators, so many.
+pub(crate) fn uninformative(given: &Given<'_>, rows: &Rows, columns: usize) -> Vec<usize> {
     let (low, high) = signal::bounds_of(given.drives.iter().map(|drive| signal::bounds(drive)));
     let says_nothing = |row: &[f64]| row.iter().all(|value| value.abs() <= SAYS_NOTHING * (high - low));
     let pairs = rows.iter().take(given.pairs.len()).enumerate();
-    pairs.filter(|(_, row)| says_nothing(row)).map(|(place, _)| place).collect()
+    pairs.filter(|(_, row)| says_nothing(&row[..columns])).map(|(place, _)| place).collect()
 }
 
 /// The findings, for the pairs that were left out and those that say nothing.
@@ -64,6 +70,25 @@ pub(crate) fn findings(
         differ(missed, message),
     ];
     found.into_iter().flatten().collect()
+}
+
+/// The finding about a temperature whose sensitivity or lag is not told, with their standard errors and the longest lag that was searched. One
+/// as long stands for another slow change.
+pub(crate) fn untold_temperature(
+    term: &TemperatureTerm,
+    (of_sensitivity, of_lag): (f64, f64),
+    longest: f64,
+) -> Option<Finding> {
+    let (kappa, tau) = (term.sensitivity(), term.time_constant());
+    let relative = |error: f64, value: f64| if error > 0.0 { error / value.abs() } else { 0.0 };
+    let of_bound = if tau >= LONGEST_LAG * longest { 1.0 } else { 0.0 };
+    let value = relative(of_sensitivity, kappa).max(relative(of_lag, tau)).max(of_bound);
+    let message = format!(
+        "the sensitivity to temperature is {kappa:.3e} with a standard error of {of_sensitivity:.1e}, its lag {tau:.3e} s with one of {of_lag:.1e} s"
+    );
+    // Where even no rows tell it, there is no error either.
+    let is_untold = value > LEAST_TOLD || of_sensitivity == 0.0;
+    is_untold.then(|| Finding::new(FindingCode::TemperatureNotTold, value, LEAST_TOLD, message))
 }
 
 fn named(places: &[usize]) -> String {

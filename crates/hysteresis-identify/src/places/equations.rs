@@ -1,14 +1,16 @@
 //! Rows of the equations: what the columns of a model, and its output's derivatives, differ by between the two instants of each.
 
 use crate::fit::rows::Tangent;
+use crate::places::beside::Beside;
 use crate::places::given::Given;
+use crate::places::rows::{Rows, between};
 use crate::records::course::{Course, turns};
 
 /// The equations of all drives, sorted by the samples that they need.
 pub(crate) struct Equations<'a> {
+    given: Given<'a>,
     drives: Vec<OfDrive<'a>>,
     count: usize,
-    dt: f64,
 }
 
 struct OfDrive<'a> {
@@ -23,23 +25,6 @@ struct Part {
     sample: usize,
     equation: usize,
     factor: f64,
-}
-
-/// The rows of all equations at a point: pairs first, then lengths.
-pub(crate) struct Rows {
-    pub(crate) width: usize,
-    values: Vec<f64>,
-}
-
-impl Rows {
-    pub(crate) fn iter(&self) -> std::slice::ChunksExact<'_, f64> {
-        self.values.chunks_exact(self.width)
-    }
-
-    /// Row by column of weights: what the model says of every equation.
-    pub(crate) fn times(&self, weights: &[f64]) -> Vec<f64> {
-        self.iter().map(|row| row.iter().zip(weights).map(|(z, w)| z * w).sum()).collect()
-    }
 }
 
 impl<'a> Equations<'a> {
@@ -58,16 +43,18 @@ impl<'a> Equations<'a> {
             count = equation + 1;
         }
         let drives = given.drives.iter().zip(parts).map(|(input, parts)| OfDrive::new(input, parts)).collect();
-        Self { drives, count, dt: given.dt }
+        Self { given: *given, drives, count }
     }
 
-    /// The rows at a point: one column for each weight, then the derivatives.
-    pub(crate) fn rows(&self, tangent: &Tangent) -> Rows {
-        let width = tangent.columns + tangent.slopes.len();
+    /// The rows at a point: one column for each weight, those beside the operators, then the derivatives.
+    pub(crate) fn rows(&self, tangent: &Tangent, beside: &Beside) -> Rows {
+        let of_tangent = tangent.columns + tangent.slopes.len();
+        let further = Beside::columns(beside.drift, beside.lag.is_some(), self.given.drives.len());
+        let width = of_tangent + further + usize::from(beside.slope_at.is_some());
         let mut values = vec![0.0; width * self.count];
-        let mut row = vec![0.0; width];
+        let mut row = vec![0.0; of_tangent];
         for OfDrive { input, course, parts } in &self.drives {
-            let mut rows = tangent.rows(input, self.dt, Some(course));
+            let mut rows = tangent.rows(input, self.given.dt, Some(course));
             let mut written = None;
             for Part { sample, equation, factor } in parts {
                 if written != Some(*sample) {
@@ -75,10 +62,15 @@ impl<'a> Equations<'a> {
                     written = Some(*sample);
                 }
                 let place = &mut values[equation * width..][..width];
-                place.iter_mut().zip(&row).for_each(|(sum, value)| *sum += factor * value);
+                let (columns, slopes) = row.split_at(tangent.columns);
+                place.iter_mut().zip(columns).for_each(|(sum, value)| *sum += factor * value);
+                let place = place.iter_mut().skip(tangent.columns + further);
+                place.zip(slopes).for_each(|(sum, value)| *sum += factor * value);
             }
         }
-        Rows { width, values }
+        let mut rows = Rows { width, values };
+        beside.write(&self.given, tangent.columns, &mut rows);
+        rows
     }
 }
 
@@ -93,19 +85,15 @@ impl<'a> OfDrive<'a> {
     }
 }
 
-/// The sample at or before an instant, and how far it is on the way to the next.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an instant of a drive")]
-pub(crate) fn between(instant: f64) -> (usize, f64) {
-    (instant.floor() as usize, instant - instant.floor())
-}
-
 #[cfg(test)]
 mod tests {
     use hysteresis_core::Ratios;
 
     use super::*;
     use crate::fit::response::{OperatorsAt, hysteresis};
+    use crate::places::beside::drift_of;
     use crate::places::given::{KnownLength, PlacePair};
+    use crate::places::rows::value_at;
     use crate::terms::dynamics::LinearPart;
     use crate::terms::operators::OperatorBank;
 
@@ -131,9 +119,36 @@ mod tests {
             let (k, share) = between(instant);
             if share > 0.0 { y[k] + share * (y[k + 1] - y[k]) } else { y[k] }
         };
-        let got = Equations::new(&given).rows(&tangent).times(&weights);
+        let alone = Beside { drift: false, lag: None, slope_at: None };
+        let got = Equations::new(&given).rows(&tangent, &alone).times(&weights);
         for (got, (_, [first, second])) in got.iter().zip(given.equations()) {
             assert!((got - (at(second) - at(first))).abs() < 1e-12, "{got}");
+        }
+    }
+
+    /// Drift and temperature add what they differ by; the derivative by the lag is that of the column.
+    #[test]
+    fn columns_beside_the_operators_are_differences() {
+        let drive: Vec<f64> = (0..300_u32).map(|k| (f64::from(k) / 17.0).sin()).collect();
+        let temperatures = [(0..300_u32).map(|k| 20.0 + (f64::from(k) / 90.0).sin()).collect::<Vec<f64>>()];
+        let drives = [&drive[..]];
+        let pairs = [PlacePair::new(0, 31.25, 250.0)];
+        let lengths = [KnownLength::new(0, 10.0, 77.5, 2.0)];
+        let given = Given::new(&drives, &pairs, &lengths, 0.1).unwrap().with_temperatures(&temperatures).unwrap();
+        let operators = OperatorsAt::alone(OperatorBank::from_ratios(&[0.0, 0.5], Ratios::PAPER), 0.0);
+        let linear = LinearPart::delay(0.0);
+        let tangent = Tangent { operators, linear, columns: 2, weights: Vec::new(), slopes: Vec::new() };
+        let rows_at = |lag: f64, slope_at| {
+            Equations::new(&given).rows(&tangent, &Beside { drift: true, lag: Some(lag), slope_at })
+        };
+        let rows = rows_at(3.0, Some(2.0));
+        assert_eq!(rows.width, 2 + 2 + 1 + 1);
+        let ahead = rows_at(3.05, None);
+        for ((row, ahead), (_, instants)) in rows.iter().zip(ahead.iter()).zip(given.equations()) {
+            let drift = drift_of([1.5, -0.5], 300);
+            let [before, after] = instants.map(|at| value_at(&drift, at));
+            assert!((1.5 * row[2] - 0.5 * row[3] - (after - before)).abs() < 1e-4);
+            assert!((row[5] - 2.0 * (ahead[4] - row[4]) / 0.05).abs() < 0.02 * row[5].abs());
         }
     }
 }

@@ -91,6 +91,13 @@ pub struct PlacesOptions {
     pub creep: CreepModel,
     /// How smooth the weights are: as [`Options::smoothness`](crate::Options::smoothness), for the drive differences of the pairs.
     pub smoothness: Setting<f64>,
+    /// Whether what is seen drifts against the stage while a drive goes on; none leaves it to cross-validation over the pairs. A drive
+    /// of n samples drifts by a s + b ln(1 + 20 s) / ln 21 with s = k / (n - 1). The drift is no part of the stage.
+    pub drift: Option<bool>,
+    /// The temperature at every sample of every drive, or none.
+    pub temperatures: Vec<Vec<f64>>,
+    /// What the position lags the temperature, in seconds: searched up to the length of the longest drive.
+    pub thermal_lag: Setting<f64>,
 }
 
 impl PlacesOptions {
@@ -106,6 +113,9 @@ impl PlacesOptions {
             dead_time: Setting::Fit,
             creep: CreepModel::Auto,
             smoothness: Setting::Fit,
+            drift: None,
+            temperatures: Vec::new(),
+            thermal_lag: Setting::Fit,
         }
     }
 }
@@ -117,6 +127,8 @@ pub(crate) struct Given<'a> {
     pub(crate) pairs: &'a [PlacePair],
     pub(crate) lengths: &'a [KnownLength],
     pub(crate) dt: f64,
+    /// For every drive, or for none.
+    pub(crate) temperatures: &'a [Vec<f64>],
 }
 
 /// The share of the longest length that a length without an uncertainty is uncertain by.
@@ -141,10 +153,29 @@ impl<'a> Given<'a> {
             }
             check_varies("drives", signal::bounds(drive)).map_err(alone)?;
         }
-        let given = Self { drives, pairs, lengths, dt };
+        let given = Self { drives, pairs, lengths, dt, temperatures: &[] };
         given.check_pairs()?;
         given.check_lengths()?;
         Ok(given)
+    }
+
+    /// The same with temperatures, if there are any.
+    pub(crate) fn with_temperatures(self, temperatures: &'a [Vec<f64>]) -> Result<Self, Error> {
+        if temperatures.is_empty() {
+            return Ok(self);
+        }
+        if temperatures.len() != self.drives.len() {
+            return Err(Error::whole("temperature", "one for each drive", temperatures.len()));
+        }
+        for (number, (temperature, drive)) in temperatures.iter().zip(self.drives).enumerate() {
+            check_finite("temperature", temperature).map_err(|error| error.in_record(number))?;
+            if temperature.len() != drive.len() {
+                return Err(Error::whole("temperature", "as many samples as the drive has", temperature.len()));
+            }
+        }
+        check_varies("temperature", signal::bounds_of(temperatures.iter().map(|one| signal::bounds(one))))
+            .map_err(|error| error.in_record(0))?;
+        Ok(Self { temperatures, ..self })
     }
 
     fn check_pairs(&self) -> Result<(), Error> {

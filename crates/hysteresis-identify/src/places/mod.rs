@@ -5,15 +5,17 @@
 //! dead time, creep.
 //!
 //! 1. `given` checks what came.
-//! 2. `space` names what is searched, `equations` has the rows of a point.
+//! 2. `space` names what is searched, `equations` has the `rows` of a point, `beside` what moves places beside the operators.
 //! 3. `weighing` finds the best weights for rows, whatever some pairs say; `search` the best point.
-//! 4. `validation` chooses model, creep and smoothness by pairs that were not fitted.
+//! 4. `validation` chooses model, creep, drift and smoothness by pairs that were not fitted.
 //! 5. `spread` says how far the numbers may be off, `doubts` what the pairs cannot tell; `result` is what comes out.
 
+mod beside;
 mod doubts;
 mod equations;
 pub(crate) mod given;
 pub(crate) mod result;
+mod rows;
 mod search;
 mod space;
 mod spread;
@@ -22,7 +24,9 @@ mod weighing;
 
 use std::ops::ControlFlow;
 
+use faer::Mat;
 use hysteresis_control::linear::Creep;
+use hysteresis_control::stage::TemperatureTerm;
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 
 use crate::choose::cross_validation::CrossValidation;
@@ -37,7 +41,7 @@ use crate::places::result::{PlacesCandidate, PlacesIdentification};
 use crate::places::search::{FoundPlace, PlaceSearch, SEARCH_SMOOTHNESS};
 use crate::places::space::{Axis, PlaceSpace};
 use crate::places::validation::PairStretches;
-use crate::places::weighing::{RobustLoss, System};
+use crate::places::weighing::{RobustLoss, Shares, System};
 use crate::records::signal;
 use crate::terms::creep::CreepModel;
 use crate::terms::operators::ModelKind;
@@ -53,8 +57,10 @@ const EQUATIONS: (usize, usize) = (2, 4);
 ///
 /// Every pair says D w = 0 and every length D w = l, with D the difference of the operators' outputs, behind creep and dead time, between the two
 /// instants. Weights w >= 0 follow by least squares with a robust loss, so that a few wrong pairs do no harm; input offset,
-/// dead time and whatever else `options` leaves open are searched. Which model, whether there is creep, and how smooth the weights are
-/// is chosen by cross-validation over the pairs. The lengths alone set the scale.
+/// dead time and whatever else `options` leaves open are searched. Which model, whether there is creep, whether what is seen drifts,
+/// and how smooth the weights are is chosen by cross-validation over the pairs. The lengths alone set the scale.
+///
+/// With temperatures T the position has the further term kappa (theta - T at the first sample), theta' = (T - theta) / tau.
 ///
 /// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. Every drive starts from the virgin
 /// state. `proceed` is called between steps; [`ControlFlow::Break`] stops.
@@ -95,7 +101,7 @@ pub fn identify_places(
     options: &PlacesOptions,
     proceed: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PlacesIdentification, Error> {
-    let given = Given::new(drives, pairs, lengths, options.dt)?;
+    let given = Given::new(drives, pairs, lengths, options.dt)?.with_temperatures(&options.temperatures)?;
     let checked = as_options(options);
     checked.check()?;
     let smoothness = match options.smoothness {
@@ -105,14 +111,16 @@ pub fn identify_places(
     let equations = Equations::new(&given);
     let search = PlaceSearch { unit: drive_squares(&given), system: System::new(given), equations, smoothness };
     let mut found: Vec<FoundPlace> = Vec::new();
-    for (model, creep) in models(options, &given) {
-        let space = PlaceSpace::new(&given, options, model, &creep)?;
+    for (model, creep, drift) in models(options, &given) {
+        let space = PlaceSpace::new(&given, options, model, (&creep, drift))?;
         check_equations(&search, &space)?;
-        let plain = found.last().filter(|last| last.space.model == model);
+        let plain = found.iter().find(|plain| plain.space.model == model);
         let start = plain.map(|plain| space.beginning_at(&plain.point));
         found.push(search.find(space, start, proceed)?);
     }
-    let candidates: Vec<PlacesCandidate> = found.iter().map(|one| candidate(&search, one, &checked)).collect();
+    // There is a model always.
+    let shares = judging_shares(&found).ok_or(Error::NoOperators)?;
+    let candidates: Vec<PlacesCandidate> = found.iter().map(|one| candidate(&search, one, shares, &checked)).collect();
     let validations: Vec<CrossValidation> = candidates.iter().map(|one| one.validation.clone()).collect();
     let chosen = CrossValidation::good(&validations, MARGIN).next().unwrap_or(0);
     let smoothness = validations[chosen].smoothness;
@@ -134,16 +142,13 @@ fn as_options(options: &PlacesOptions) -> Options {
 
 /// The sum of squares of the drive differences of all equations.
 fn drive_squares(given: &Given<'_>) -> f64 {
-    let at = |drive: usize, instant: f64| {
-        let (sample, share) = equations::between(instant);
-        let input = given.drives[drive];
-        input[sample] + share * (input.get(sample + 1).unwrap_or(&input[sample]) - input[sample])
-    };
+    let at = |drive: usize, instant: f64| rows::value_at(given.drives[drive], instant);
     given.equations().map(|(drive, [first, second])| (at(drive, second) - at(drive, first)).powi(2)).sum()
 }
 
-/// The models to try, the simplest first. Creep that the drives are too short for is not tried.
-fn models(options: &PlacesOptions, given: &Given<'_>) -> Vec<(ModelKind, CreepModel)> {
+/// The models to try, the simplest first. Creep that the drives are too short for is not tried. Lengths alone are not taken to drift: they
+/// have a temperature for that.
+fn models(options: &PlacesOptions, given: &Given<'_>) -> Vec<(ModelKind, CreepModel, bool)> {
     let kinds = options.model.map_or_else(|| ModelKind::ALL.to_vec(), |model| vec![model]);
     let creeps = match &options.creep {
         CreepModel::Auto if CreepModel::Slow.basis(given.longest_and_shortest().0, given.dt).is_ok() => {
@@ -152,8 +157,18 @@ fn models(options: &PlacesOptions, given: &Given<'_>) -> Vec<(ModelKind, CreepMo
         CreepModel::Auto | CreepModel::UnderWay => vec![CreepModel::None],
         known => vec![known.clone()],
     };
-    let with_creeps = |kind: ModelKind| creeps.iter().map(move |creep| (kind, creep.clone())).collect::<Vec<_>>();
-    kinds.into_iter().flat_map(with_creeps).collect()
+    let drifts = match options.drift {
+        Some(drift) => vec![drift],
+        None if given.pairs.is_empty() => vec![false],
+        None => vec![false, true],
+    };
+    let mut models = Vec::new();
+    for kind in kinds {
+        for creep in &creeps {
+            models.extend(drifts.iter().map(|drift| (kind, creep.clone(), *drift)));
+        }
+    }
+    models
 }
 
 /// Whether enough equations say something, at the first start.
@@ -161,21 +176,29 @@ fn check_equations(search: &PlaceSearch<'_>, space: &PlaceSpace) -> Result<(), E
     let given = &search.system.given;
     let starts = space.starts();
     let rows = search.rows_at(space, &starts[starts.len() / 2]);
-    let got = given.pairs.len() - doubts::uninformative(given, &rows).len() + given.lengths.len();
-    let expected = EQUATIONS.0 * space.axes.len() + EQUATIONS.1;
+    let columns = rows.width - space.beside;
+    let got = given.pairs.len() - doubts::uninformative(given, &rows, columns).len() + given.lengths.len();
+    let expected = EQUATIONS.0 * (space.axes.len() + space.beside) + EQUATIONS.1;
     if got < expected { Err(Error::TooFewPairs { expected, got }) } else { Ok(()) }
 }
 
+/// How much every pair counts where candidates are judged: all by the same shares, those of the model that leaves least. Each by its own
+/// would let a model leave out the pairs that it does not explain.
+fn judging_shares(found: &[FoundPlace]) -> Option<&Shares> {
+    let shares = found.iter().map(|one| &one.weighed.shares);
+    shares.reduce(|a, b| if b.scale < a.scale { b } else { a })
+}
+
 /// How a model predicts pairs that it was not fitted to, at the smoothness that suits it.
-fn candidate(search: &PlaceSearch<'_>, found: &FoundPlace, options: &Options) -> PlacesCandidate {
-    let stretches = PairStretches::new(search, found);
+fn candidate(search: &PlaceSearch<'_>, found: &FoundPlace, shares: &Shares, options: &Options) -> PlacesCandidate {
+    let stretches = PairStretches::new(search, found, shares);
     let validate = |smoothness: &f64| {
         let law = search.law(&found.space, &found.point, *smoothness);
         stretches.validate(&law, found.space.creep.directions.len(), *smoothness)
     };
     let tried: Vec<CrossValidation> = options.smoothnesses().iter().map(validate).collect();
     let validation = CrossValidation::best(&tried).unwrap_or(&tried[0]).clone();
-    PlacesCandidate { model: found.space.model, validation }
+    PlacesCandidate { model: found.space.model, drift: found.space.drift, validation }
 }
 
 /// The weights of the chosen model with wrong pairs left out, at the scale that the lengths say.
@@ -202,7 +225,9 @@ fn result(
     let FoundPlace { space, point, weighed } = found;
     let given = &search.system.given;
     let tangent = space.tangent(point, None);
-    let chain = Chain::from_rest(tangent.operators, weighed.weights.clone(), tangent.linear, given.dt);
+    let columns = tangent.columns;
+    let (weights, amplitudes) = weighed.weights.split_at(columns);
+    let chain = Chain::from_rest(tangent.operators, weights.to_vec(), tangent.linear, given.dt);
     let responses: Vec<Vec<f64>> = given.drives.iter().map(|drive| chain.response(drive, given.dt)).collect();
     let output_offset = -responses[0][0];
     let (low, high) = signal::bounds_of(responses.iter().map(|response| signal::bounds(response)));
@@ -217,20 +242,33 @@ fn result(
     }
     let root = spread::root(search, found, smoothness);
     let deviation = |row: usize| (0..root.ncols()).map(|k| root[(row, k)].powi(2)).sum::<f64>().sqrt();
-    let columns = weighed.weights.len();
+    let linear = weighed.weights.len();
     let of_axis = |axis: Axis| {
         let place = space.axes.iter().position(|other| *other == axis);
-        place.map_or(0.0, |place| deviation(columns + place))
+        place.map_or(0.0, |place| deviation(linear + place))
     };
+    let beside = space.beside(point, None);
+    let first = given.temperatures.first().map(|temperature| temperature[0]);
+    let sensitivity = amplitudes.last().copied().unwrap_or_default();
+    let temperature = first.map(|first| TemperatureTerm::new(sensitivity, point.thermal_lag, first)).transpose()?;
+    let temperature_std = first.map_or((0.0, 0.0), |_| (deviation(linear - 1), of_axis(Axis::ThermalLag)));
     let dead_time_std = of_axis(Axis::DeadTime);
     let creep_std: Vec<f64> = (0..point.creep.len()).map(|number| of_axis(Axis::Creep(number))).collect();
-    let uninformative_pairs = doubts::uninformative(given, &search.rows_at(space, point));
+    let uninformative_pairs = doubts::uninformative(given, &search.rows_at(space, point), columns);
     let shares = weighed.shares.of_pairs.iter().enumerate();
     let wrong_pairs: Vec<usize> = shares.filter(|(_, share)| **share == 0.0).map(|(place, _)| place).collect();
     let mut warnings = doubts::findings(given, weighed, high - low, &wrong_pairs, &uninformative_pairs);
     warnings.extend(untold_dead_time(point.dead_time / given.dt, dead_time_std / given.dt));
+    warnings.extend(
+        temperature.and_then(|term| doubts::untold_temperature(&term, temperature_std, given.longest_and_shortest().0)),
+    );
+    let tangent = space.tangent(point, Some(weights));
+    // What is beside the operators is no part of a prediction.
+    let own = Mat::from_fn(columns + tangent.slopes.len(), root.ncols(), |i, k| {
+        root[(if i < columns { i } else { i + space.beside }, k)]
+    });
     Ok(PlacesIdentification {
-        model: model(space, point, &weighed.weights, chain.rest_of(output_offset))?,
+        model: model(space, point, weights, chain.rest_of(output_offset))?,
         ratios: if space.model == ModelKind::Modified { point.as_ratios() } else { Ratios::PLAY },
         dead_time: point.dead_time,
         creep: match &chain.linear.time_constants[..] {
@@ -253,7 +291,11 @@ fn result(
         smoothness,
         candidates,
         warnings,
-        spread: Spread::from_zero(root, space.tangent(point, Some(&weighed.weights)), given.drives[0], given.dt),
+        drift_amplitudes: beside.drift_amplitudes(amplitudes),
+        drive_samples: given.drives.iter().map(|drive| drive.len()).collect(),
+        temperature,
+        temperature_std,
+        spread: Spread::from_zero(own, tangent, given.drives[0], given.dt),
         chain,
         output_offset,
     })

@@ -2,13 +2,14 @@
 
 use hysteresis_control::linear::{Creep, LinearDynamics};
 use hysteresis_control::stage;
-use hysteresis_control::stage::{Identified, Stage, StageParts};
+use hysteresis_control::stage::{Identified, Stage, StageParts, TemperatureTerm};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Ratios};
 
 use crate::choose::cross_validation::CrossValidation;
 use crate::error::RecordError;
 use crate::fit::response::Chain;
 use crate::judge::finding::{Finding, Verdict};
+use crate::places::beside::drift_of;
 use crate::records::record::check_finite;
 use crate::result::identification::warning;
 use crate::terms::operators::ModelKind;
@@ -21,6 +22,8 @@ use crate::uncertainty::standard_errors::Spread;
 pub struct PlacesCandidate {
     /// Which model.
     pub model: ModelKind,
+    /// Whether what is seen drifts.
+    pub drift: bool,
     /// How it predicts pairs of stretches that it was not fitted to, at the smoothness that suits it.
     pub validation: CrossValidation,
 }
@@ -67,12 +70,19 @@ pub struct PlacesIdentification {
     pub dead_time_std: f64,
     /// Standard errors of the searched amplitudes of creep.
     pub creep_std: Vec<f64>,
+    /// The two amplitudes of the drift in every drive, see [`PlacesOptions::drift`](crate::PlacesOptions::drift); empty without.
+    pub drift_amplitudes: Vec<[f64; 2]>,
+    /// What the temperature adds, if temperatures were given: nothing at the first sample of the first drive.
+    pub temperature: Option<TemperatureTerm>,
+    /// Standard errors of its sensitivity, and of its time constant; 0 if it was given.
+    pub temperature_std: (f64, f64),
     /// How smooth the weights were asked to be.
     pub smoothness: f64,
     /// What was tried, the simplest first.
     pub candidates: Vec<PlacesCandidate>,
     /// What makes the numbers doubtful.
     pub warnings: Vec<Finding>,
+    pub(crate) drive_samples: Vec<usize>,
     pub(crate) chain: Chain,
     pub(crate) spread: Spread,
     pub(crate) output_offset: f64,
@@ -85,7 +95,20 @@ impl PlacesIdentification {
         Verdict::of(&self.warnings)
     }
 
-    /// The position for a drive that starts from the virgin state and at rest at its first value, sampled every [`dt`](Self::dt).
+    /// By how much what is seen has drifted at every sample of a drive, in the unit of the position: it adds to the position of the stage.
+    /// Zero without a drift.
+    ///
+    /// # Errors
+    /// [`hysteresis_core::Error::Whole`] for a number that no drive has.
+    pub fn drift(&self, drive: usize) -> Result<Vec<f64>, hysteresis_core::Error> {
+        let expected = "the number of a drive";
+        let samples = self.drive_samples.get(drive);
+        let samples = *samples.ok_or_else(|| hysteresis_core::Error::whole("drive", None, expected, drive))?;
+        Ok(drift_of(self.drift_amplitudes.get(drive).copied().unwrap_or_default(), samples))
+    }
+
+    /// The position for a drive that starts from the virgin state and at rest at its first value, sampled every [`dt`](Self::dt), at the
+    /// temperature of the first sample.
     ///
     /// # Errors
     /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
@@ -123,6 +146,7 @@ impl PlacesIdentification {
             creep: self.creep.clone(),
             dynamics: LinearDynamics::none(),
             dead_time: self.dead_time,
+            temperature: self.temperature,
             identified: Some(Identified {
                 drive_range: self.drive_range,
                 position_range: self.position_range,

@@ -3,12 +3,13 @@
 use std::ops::ControlFlow;
 
 use crate::error::Error;
-use crate::places::equations::{Equations, Rows};
+use crate::places::equations::Equations;
+use crate::places::rows::Rows;
 use crate::places::space::{PlacePoint, PlaceSpace};
 use crate::places::weighing::{Law, RobustLoss, System, Weighed};
 
-/// How many starts are followed.
-const FOLLOWED: usize = 2;
+/// How many starts are followed: asymmetric loops have several points that no small step leaves.
+const FOLLOWED: usize = 4;
 
 /// How many steps one of them takes at most, and how often a step is shortened.
 const STEPS: usize = 25;
@@ -54,13 +55,19 @@ impl PlaceSearch<'_> {
         let mut looked = Vec::new();
         for point in start.map_or_else(|| space.starts(), |start| vec![start]) {
             go_on(proceed)?;
-            let rows = self.equations.rows(&space.tangent(&point, None));
+            let rows = self.rows_at(&space, &point);
             let law = self.law(&space, &point, self.smoothness);
             let weighed = self.system.robust(&rows, &law, (RobustLoss::Huber, None), self.system.first_shares());
             looked.push((self.at_first_sight(&weighed), point, weighed));
         }
         looked.sort_by(|a, b| a.0.total_cmp(&b.0));
-        looked.truncate(FOLLOWED);
+        // Those that differ in the dead time alone mostly end at one point.
+        let mut seen: Vec<PlacePoint> = Vec::new();
+        looked.retain(|(_, point, _)| {
+            let is_new = !seen.iter().any(|other| space.differ_in_dead_time(point, other)) && seen.len() < FOLLOWED;
+            seen.extend(is_new.then(|| point.clone()));
+            is_new
+        });
         let scale = looked[0].2.shares.scale;
         let mut best: Option<(f64, PlacePoint, Weighed)> = None;
         for (_, point, weighed) in looked {
@@ -117,7 +124,7 @@ impl PlaceSearch<'_> {
                     break;
                 }
             }
-            let rows = self.equations.rows(&space.tangent(&point, None));
+            let rows = self.rows_at(space, &point);
             let law = self.law(space, &point, self.smoothness);
             weighed = self.system.robust(&rows, &law, (RobustLoss::Bisquare, None), weighed.shares);
         }
@@ -132,7 +139,7 @@ impl PlaceSearch<'_> {
         (loss, scale): (RobustLoss, f64),
         cost: f64,
     ) -> Option<(PlacePoint, Weighed, f64)> {
-        let rows = self.equations.rows(&space.tangent(point, Some(&weighed.weights)));
+        let rows = self.tangent_rows(space, point, &weighed.weights);
         let law = self.law(space, point, self.smoothness);
         let bounds: Vec<(f64, f64)> = space
             .axes
@@ -143,7 +150,7 @@ impl PlaceSearch<'_> {
             })
             .collect();
         let unknowns = law.unknowns(&law.triangle(&self.system, &rows, &weighed.shares), &bounds);
-        let step = &unknowns[law.columns..];
+        let step = &unknowns[law.linear..];
         let mut length = 1.0;
         for _ in 0..SHORTENED {
             let next = space.axes.iter().zip(step).fold(point.clone(), |next, (axis, step)| {
@@ -163,7 +170,12 @@ impl PlaceSearch<'_> {
     }
 
     pub(crate) fn rows_at(&self, space: &PlaceSpace, point: &PlacePoint) -> Rows {
-        self.equations.rows(&space.tangent(point, None))
+        self.equations.rows(&space.tangent(point, None), &space.beside(point, None))
+    }
+
+    /// The same with derivatives along the axes, at these amplitudes.
+    pub(crate) fn tangent_rows(&self, space: &PlaceSpace, point: &PlacePoint, amplitudes: &[f64]) -> Rows {
+        self.equations.rows(&space.tangent(point, Some(amplitudes)), &space.beside(point, Some(amplitudes)))
     }
 }
 

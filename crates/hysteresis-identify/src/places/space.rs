@@ -1,11 +1,12 @@
 //! What is searched beside the weights: input offset, ratios, dead time and creep; and the model at such a point.
 
-use hysteresis_core::Ratios;
+use hysteresis_core::{Ratios, is_admissible};
 
 use crate::error::Error;
 use crate::fit::response::OperatorsAt;
 use crate::fit::rows::{Slope, Tangent};
 use crate::options::Setting;
+use crate::places::beside::Beside;
 use crate::places::given::{Given, PlacesOptions};
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
@@ -22,6 +23,9 @@ const LONGEST_DEAD_TIME: f64 = 0.1;
 /// The largest amplitude of creep that is searched: a share of the motion for each decade of time.
 const MOST_CREEP: f64 = 0.3;
 
+/// The ratio rb/ra at which the search begins, too.
+const FURTHER_RATIO: f64 = 0.8;
+
 /// Steps of the derivatives: of the input offset as a share of the drive range, and of a ratio.
 const OFFSET_STEP: f64 = 1e-3;
 const RATIO_STEP: f64 = 1e-2;
@@ -33,6 +37,8 @@ pub(crate) enum Axis {
     Ratio(usize),
     DeadTime,
     Creep(usize),
+    /// Always the last.
+    ThermalLag,
 }
 
 /// The values of all of them, searched or not.
@@ -43,6 +49,7 @@ pub(crate) struct PlacePoint {
     pub(crate) ratios: [f64; 3],
     pub(crate) dead_time: f64,
     pub(crate) creep: Vec<f64>,
+    pub(crate) thermal_lag: f64,
 }
 
 impl PlacePoint {
@@ -52,6 +59,7 @@ impl PlacePoint {
             Axis::Ratio(number) => self.ratios[number],
             Axis::DeadTime => self.dead_time,
             Axis::Creep(number) => self.creep[number],
+            Axis::ThermalLag => self.thermal_lag,
         }
     }
 
@@ -62,6 +70,7 @@ impl PlacePoint {
             Axis::Ratio(number) => point.ratios[number] = value,
             Axis::DeadTime => point.dead_time = value,
             Axis::Creep(number) => point.creep[number] = value,
+            Axis::ThermalLag => point.thermal_lag = value,
         }
         point
     }
@@ -72,7 +81,7 @@ impl PlacePoint {
     }
 }
 
-/// The models of one kind, with or without creep.
+/// The models of one kind, with or without creep and drift.
 pub(crate) struct PlaceSpace {
     pub(crate) model: ModelKind,
     placement: Placement,
@@ -80,6 +89,11 @@ pub(crate) struct PlaceSpace {
     pub(crate) axes: Vec<Axis>,
     start: PlacePoint,
     longest_dead_time: f64,
+    longest_lag: f64,
+    pub(crate) drift: bool,
+    has_temperature: bool,
+    /// How many columns there are beside the operators.
+    pub(crate) beside: usize,
     pub(crate) dt: f64,
 }
 
@@ -88,7 +102,7 @@ impl PlaceSpace {
         given: &Given<'_>,
         options: &PlacesOptions,
         model: ModelKind,
-        creep: &CreepModel,
+        (creep, drift): (&CreepModel, bool),
     ) -> Result<Self, Error> {
         let drives = given.drives.iter().copied().enumerate();
         let records = drives.map(|(number, drive)| Record::new(drive, drive, 0).map_err(|e| e.in_record(number)));
@@ -132,13 +146,35 @@ impl PlaceSpace {
             }
         };
         axes.extend((0..creep.directions.len()).map(Axis::Creep));
+        let has_temperature = !given.temperatures.is_empty();
+        let thermal_lag = match options.thermal_lag {
+            Setting::Fixed(lag) if is_admissible(lag) && lag >= 0.0 => lag,
+            Setting::Fixed(lag) => return Err(Error::domain("thermal_lag", None, "a finite number >= 0", lag)),
+            Setting::Fit => {
+                axes.extend(has_temperature.then_some(Axis::ThermalLag));
+                0.0
+            }
+        };
         let rb = if ratios.ra > 0.0 { ratios.rb / ratios.ra } else { 0.0 };
         let ratios = [ratios.ra, rb, ratios.rc];
-        let start = PlacePoint { input_offset, ratios, dead_time, creep: vec![0.0; creep.directions.len()] };
-        Ok(Self { model, placement, creep, axes, start, longest_dead_time, dt: given.dt })
+        let start =
+            PlacePoint { input_offset, ratios, dead_time, creep: vec![0.0; creep.directions.len()], thermal_lag };
+        Ok(Self {
+            model,
+            placement,
+            creep,
+            axes,
+            start,
+            longest_dead_time,
+            longest_lag: longest,
+            drift,
+            has_temperature,
+            beside: Beside::columns(drift, has_temperature, given.drives.len()),
+            dt: given.dt,
+        })
     }
 
-    /// Where the search looks first: input offsets across the drive, dead times of a few samples.
+    /// Where the search looks first: input offsets across the drive, two ratios, dead times of a few samples.
     pub(crate) fn starts(&self) -> Vec<PlacePoint> {
         let (low, high) = self.placement.bounds();
         let mut starts = vec![self.start.clone()];
@@ -149,11 +185,22 @@ impl PlaceSpace {
             let offsets: Vec<f64> = (0..7).map(|i| low + (high - low) * as_f64(i) / 6.0).collect();
             starts = spread(starts, Axis::InputOffset, &offsets);
         }
+        if self.axes.contains(&Axis::Ratio(1)) {
+            starts = spread(starts, Axis::Ratio(1), &[self.start.ratios[1], FURTHER_RATIO]);
+        }
         if self.axes.contains(&Axis::DeadTime) {
             let samples = [0.0, 1.0, 3.0].map(|samples| (samples * self.dt).min(self.longest_dead_time));
             starts = spread(starts, Axis::DeadTime, &samples);
         }
+        if self.axes.contains(&Axis::ThermalLag) {
+            starts = spread(starts, Axis::ThermalLag, &[0.0, 0.01, 0.05, 0.2].map(|share| share * self.longest_lag));
+        }
         starts
+    }
+
+    /// Whether two starts differ in nothing but the dead time, in a space that has more.
+    pub(crate) fn differ_in_dead_time(&self, one: &PlacePoint, other: &PlacePoint) -> bool {
+        self.axes.contains(&Axis::InputOffset) && *one == other.with(Axis::DeadTime, one.dead_time)
     }
 
     /// The point of a model without creep, with none yet.
@@ -169,6 +216,7 @@ impl PlaceSpace {
             Axis::Ratio(_) => (0.0, 1.0),
             Axis::DeadTime => (0.0, self.longest_dead_time),
             Axis::Creep(_) => (0.0, MOST_CREEP),
+            Axis::ThermalLag => (0.0, self.longest_lag),
         }
     }
 
@@ -198,26 +246,38 @@ impl PlaceSpace {
         }
     }
 
-    /// The model at a point; with derivatives along the axes if weights are given.
+    /// The columns beside the operators at a point; with the derivative by the lag if all amplitudes are given, weights first.
+    pub(crate) fn beside(&self, point: &PlacePoint, amplitudes: Option<&[f64]>) -> Beside {
+        let is_searched = self.axes.contains(&Axis::ThermalLag);
+        Beside {
+            drift: self.drift,
+            lag: self.has_temperature.then_some(point.thermal_lag),
+            slope_at: amplitudes.filter(|_| is_searched).and_then(|amplitudes| amplitudes.last().copied()),
+        }
+    }
+
+    /// The model at a point; with derivatives along its axes if weights are given; what is behind them does not count.
     pub(crate) fn tangent(&self, point: &PlacePoint, weights: Option<&[f64]>) -> Tangent {
         let slope = |axis: &Axis| {
             let step = match axis {
-                Axis::DeadTime => return Slope::DeadTime,
-                Axis::Creep(number) => return Slope::Creep(self.creep.directions[*number].clone()),
+                Axis::ThermalLag => return None,
+                Axis::DeadTime => return Some(Slope::DeadTime),
+                Axis::Creep(number) => return Some(Slope::Creep(self.creep.directions[*number].clone())),
                 Axis::InputOffset => OFFSET_STEP * (self.placement.bounds().1 - self.placement.bounds().0),
                 Axis::Ratio(_) => RATIO_STEP,
             };
             let value = point.get(*axis);
             let inward = if value + step > self.bounds(*axis).1 { -step } else { step };
-            Slope::Operators(self.operators(&point.with(*axis, value + inward)), inward)
+            Some(Slope::Operators(self.operators(&point.with(*axis, value + inward)), inward))
         };
         let operators = self.operators(point);
+        let columns = operators.bank.len();
         Tangent {
-            columns: operators.bank.len(),
+            columns,
             linear: self.linear(point),
             operators,
-            weights: weights.unwrap_or_default().to_vec(),
-            slopes: if weights.is_some() { self.axes.iter().map(slope).collect() } else { Vec::new() },
+            weights: weights.map(|weights| weights[..columns].to_vec()).unwrap_or_default(),
+            slopes: if weights.is_some() { self.axes.iter().filter_map(slope).collect() } else { Vec::new() },
         }
     }
 }

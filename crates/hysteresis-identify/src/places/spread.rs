@@ -7,7 +7,7 @@
 use faer::Mat;
 
 use crate::algebra::factor::{TriangularFactor, back_substitute};
-use crate::places::equations::Rows;
+use crate::places::rows::Rows;
 use crate::places::search::{FoundPlace, PlaceSearch};
 use crate::places::validation::stretches;
 use crate::places::weighing::Law;
@@ -22,10 +22,10 @@ const UNTOLD: f64 = 1e-9;
 /// An unknown below this share of the largest is at its bound.
 const AT_BOUND: f64 = 1e-12;
 
-/// The root of the covariance: one row for each weight, then one for each axis.
+/// The root of the covariance: one row for each weight, those beside the operators, then one for each axis.
 pub(crate) fn root(search: &PlaceSearch<'_>, found: &FoundPlace, smoothness: f64) -> Mat<f64> {
     let (space, point, weighed) = (&found.space, &found.point, &found.weighed);
-    let rows = search.equations.rows(&space.tangent(point, Some(&weighed.weights)));
+    let rows = search.tangent_rows(space, point, &weighed.weights);
     let law = search.law(space, point, smoothness);
     let free = free(found, &law);
     let (free, triangle) = told(search, found, &law, &rows, free);
@@ -35,7 +35,7 @@ pub(crate) fn root(search: &PlaceSearch<'_>, found: &FoundPlace, smoothness: f64
         free.iter().position(|place| *place == unknown).map_or(0.0, |place| solved[column][place])
     };
     let of_weights = |column: usize| {
-        let unknowns: Vec<f64> = (0..law.columns).map(|unknown| of_unknown(unknown, column)).collect();
+        let unknowns: Vec<f64> = (0..law.linear).map(|unknown| of_unknown(unknown, column)).collect();
         law.weights(&unknowns)
     };
     let weights: Vec<Vec<f64>> = (0..solved.len()).map(of_weights).collect();
@@ -43,7 +43,7 @@ pub(crate) fn root(search: &PlaceSearch<'_>, found: &FoundPlace, smoothness: f64
         rows.width,
         solved.len(),
         |i, column| {
-            if i < law.columns { weights[column][i] } else { of_unknown(i, column) }
+            if i < law.linear { weights[column][i] } else { of_unknown(i, column) }
         },
     )
 }
@@ -51,13 +51,13 @@ pub(crate) fn root(search: &PlaceSearch<'_>, found: &FoundPlace, smoothness: f64
 /// The unknowns between their bounds.
 fn free(found: &FoundPlace, law: &Law) -> Vec<usize> {
     let unknowns = law.unknowns_of(&found.weighed.weights);
-    let largest = unknowns.iter().copied().fold(0.0, f64::max);
-    let weights = (0..law.columns).filter(|j| unknowns[*j] > AT_BOUND * largest);
+    let largest = unknowns[..law.columns].iter().copied().fold(0.0, f64::max);
+    let weights = (0..law.linear).filter(|j| *j >= law.columns || unknowns[*j] > AT_BOUND * largest);
     let axes = found.space.axes.iter().enumerate().filter(|(_, axis)| {
         let ((low, high), value) = (found.space.bounds(**axis), found.point.get(**axis));
         value > low && value < high
     });
-    weights.chain(axes.map(|(number, _)| law.columns + number)).collect()
+    weights.chain(axes.map(|(number, _)| law.linear + number)).collect()
 }
 
 /// Those of them that the rows tell, and the triangle of their columns.
@@ -123,12 +123,18 @@ fn scores(search: &PlaceSearch<'_>, found: &FoundPlace, law: &Law, rows: &Rows, 
     scores
 }
 
-/// By what factor the lengths miss the model more than they say themselves; 1 if they do not.
+/// Lengths that say nothing of themselves tell how uncertain they are if there are so many more than unknowns.
+const TELLING: usize = 5;
+
+/// By what factor the lengths miss the model more than they say themselves; 1 if they do not. Where none says how uncertain it is, by what
+/// factor they miss it more or less than is taken for that.
 fn length_inflation(search: &PlaceSearch<'_>, found: &FoundPlace, unknowns: usize) -> f64 {
     let errors = found.weighed.length_errors.iter().zip(&search.system.length_deviations);
     let squares: f64 = errors.map(|(error, deviation)| (error / deviation).powi(2)).sum();
     let freedom = found.weighed.length_errors.len().saturating_sub(unknowns).max(1);
-    (squares / as_f64(freedom)).sqrt().max(1.0)
+    let lengths = search.system.given.lengths;
+    let is_told = lengths.len() >= unknowns + TELLING && lengths.iter().all(|known| known.std.is_none());
+    (squares / as_f64(freedom)).sqrt().max(if is_told { 0.0 } else { 1.0 })
 }
 
 /// Solves R'R x = g.

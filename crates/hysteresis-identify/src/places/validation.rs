@@ -5,7 +5,7 @@ use faer::Mat;
 use crate::algebra::factor::TriangularFactor;
 use crate::choose::cross_validation::{CrossValidation, FOLDS};
 use crate::places::search::{FoundPlace, PlaceSearch};
-use crate::places::weighing::Law;
+use crate::places::weighing::{Law, Shares};
 use crate::records::signal::{as_f64, mean};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::weights::WeightLaw;
@@ -43,13 +43,13 @@ pub(crate) struct PairStretches {
 }
 
 impl PairStretches {
-    pub(crate) fn new(search: &PlaceSearch<'_>, found: &FoundPlace) -> Self {
+    pub(crate) fn new(search: &PlaceSearch<'_>, found: &FoundPlace, shares: &Shares) -> Self {
         let law = search.law(&found.space, &found.point, 0.0);
         let rows = search.rows_at(&found.space, &found.point);
-        let factor = || (TriangularFactor::new(law.columns + 1), 0);
+        let factor = || (TriangularFactor::new(law.linear + 1), 0);
         let (mut parts, mut always): (Vec<_>, _) = ((0..FOLDS).map(|_| factor()).collect(), factor());
-        let mut row = vec![0.0; law.columns + 1];
-        let factors = search.system.factors(&found.weighed.shares);
+        let mut row = vec![0.0; law.linear + 1];
+        let factors = search.system.factors(shares);
         for ((values, (weight, target)), stretch) in rows.iter().zip(factors).zip(stretches(search, FOLDS)) {
             if weight > 0.0 {
                 law.scaled(values, weight, target, &mut row);
@@ -60,7 +60,7 @@ impl PairStretches {
         }
         let parts = parts.into_iter().map(|(factor, count): (TriangularFactor, usize)| (factor.finish(), count));
         let rounding = ROUNDING * search.system.given.longest().powi(2);
-        Self { parts: parts.collect(), always: always.0.finish(), columns: law.columns, rounding }
+        Self { parts: parts.collect(), always: always.0.finish(), columns: law.linear, rounding }
     }
 
     /// How weights of this smoothness predict every stretch from the others.
@@ -84,7 +84,7 @@ impl PairStretches {
             .collect();
         CrossValidation {
             weights: WeightLaw::Free,
-            operators: self.columns,
+            operators: law.columns,
             smoothness,
             creep,
             loop_shift: LoopShiftModel::None,

@@ -12,8 +12,8 @@ use faer::Mat;
 
 use crate::algebra::bounded;
 use crate::algebra::factor::TriangularFactor;
-use crate::places::equations::Rows;
 use crate::places::given::Given;
+use crate::places::rows::Rows;
 use crate::places::space::{PlacePoint, PlaceSpace};
 use crate::records::signal::{mean, median, robust_deviation};
 use crate::terms::operators::Thresholds;
@@ -78,6 +78,7 @@ pub(crate) struct Shares {
 /// The best weights for rows.
 #[derive(Clone, Debug)]
 pub(crate) struct Weighed {
+    /// The weights, and behind them the amplitudes beside the operators.
     pub(crate) weights: Vec<f64>,
     pub(crate) shares: Shares,
     /// D_i w / r_i of every pair.
@@ -191,7 +192,10 @@ impl<'a> System<'a> {
 
 /// What the weights may be at a point: not negative, an identity among them, and as smooth as is asked.
 pub(crate) struct Law {
+    /// How many weights there are.
     pub(crate) columns: usize,
+    /// How many unknowns are linear: the weights, and what is beside the operators.
+    pub(crate) linear: usize,
     has_identity: bool,
     penalty: Mat<f64>,
 }
@@ -204,7 +208,7 @@ impl Law {
         let has_identity = thresholds.first() == Some(&0.0);
         let free = WeightBasis::new(WeightLaw::Free, &Thresholds::Given(thresholds.clone()), 0);
         let penalty = if smoothness > 0.0 { penalty(&free, &thresholds, smoothness * unit) } else { Mat::new() };
-        Self { columns, has_identity, penalty }
+        Self { columns, linear: columns + space.beside, has_identity, penalty }
     }
 
     /// A row in the unknowns: each weight but that of the identity brings the least slope with it.
@@ -215,9 +219,9 @@ impl Law {
 
     /// The weights that belong to the unknowns.
     pub(crate) fn weights(&self, unknowns: &[f64]) -> Vec<f64> {
-        let mut weights = unknowns[..self.columns].to_vec();
+        let mut weights = unknowns[..self.linear].to_vec();
         if self.has_identity {
-            weights[0] += LEAST_SLOPE * weights[1..].iter().sum::<f64>();
+            weights[0] += LEAST_SLOPE * weights[1..self.columns].iter().sum::<f64>();
         }
         weights
     }
@@ -226,7 +230,7 @@ impl Law {
     pub(crate) fn unknowns_of(&self, weights: &[f64]) -> Vec<f64> {
         let mut unknowns = weights.to_vec();
         if self.has_identity {
-            unknowns[0] -= LEAST_SLOPE * weights[1..].iter().sum::<f64>();
+            unknowns[0] -= LEAST_SLOPE * weights[1..self.columns].iter().sum::<f64>();
         }
         unknowns
     }
@@ -261,9 +265,9 @@ impl Law {
         last.fill(weight * target);
     }
 
-    /// The best unknowns for a triangle, within bounds of those behind the weights.
+    /// The best unknowns for a triangle, within bounds of those behind the linear ones.
     pub(crate) fn unknowns(&self, triangle: &Mat<f64>, further: &[(f64, f64)]) -> Vec<f64> {
-        let columns = self.columns + further.len();
+        let columns = self.linear + further.len();
         let mut factor = TriangularFactor::new(columns + 1);
         let mut row = vec![0.0; columns + 1];
         let last = triangle.ncols() - 1;
@@ -276,7 +280,8 @@ impl Law {
         let all = factor.finish();
         let target: Vec<f64> = (0..=columns).map(|i| all[(i, columns)]).collect();
         let weights = std::iter::repeat_n((0.0, f64::INFINITY), self.columns);
-        let bounds: Vec<(f64, f64)> = weights.chain(further.iter().copied()).collect();
+        let beside = std::iter::repeat_n((f64::NEG_INFINITY, f64::INFINITY), self.linear - self.columns);
+        let bounds: Vec<(f64, f64)> = weights.chain(beside).chain(further.iter().copied()).collect();
         bounded::solve(all.get(.., ..columns), &target, &bounds, &[]).x
     }
 

@@ -342,6 +342,13 @@ pub(crate) struct Filter {
 
 steppers!(Filter: filter);
 
+impl Filter {
+    /// A filter that is there already, for one sampling interval.
+    pub(crate) fn of(filter: core::Filter, dt: f64) -> Self {
+        Self { filter, dt }
+    }
+}
+
 #[methods]
 impl Filter {
     #[new]

@@ -20,6 +20,7 @@ use crate::convert::errors::{self, one_record, raise};
 use crate::linear::creep::Creep;
 use crate::model::models::object;
 use crate::stage::stage::Stage;
+use crate::stage::temperature::{TemperatureTerm, added};
 
 /// What `identify_places` found: a stage, and how far to trust it.
 ///
@@ -30,6 +31,7 @@ use crate::stage::stage::Stage;
 /// - "uninformative_pairs": most pairs say nothing; `uninformative_pairs` names them.
 /// - "places_differ": the model is not at the same place at both instants of a pair.
 /// - "dead_time_confounded": the pairs do not tell the dead time.
+/// - "temperature_not_told": the record does not tell how the position follows the temperature.
 ///
 /// Examples
 /// --------
@@ -166,13 +168,37 @@ impl PlacesIdentification {
         self.found.smoothness
     }
 
-    /// What was tried, the simplest first: the model, how many amplitudes of creep, and the rms distance of pairs of stretches that were
-    /// not fitted.
+    /// What was tried, the simplest first: the model, how many amplitudes of creep, whether there is a drift, and the rms distance of pairs
+    /// of stretches that were not fitted. All are judged by the same pairs.
     #[getter]
-    #[py(-> "list[tuple[Literal['conventional', 'modified'], int, float]]")]
-    fn candidates(&self) -> Vec<(&'static str, usize, f64)> {
+    #[py(-> "list[tuple[Literal['conventional', 'modified'], int, bool, float]]")]
+    fn candidates(&self) -> Vec<(&'static str, usize, bool, f64)> {
         let tried = self.found.candidates.iter();
-        tried.map(|one| (one.model.name(), one.validation.creep, one.validation.rmse)).collect()
+        tried.map(|one| (one.model.name(), one.validation.creep, one.drift, one.validation.rmse)).collect()
+    }
+
+    /// Whether what is seen drifts against the stage.
+    #[getter]
+    fn has_drift(&self) -> bool {
+        !self.found.drift_amplitudes.is_empty()
+    }
+
+    /// By how much what is seen has drifted at every sample of the drive of a number: what is seen at sample k is at
+    /// `predict(u)[k] + drift(number)[k]`. Zero without a drift, and at the first sample.
+    fn drift<'py>(&self, py: Python<'py>, number: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.found.drift(number).map(|drift| PyArray1::from_vec(py, drift)).map_err(raise)
+    }
+
+    /// What the temperature adds, if one was given: nothing at the first sample of the first drive.
+    #[getter]
+    fn temperature(&self) -> Option<TemperatureTerm> {
+        self.found.temperature.map(TemperatureTerm)
+    }
+
+    /// Standard errors of its sensitivity, and of its time constant in seconds; 0 if it was given.
+    #[getter]
+    fn temperature_std(&self) -> (f64, f64) {
+        self.found.temperature_std
     }
 
     /// Whether the result deserves trust: "green", "amber" or "red", the worst of `warnings`.
@@ -188,10 +214,20 @@ impl PlacesIdentification {
         self.found.warnings.iter().cloned().map(Finding::from).collect()
     }
 
-    /// The position for the drive `u`, sampled every `dt`, from the virgin state and at rest at its first value.
-    fn predict<'py>(&self, py: Python<'py>, u: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let predicted = self.found.predict(u.as_slice()?);
-        predicted.map(|y| PyArray1::from_vec(py, y)).map_err(|error| one_record(error, None))
+    /// The position for the drive `u`, sampled every `dt`, from the virgin state and at rest at its first value; with a `temperature` for
+    /// each sample what that adds, otherwise at the one of the first sample that was identified.
+    fn predict<'py>(
+        &self,
+        py: Python<'py>,
+        u: PyReadonlyArray1<'py, f64>,
+        #[py(*, = None)] temperature: Option<Vec<f64>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let mut predicted = self.found.predict(u.as_slice()?).map_err(|error| one_record(error, None))?;
+        if let Some(temperature) = temperature {
+            let added = added(self.found.temperature.as_ref(), &temperature, predicted.len(), self.found.dt)?;
+            predicted.iter_mut().zip(added).for_each(|(y, added)| *y += added);
+        }
+        Ok(PyArray1::from_vec(py, predicted))
     }
 
     /// The standard deviation of every sample of `predict`: what errors of pairs and lengths make of it. What the model lacks comes on
@@ -215,7 +251,7 @@ impl PlacesIdentification {
 ///
 /// y(t1) = y(t2) says D w = 0, a known length l says D w = l: D is what the operators' outputs, behind creep and dead time, differ by
 /// between the two instants. Weights w >= 0 follow by least squares with a robust loss: a few wrong pairs do no harm. Input offset, dead
-/// time and creep are searched. Model, creep and smoothness are chosen by cross-validation over the pairs. The lengths alone set the scale.
+/// time and creep are searched. Model, creep, drift and smoothness are chosen by cross-validation over the pairs. The lengths alone set the scale.
 ///
 /// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. They must come from loops of different size, or a
 /// finding says that the scale of other loops is not told. Every drive starts from the virgin state.
@@ -249,6 +285,14 @@ impl PlacesIdentification {
 ///     As in `identify`.
 /// smoothness : float or "auto"
 ///     As in `identify`, beside the sum of squares of the drive differences of the pairs.
+/// drift : "auto" or bool
+///     Whether what is seen drifts against the stage in the course of each drive: heat, or creep from what was before. A drive of n samples
+///     drifts by a s + b ln(1 + 20 s) / ln 21, s = k / (n - 1), with a and b of its own. "auto" leaves it to cross-validation over the pairs.
+/// temperature : array of n floats, or list of arrays, optional
+///     The temperature at each sample of the drives. The position then has the term kappa (theta - T[0]), theta' = (T - theta) / tau, of
+///     either sign: a `plant.TemperatureTerm` of the stage.
+/// thermal_lag : "fit" or float
+///     tau in seconds: searched up to the length of the longest drive.
 ///
 /// Returns
 /// -------
@@ -292,9 +336,13 @@ pub(crate) fn identify_places(
     #[py(field = "auto")] creep: CreepModel,
     #[py(= None)] thresholds: Option<Placing>,
     #[py(field = "auto")] smoothness: Smoothness,
+    #[py(field = "auto")] drift: AnyDrift,
+    #[py("ArrayLike | Sequence[ArrayLike] | None" = None)] temperature: Option<&Bound<'_, PyAny>>,
+    #[py(field = "fit")] thermal_lag: Setting<f64>,
 ) -> PyResult<PlacesIdentification> {
-    let options = PlacesOptions { thresholds: placed(thresholds, operators)?, ..options };
-    let drives = each_drive(drives)?;
+    let temperatures = temperature.map(|given| each("temperature", given)).transpose()?.unwrap_or_default();
+    let options = PlacesOptions { thresholds: placed(thresholds, operators)?, temperatures, ..options };
+    let drives = each("drives", drives)?;
     let drives: Vec<&[f64]> = drives.iter().map(Vec::as_slice).collect();
     let pair = |row: &[f64]| {
         let std = row.get(3).copied().unwrap_or(1.0);
@@ -313,17 +361,17 @@ pub(crate) fn identify_places(
     found.map(|found| PlacesIdentification { found }).map_err(|error| errors::of_records(error, drives.len()))
 }
 
-/// One drive, or several: a list of what is no number.
-fn each_drive(drives: &Bound<'_, PyAny>) -> PyResult<Vec<Vec<f64>>> {
-    let is_list = drives.is_instance_of::<PyList>() || drives.is_instance_of::<PyTuple>();
-    let first = if is_list && !drives.is_empty()? { Some(drives.get_item(0)?) } else { None };
+/// One array, or one for each drive: a list of what is no number.
+fn each(name: &'static str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Vec<f64>>> {
+    let is_list = given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>();
+    let first = if is_list && !given.is_empty()? { Some(given.get_item(0)?) } else { None };
     let is_several = first.is_some_and(|first| !(first.is_instance_of::<PyFloat>() || first.is_instance_of::<PyInt>()));
     let all: Vec<Vec<f64>> = if is_several {
-        drives.try_iter()?.map(|drive| numbers("drives", &drive?)).collect::<PyResult<_>>()?
+        given.try_iter()?.map(|one| numbers(name, &one?)).collect::<PyResult<_>>()?
     } else {
-        vec![numbers("drives", drives)?]
+        vec![numbers(name, given)?]
     };
-    all.iter().try_for_each(|drive| check_room("drives", drive.len(), FIT))?;
+    all.iter().try_for_each(|one| check_room(name, one.len(), FIT))?;
     Ok(all)
 }
 
@@ -377,5 +425,27 @@ impl Argument<'_> for AnyModel {
         let known = ModelKind::WORDS.iter().find(|(word, _)| is_word(value, word));
         let expected = "\"auto\", \"modified\" or \"conventional\"";
         known.map(|(_, model)| Self(Some(*model))).ok_or_else(|| errors::unexpected(name, expected, value))
+    }
+}
+
+/// `drift`: whether there is one, or "auto".
+pub(crate) struct AnyDrift(Option<bool>);
+
+impl From<AnyDrift> for Option<bool> {
+    fn from(AnyDrift(drift): AnyDrift) -> Self {
+        drift
+    }
+}
+
+#[py("Literal['auto'] | bool")]
+impl Argument<'_> for AnyDrift {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if is_word(value, "auto") {
+            return Ok(Self(None));
+        }
+        value
+            .extract()
+            .map(|drift| Self(Some(drift)))
+            .map_err(|_| errors::unexpected(name, "\"auto\", True or False", value))
     }
 }

@@ -8,3 +8,4 @@ pub(crate) mod slow_gain;
 #[expect(clippy::module_inception, reason = "the class `Stage`")]
 pub(crate) mod stage;
 pub(crate) mod streams;
+pub(crate) mod temperature;

@@ -17,6 +17,7 @@ use pythonize::pythonize;
 use super::error_bounds::ErrorBounds;
 use super::loop_shift::LoopShift;
 use super::slow_gain::SlowGain;
+use super::temperature::{TemperatureTerm, added};
 use crate::argument::{Argument, Asked, Class};
 use crate::convert::arrays::{PASS, check_room, vector};
 use crate::convert::errors::{raise, unexpected, value, warn, wrong_type};
@@ -58,6 +59,8 @@ use crate::trajectories::positions::samples;
 ///     What motion of the drive adds behind the output map, in front of the creep.
 /// slow_gain : SlowGain, optional
 ///     How the size of all loops changes while the drive cycles, behind the loop shift, in front of the creep.
+/// temperature : TemperatureTerm, optional
+///     What a temperature adds behind all of it. What runs is at its reference.
 /// input_map, output_map : (array, array), optional
 ///     The points (x, y) of a strictly monotone piecewise-linear map in front of the hysteresis, and of one behind it.
 /// noise : float, optional
@@ -103,6 +106,7 @@ impl Stage {
         #[py(field, "LoopShift | None" = None)] loop_shift: Option<stage::LoopShift>,
         #[py(field, "SlowGain | None" = None)] slow_gain: Option<stage::SlowGain>,
         #[py(field, "Duhem | None" = None)] duhem: Option<Box<core::Duhem<MAX_KNOTS>>>,
+        #[py(field, "TemperatureTerm | None" = None)] temperature: Option<stage::TemperatureTerm>,
         #[py(field, "MapPoints | None" = None)] input_map: Option<PiecewiseLinearMap>,
         #[py(field, "MapPoints | None" = None)] output_map: Option<PiecewiseLinearMap>,
         #[py(field = None)] noise: Option<f64>,
@@ -170,6 +174,12 @@ impl Stage {
     #[getter]
     fn duhem(&self) -> Option<Duhem> {
         self.0.parts().duhem.as_deref().map(|duhem| Duhem(DuhemForward::new(*duhem)))
+    }
+
+    /// What a temperature adds, or None.
+    #[getter]
+    fn temperature(&self) -> Option<TemperatureTerm> {
+        self.0.parts().temperature.map(TemperatureTerm)
     }
 
     /// The points (x, y) of the map in front of the hysteresis, or None.
@@ -276,6 +286,8 @@ impl Stage {
     /// lead_in : float, optional
     ///     Seconds of a smooth way from there to the beginning of the reference, in front of the result. Without it the
     ///     reference must begin where the stage is.
+    /// temperature : array of n floats, optional
+    ///     The temperature along the reference, for a stage that has a `temperature`; by default it is at its reference.
     /// return_error : bool
     ///     Also by how much the reference will be missed, before anything is driven: bounds of the position itself that cover what
     ///     the model does not know. A stage that was not identified knows none.
@@ -297,10 +309,10 @@ impl Stage {
     ///     If limits or slew rate held drives back.
     #[gather(keywords: Keywords)]
     #[overload(
-        "(self, reference: ArrayLike | Trajectory, dt: float, *, limits: Sequence[float] | None=None, start: float | None=None, history: ArrayLike | None=None, lead_in: float | None=None, return_error: Literal[False]=False, interval: float=0.95) -> Vector"
+        "(self, reference: ArrayLike | Trajectory, dt: float, *, limits: Sequence[float] | None=None, start: float | None=None, history: ArrayLike | None=None, lead_in: float | None=None, temperature: ArrayLike | None=None, return_error: Literal[False]=False, interval: float=0.95) -> Vector"
     )]
     #[overload(
-        "(self, reference: ArrayLike | Trajectory, dt: float, *, limits: Sequence[float] | None=None, start: float | None=None, history: ArrayLike | None=None, lead_in: float | None=None, return_error: Literal[True], interval: float=0.95) -> tuple[Vector, ErrorBounds]"
+        "(self, reference: ArrayLike | Trajectory, dt: float, *, limits: Sequence[float] | None=None, start: float | None=None, history: ArrayLike | None=None, lead_in: float | None=None, temperature: ArrayLike | None=None, return_error: Literal[True], interval: float=0.95) -> tuple[Vector, ErrorBounds]"
     )]
     fn precompensate<'py>(
         &self,
@@ -311,6 +323,7 @@ impl Stage {
         #[py(field = None)] start: Option<f64>,
         #[py(field = None)] history: Option<Vec<f64>>,
         #[py(field = None)] lead_in: Option<f64>,
+        #[py(field = None)] temperature: Option<Vec<f64>>,
         #[py(= false)] return_error: bool,
         #[py(= 0.95)] interval: f64,
     ) -> PyResult<Bound<'py, PyAny>> {
@@ -385,6 +398,7 @@ impl Stage {
         let duhem = if parts.duhem.is_some() { ", Duhem operator" } else { "" };
         let gain = if parts.slow_gain.is_some() { ", slow gain" } else { "" };
         let creep = if parts.creep.is_some() { ", creep" } else { "" };
+        let temperature = if parts.temperature.is_some() { ", temperature" } else { "" };
         let dynamics = match parts.dynamics.order() {
             0 => "no dynamics".to_string(),
             order => format!("order {order} dynamics"),
@@ -392,7 +406,7 @@ impl Stage {
         let (operators, dead_time) = (self.0.model().operators(), 1e3 * parts.dead_time);
         format!(
             "<Stage: {operators} operators, {drive} to {position}{range}, {dynamics}, dead time {dead_time:.4} \
-             ms{duhem}{shift}{gain}{creep}>"
+             ms{duhem}{shift}{gain}{creep}{temperature}>"
         )
     }
 
@@ -422,7 +436,7 @@ fn dictionary<'py>(py: Python<'py>, identified: &Identified) -> PyResult<Bound<'
 }
 
 /// The keywords of the constructor.
-const KEYWORDS: [&str; 13] = [
+const KEYWORDS: [&str; 14] = [
     "limits",
     "slew",
     "dead_time",
@@ -432,6 +446,7 @@ const KEYWORDS: [&str; 13] = [
     "loop_shift",
     "slow_gain",
     "duhem",
+    "temperature",
     "input_map",
     "output_map",
     "noise",
@@ -475,6 +490,7 @@ pub(crate) struct StageKeywords {
     pub(crate) loop_shift: Option<stage::LoopShift>,
     pub(crate) slow_gain: Option<stage::SlowGain>,
     pub(crate) duhem: Option<Box<core::Duhem<MAX_KNOTS>>>,
+    pub(crate) temperature: Option<stage::TemperatureTerm>,
     pub(crate) input_map: Option<PiecewiseLinearMap>,
     pub(crate) output_map: Option<PiecewiseLinearMap>,
     pub(crate) noise: Option<f64>,
@@ -495,6 +511,7 @@ impl StageKeywords {
             loop_shift: self.loop_shift,
             slow_gain: self.slow_gain,
             duhem: self.duhem,
+            temperature: self.temperature,
             input_map: self.input_map,
             output_map: self.output_map,
             noise: self.noise,
@@ -528,6 +545,7 @@ pub(crate) struct Keywords {
     pub(crate) start: Option<f64>,
     pub(crate) history: Option<Vec<f64>>,
     pub(crate) lead_in: Option<f64>,
+    pub(crate) temperature: Option<Vec<f64>>,
 }
 
 /// Limits that were given; warns of those beyond what was identified.
@@ -566,8 +584,13 @@ pub(crate) fn precompensate(
         history: keywords.history.as_deref().unwrap_or_default(),
         lead_in: keywords.lead_in,
     };
-    let reference_samples = samples("reference", reference, dt)?;
+    let mut reference_samples = samples("reference", reference, dt)?;
     check_room("reference", reference_samples.len(), PASS)?;
+    if let Some(temperature) = &keywords.temperature {
+        let term = stage.parts().temperature.as_ref();
+        let added = added(term, temperature, reference_samples.len(), dt)?;
+        reference_samples.iter_mut().zip(added).for_each(|(target, added)| *target -= added);
+    }
     let design = || {
         // A stage that knows no band is told before the work.
         level.map(|_| stage.error_band()).transpose()?;

@@ -1,0 +1,54 @@
+"""A load cell with hysteresis, creep and a temperature: known loads, then loads from readings.
+
+The load is the drive and the reading the position. So the inverse of the stage is the linearizer.
+"""
+
+from __future__ import annotations
+
+import mpi_hyst as mh
+import numpy as np
+import numpy.typing as npt
+
+Numbers = npt.NDArray[np.float64]
+
+DT = 1.0
+"""Sampling interval in seconds."""
+
+SOON = 4
+"""Samples after which a load that was put on is read."""
+
+
+def calibrate(
+    loads: Numbers, hold: int, temperature: Numbers, reading: Numbers
+) -> mh.results.PlacesIdentification:
+    """Identify the cell from loads that each lie on it for `hold` samples, the first one none."""
+    # Known: the reading soon after each load was put on, and at the end of its time.
+    at = np.arange(loads.size).reshape(-1, hold)[:, [SOON, -1]].ravel()
+    lengths = [(0, 0, k, reading[k] - reading[0]) for k in at]
+    return mh.identify_places(
+        loads,
+        [],
+        lengths,
+        dt=DT,
+        model="conventional",
+        input_offset=0.0,  # it begins virgin, without a load
+        dead_time=0.0,
+        creep=[30.0, 300.0],  # time constants: half a hold, and some holds
+        temperature=temperature,
+    )
+
+
+class Linearizer:
+    """Loads from readings, sample by sample."""
+
+    def __init__(self, stage: mh.Stage, zero: float, temperature: float) -> None:
+        """Begin without a load, at the reading `zero` of the calibration and at a temperature."""
+        assert stage.temperature is not None
+        self._zero, self._term = zero, stage.temperature
+        self._inverse, self._lag = stage.inverse(DT), stage.temperature.lag(DT)
+        self._lag.settle(temperature)
+
+    def step(self, reading: float, temperature: float) -> float:
+        """Return the load."""
+        added = self._term.at(self._lag.step(temperature))
+        return self._inverse.step(reading - self._zero - added)

@@ -1,0 +1,192 @@
+"""The example of a load cell: hysteresis, creep and a temperature, simulated by other code."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import load_cell
+import mpi_hyst as mh
+import numpy as np
+import pytest
+from support import Array
+
+DT = 1.0
+HOLD = 60
+"""Samples at each load."""
+
+
+def cell(loads: Array, temperature: Array, seed: int) -> Array:
+    """Bouc-Wen elements of 0.3 % of hysteresis, two Kelvin elements of creep, heat that comes late.
+
+    None of it is an operator of the package.
+    """
+    slips, shares = (12.0, 40.0), (0.0055, 0.0030)
+    slow, taus = (0.0010, 0.0012), (25.0, 240.0)
+    within, crept = [0.0, 0.0], [0.0, 0.0]
+    theta, last = temperature[0], 0.0
+    reading = []
+    for load, degrees in zip(loads, temperature, strict=True):
+        # Small steps, as a load is put on within a moment.
+        for _ in range(50):
+            step = (load - last) / 50
+            for i, slip in enumerate(slips):
+                bend = 0.5 + 0.5 * np.sign(within[i] * step)
+                within[i] += step * (1.0 - bend * min(1.0, abs(within[i]) / slip))
+        last = load
+        hysteresis = sum(share * z for share, z in zip(shares, within, strict=True))
+        crept = [q + (load - q) * DT / tau for q, tau in zip(crept, taus, strict=True)]
+        creep = sum(c * q for c, q in zip(slow, crept, strict=True))
+        theta += (degrees - theta) * DT / 300.0
+        reading.append(1.98 * (load - hysteresis + creep) + 0.05 * (theta - 23.0))
+    return np.array(reading) + np.random.default_rng(seed).normal(0.0, 0.003, len(reading))
+
+
+def heat(samples: int, seed: int) -> Array:
+    """10 K of drift, up and down within the hour, and a window that is opened."""
+    time = np.arange(samples) / samples
+    phase = np.random.default_rng(seed).uniform(0.0, 2 * np.pi)
+    waves = np.sin(2 * np.pi * 1.7 * time + phase) + 0.4 * np.sin(2 * np.pi * 5.3 * time)
+    waves[time > 0.6] -= 0.8
+    return 18.0 + 10.0 * (waves - waves.min()) / np.ptp(waves)
+
+
+@dataclass
+class Calibrated:
+    """What was found, with the reading without a load and a straight line for comparison."""
+
+    found: mh.results.PlacesIdentification
+    zero: float
+    line: Array
+
+
+CALIBRATION = np.r_[0:101:10, 90:-1:-10, 0:61:20, 40:-1:-20, 0, 0, 80, 30, 100, 50, 0, 0].astype(
+    float
+)
+
+
+@pytest.fixture(scope="module")
+def calibrated() -> Calibrated:
+    loads = np.repeat(CALIBRATION, HOLD)
+    temperature = heat(loads.size, 1)
+    reading = cell(loads, temperature, 2)
+    found = load_cell.calibrate(loads, HOLD, temperature, reading)
+    late = np.arange(HOLD - 1, loads.size, HOLD)
+    return Calibrated(found, float(reading[0]), np.polyfit(reading[late], loads[late], 1))
+
+
+def other(seed: int) -> tuple[Array, Array, Array]:
+    """Loads that were not calibrated, their temperatures and readings."""
+    rng = np.random.default_rng(seed)
+    loads = np.repeat(np.concatenate([[0.0], rng.uniform(0.0, 100.0, 24), [0.0] * 4]), HOLD)
+    temperature = heat(loads.size, seed + 10)
+    return loads, temperature, cell(loads, temperature, seed + 20)
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5])
+def test_loads_that_were_not_calibrated(calibrated: Calibrated, seed: int) -> None:
+    loads, temperature, reading = other(seed)
+    plain = np.polyval(calibrated.line, reading) - loads
+    stage = calibrated.found.stage
+    assert stage.temperature is not None
+    added = stage.temperature.response(temperature, DT)
+    error = stage.inverse(DT).run(reading - calibrated.zero - added) - loads
+    # A load is read some seconds after it was put on.
+    read = np.arange(loads.size) % HOLD >= 4
+    assert np.sqrt(np.mean(error[read] ** 2)) < 0.2 * np.sqrt(np.mean(plain[read] ** 2))
+    assert np.abs(error[read]).max() < 0.2 * np.abs(plain[read]).max()
+
+
+def test_the_temperature_is_found(calibrated: Calibrated) -> None:
+    term = calibrated.found.temperature
+    assert term is not None and term == calibrated.found.stage.temperature
+    of_sensitivity, of_lag = calibrated.found.temperature_std
+    assert abs(term.sensitivity - 0.05) < 0.005 and 0 < of_sensitivity < 0.005
+    assert abs(term.time_constant - 300.0) < 90.0 and 0 < of_lag < 90.0
+    assert "temperature_not_told" not in [one.code for one in calibrated.found.warnings]
+
+
+def test_predict_with_and_without_the_temperature(calibrated: Calibrated) -> None:
+    found = calibrated.found
+    loads, temperature, reading = other(6)
+    warm = found.predict(loads, temperature=temperature)
+    assert found.temperature is not None
+    added = found.temperature.response(temperature, DT)
+    assert warm - found.predict(loads) == pytest.approx(added)
+    error = warm - (reading - calibrated.zero)
+    assert np.sqrt(np.mean(error**2)) < 0.1
+    with pytest.raises(ValueError, match=rf"temperature: expected {loads.size} samples, got 3"):
+        found.predict(loads, temperature=[20.0, 21.0, 22.0])
+
+
+def test_sample_by_sample_and_saved(calibrated: Calibrated, tmp_path: Path) -> None:
+    calibrated.found.stage.save(tmp_path / "cell.json")
+    stage = mh.load(tmp_path / "cell.json")
+    assert stage == calibrated.found.stage
+    assert isinstance(stage, mh.Stage) and stage.temperature is not None
+    _, temperature, reading = other(7)
+    whole = stage.inverse(DT).run(
+        reading - calibrated.zero - stage.temperature.response(temperature, DT)
+    )
+    cell = load_cell.Linearizer(stage, calibrated.zero, temperature[0])
+    stepped = [cell.step(*sample) for sample in zip(reading, temperature, strict=True)]
+    assert stepped == pytest.approx(whole, abs=1e-9)
+
+
+def test_a_temperature_that_tells_nothing_is_told() -> None:
+    loads = np.repeat(CALIBRATION, HOLD)
+    reading = cell(loads, np.full(loads.size, 23.0), 2)
+    temperature = 23.0 + np.random.default_rng(1).normal(0.0, 1e-3, loads.size)
+    found = load_cell.calibrate(loads, HOLD, temperature, reading)
+    assert "temperature_not_told" in [one.code for one in found.warnings]
+
+
+@pytest.mark.parametrize(
+    ("temperature", "message"),
+    [
+        ([1.0, 2.0], "temperature: expected as many samples as the drive has, got 2"),
+        ([[1.0, 2.0], [1.0, 2.0]], "temperature: expected one for each drive, got 2"),
+        (np.full(40, 20.0), "temperature"),
+        (np.full(40, np.nan), "temperature"),
+    ],
+)
+def test_wrong_temperatures_are_named(temperature: object, message: str) -> None:
+    loads = np.repeat([0.0, 5.0, 10.0, 5.0], 10)
+    lengths = [(0, 0, k, loads[k]) for k in (15, 25, 35)]
+    with pytest.raises(ValueError, match=message):
+        mh.identify_places(loads, [], lengths, dt=DT, temperature=temperature)  # type: ignore[arg-type]
+
+
+def test_precompensate_takes_the_temperature_from_the_target() -> None:
+    term = mh.plant.TemperatureTerm(0.2, 5.0, 20.0)
+    stage = mh.Stage(mh.PrandtlIshlinskii([1.0, 0.1], [0.0, 2.0]), temperature=term)
+    reference = 5.0 + 3.0 * np.sin(np.arange(200) / 20.0)
+    temperature = 20.0 + 4.0 * np.sin(np.arange(200) / 50.0)
+    drive = stage.precompensate(reference, 1.0, lead_in=20.0, temperature=temperature)
+    reached = stage.forward(1.0).run(drive)[-200:] + term.response(temperature, 1.0)
+    assert reached == pytest.approx(reference, abs=1e-6)
+    plain = stage.replace(temperature=None)
+    with pytest.raises(ValueError, match="temperature: expected None"):
+        plain.precompensate(reference, 1.0, lead_in=20.0, temperature=temperature)
+
+
+def test_the_header_has_the_temperature(calibrated: Calibrated, tmp_path: Path) -> None:
+    path = tmp_path / "cell.h"
+    mh.export.c_header(calibrated.found.stage, path)
+    text = path.read_text("utf-8")
+    assert "cell_temperature" in text
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("no C compiler")
+    source = tmp_path / "main.c"
+    source.write_text(
+        '#include <stdio.h>\n#include "cell.h"\n'
+        'int main(void) { printf("%.17g %.17g", cell_temperature[0], cell_temperature[2]); }\n'
+    )
+    subprocess.run([compiler, "-o", tmp_path / "main", source], check=True)
+    said = subprocess.run([tmp_path / "main"], check=True, capture_output=True, text=True).stdout
+    term = calibrated.found.temperature
+    assert term is not None
+    assert [float(one) for one in said.split()] == [term.sensitivity, term.reference]
