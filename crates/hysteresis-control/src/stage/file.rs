@@ -271,7 +271,7 @@ impl StageBytes {
     /// The stage, with what came behind.
     pub(crate) fn stage(self, later: Later, latest: Latest) -> Result<Stage, Error> {
         let (Later { slow_gain, error_band }, Latest { duhem, temperature }) = (later, latest);
-        File { slow_gain, error_band, duhem, temperature, ..self.0 }.stage()
+        File { duhem, slow_gain, error_band, temperature, ..self.0 }.stage()
     }
 }
 
