@@ -2,15 +2,12 @@
 
 use alloc::boxed::Box;
 
-use super::stage::QuasiStatic;
+use super::parts::{MAX_KNOTS, QuasiStatic};
 use crate::duhem::{Duhem, DuhemForward, DuhemState};
 use crate::engine::CompiledModel;
 use crate::error::{Error, check_all_finite, check_length};
 use crate::process::Process;
 use crate::stream::{Forward, Inverse, Look, StreamState};
-
-/// The most knots of a Duhem operator that stands beside the hysteresis of a stage.
-pub const MAX_KNOTS: usize = 17;
 
 /// The name under which a state has the memory of the operator, behind others.
 const STATE: &str = "state.loop_shift";

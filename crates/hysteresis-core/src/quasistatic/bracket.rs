@@ -2,7 +2,8 @@
 
 use alloc::boxed::Box;
 
-use super::stage::{QuasiStatic, QuasiStaticForward, QuasiStaticState};
+use super::parts::QuasiStatic;
+use super::stage::{QuasiStaticForward, QuasiStaticState};
 use crate::engine::CompiledModel;
 use crate::error::{Bound, Error, check_length, check_rows, check_rows_between};
 use crate::process::Process;

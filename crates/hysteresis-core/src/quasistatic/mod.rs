@@ -8,14 +8,15 @@ mod bracket;
 mod creep;
 mod loop_shift;
 mod map;
+mod parts;
 mod past_drives;
 mod slow_gain;
 mod stage;
 
-pub use beside::MAX_KNOTS;
 pub use bracket::{Bracket, BracketArray, BracketState};
 pub use creep::CreepTerms;
 pub use loop_shift::LoopShiftTerms;
 pub use map::PiecewiseLinearMap;
+pub use parts::{MAX_KNOTS, QuasiStatic};
 pub use slow_gain::SlowGainTerms;
-pub use stage::{QuasiStatic, QuasiStaticForward, QuasiStaticInverse, QuasiStaticState};
+pub use stage::{QuasiStaticForward, QuasiStaticInverse, QuasiStaticState};

@@ -20,6 +20,8 @@ use crate::fit::projection::rough;
 use crate::fit::response::OperatorsAt;
 use crate::fit::rows::Slope;
 use crate::fit::space::{Space, at_duhem};
+use crate::judge::finding_code::FindingCode;
+use crate::judge::findings_of_fit;
 use crate::options::Options;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
@@ -66,7 +68,7 @@ pub(crate) fn with_duhem(
 ) -> Result<Found, Error> {
     let is_forced = asked.duhem == DuhemModel::Fit;
     let is_open = asked.duhem == DuhemModel::Auto && asked.model == ModelKind::Modified;
-    if plays.partial || !(is_forced || is_open && left(records, &plays) > LEAST_LEFT) {
+    if plays.partial || !(is_forced || is_open && left(records, &plays) > LEAST_LEFT && !drifts(records, &plays)) {
         return Ok(plays);
     }
     // The part of the work before is done: progress does not go back.
@@ -87,6 +89,12 @@ pub(crate) fn with_duhem(
     let is_chosen = is_forced || is_better(&validated(records, &found)?, &validated(records, &plays)?, must_gain);
     let partial = found.partial;
     Ok(if is_chosen { found } else { Found { partial, ..plays } })
+}
+
+/// Whether time explains what plays leave: loops of an operator that need not close would follow any drift.
+fn drifts(records: &[Record<'_>], plays: &Found) -> bool {
+    let findings = findings_of_fit(records, &plays.fit.chain(plays.interval(records)), &plays.options.thresholds);
+    findings.iter().any(|finding| matches!(finding.code, FindingCode::Drift | FindingCode::Leakage))
 }
 
 /// The plays with the linear part at which an operator is looked for: a lag may hide an amplifier in front and a mode.

@@ -25,6 +25,7 @@ fn options() -> Options {
         dynamics: DynamicsModel::None,
         creep: CreepModel::None,
         loop_shift: LoopShiftModel::None,
+        duhem: DuhemModel::None,
         input_map: MapModel::None,
         output_map: MapModel::None,
         smoothness: Setting::Fixed(0.0),
