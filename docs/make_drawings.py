@@ -300,7 +300,7 @@ def slack() -> None:
     figure = Figure(figsize=(8.0, 3.2), layout="constrained")
     left, right = figure.subplots(1, 2)
     left.plot(
-        1e3 * page["motor"][-4000:], 1e3 * page["measured"][-4000:], color=BLUE, linewidth=1.0
+        1e3 * page["motor"][-4000::20], 1e3 * page["measured"][-4000::20], color=BLUE, linewidth=1.0
     )
     plain(left, "motor (µm)", "carriage, measured (µm)")
     shown = slice(900, 1300)
