@@ -199,7 +199,7 @@ def test_hysteresis_of_another_kind_is_told() -> None:
 def test_a_mass_without_a_spring_is_refused() -> None:
     u = np.sin(2 * np.pi * 5e-3 * np.arange(2000))
     y = np.cumsum(np.cumsum(u)) * 1e-6
-    with pytest.raises(ValueError, match="^y: expected a position that a spring brings back"):
+    with pytest.raises(ValueError, match="y: expected a position that a spring brings back"):
         mh.identify_oscillator(u, y, dt=1e-3)
 
 

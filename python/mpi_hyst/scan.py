@@ -286,7 +286,13 @@ class _Axis:
             units=stage.units,
         )
         self._inverse, self._forward = slow.inverse(dt), slow.forward(dt)
-        ends = sorted(map(self._forward.settle, stage.drive_range))
+        if stage.position_range is None:
+            raise ValueError(
+                f"stages[{name!r}]: expected a stage that reaches positions after any loops,"
+                " got one whose loops drift apart"
+            )
+        ends = sorted([*map(self._forward.settle, stage.drive_range), *stage.position_range])
+        ends = [ends[0], ends[-1]]
         self._tolerance = _MISSED * (ends[1] - ends[0])
         room = _ROOM * (ends[1] - ends[0])
         # What the fast part is fed with is a position: as a drive it is its own position.
@@ -297,7 +303,6 @@ class _Axis:
             amplifier_bandwidth=stage.amplifier_bandwidth,
             dynamics=stage.dynamics,
         )
-        assert stage.position_range is not None, "a stage with limits has a range"
         self._range = stage.position_range
         self._unit = stage.units[1]
         low, high = self._range

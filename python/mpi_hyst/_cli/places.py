@@ -148,6 +148,8 @@ def run(request: Request) -> str:
     check_outputs(outputs, inputs)
     if request.report_path is not None:
         require_report_packages("--report")
+    if not request.fringes and request.wavelength is not None:
+        raise CommandError("--wavelength: expected --fringes beside it, got none")
     scans = _images(request)
     if request.lengths is None and not request.fringes:
         raise CommandError("--lengths: expected known lengths, or --fringes, got neither")
@@ -162,6 +164,7 @@ def run(request: Request) -> str:
     before = _before(request)
     ends = _ends(drives, scans, before)
     pairs = [] if request.pairs is None else [_matrix(request.pairs)]
+    temperature = _signals("--temperature", request.temperature, drives)
     with refusing(request.drives[0], _names(request)):
         matched = []
         for number, (scan, first, end) in enumerate(zip(scans, before, ends, strict=False)):
@@ -173,10 +176,10 @@ def run(request: Request) -> str:
             _joined(pairs, matched),
             _lengths(request, drives),
             dt=dt,
-            temperature=_signals("--temperature", request.temperature, drives) or None,
+            temperature=temperature or None,
             **asked(request, "identify_places"),
         )
-        corrected = _corrected(found, drives, scans, before)
+        corrected = _corrected(found, drives, temperature, scans, before)
     result = Places(found, tuple(map(str, request.drives)), corrected)
     _write(request, result, inputs)
     return page.summary(result)
@@ -326,6 +329,7 @@ def _before(request: Request) -> Sequence[int]:
 def _corrected(
     found: mh.results.PlacesIdentification,
     drives: Sequence[Samples],
+    temperature: Sequence[Samples],
     scans: Sequence[ScanImages],
     before: Sequence[int],
 ) -> page.Corrected | None:
@@ -335,7 +339,8 @@ def _corrected(
     last, number = scans[-1], len(scans) - 1
     lines, pixels = last.trace.shape
     end = before[number] + 2 * lines * pixels
-    seen_at = found.predict(drives[number]) + found.drift(number)
+    warmth = temperature[number] if temperature else None
+    seen_at = found.predict(drives[number], temperature=warmth) + found.drift(number)
     at = seen_at[before[number] : end].reshape(lines, 2, pixels)
     trace, grid = mh.images.resample(last.trace, at[:, 0], pixels)
     retrace, _ = mh.images.resample(last.retrace, at[:, 1], grid)

@@ -98,6 +98,8 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
     pairs.append(("input offset", offset + given("input offset")))
     pairs += [*_maps(found), *_dynamics(task, found), *_creep(found), *_loop_shift(found, task)]
     pairs += _slow_gain(found)
+    if found.duhem is not None:
+        pairs.append(("Duhem operator", f"{len(found.duhem.knots)} knots"))
     pairs.append(("dead time", dead_time(found) + given("dead time")))
     if found.model.not_invertible_because is not None:
         pairs.append(("not invertible", found.model.not_invertible_because))

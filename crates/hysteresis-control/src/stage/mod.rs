@@ -296,7 +296,8 @@ const LOOPS: usize = 32;
 
 impl Stage {
     /// The lowest and the highest slope dy/du, creep at its end included, and a slow gain wherever it may be. A loop shift
-    /// does not change it: the newest drive does not enter it, and at its end it is 0.
+    /// does not change it: the newest drive does not enter it, and at its end it is 0. A Duhem operator counts between its knots: beyond
+    /// them its f goes on as it was.
     #[must_use]
     pub fn slope_range(&self) -> (f64, f64) {
         let (mut low, mut high) = self.model.slope_range();
@@ -321,6 +322,9 @@ impl Stage {
     /// end after a stroke to the high one and the other way round. So the remanence is outside, though a stage that was
     /// never driven begins there. A slow gain counts where it is worst. Creep does so, too, at rest at the other end, but
     /// takes no more than a quarter of the loop from either end. What modes overshoot and what a loop shift adds in motion do not count.
+    ///
+    /// With a Duhem operator, whose loops need not close, it is what 32 loops over the range reach; None if they drift so far that nothing is
+    /// reached in all of them. Minor loops at an end may take more.
     #[must_use]
     pub fn position_range(&self) -> Option<(f64, f64)> {
         let (first, (from, to)) = (self.first_strokes()?, self.drive_range()?);
@@ -330,6 +334,9 @@ impl Stage {
         for _ in 0..self.drifting_loops() {
             let (next_low, next_high) = ordered((forward.step(from), forward.step(to)));
             (low, high) = (low.max(next_low), high.min(next_high));
+        }
+        if low >= high {
+            return None;
         }
         let (low, high) = self.behind_slow_gain((low, high), f64::max, f64::min);
         let (middle, room) = self.crept(first);
@@ -344,7 +351,7 @@ impl Stage {
         Some(self.behind_modes((low + middle - room, high + middle + room)))
     }
 
-    /// In front of creep: no history leads farther.
+    /// In front of creep: no history leads farther, but for minor loops with a Duhem operator.
     fn first_strokes(&self) -> Option<(f64, f64)> {
         let (from, to) = self.drive_range()?;
         let mut forward = self.rigid.forward();

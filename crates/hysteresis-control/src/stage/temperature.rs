@@ -33,17 +33,21 @@ pub struct TemperatureTerm {
     reference: f64,
 }
 
+/// The longest time constant, in seconds: thirty years.
+const LONGEST: f64 = 1e9;
+
 impl TemperatureTerm {
     /// From the sensitivity, the time constant in seconds, and the temperature at which nothing is added.
     ///
     /// # Errors
-    /// [`CoreError::Domain`] that names the number: one that is not finite, a time constant below 0.
+    /// [`CoreError::Domain`] that names the number: one that is not finite, a time constant below 0 or above 1e9 s.
     pub fn new(sensitivity: f64, time_constant: f64, reference: f64) -> Result<Self, CoreError> {
         for (name, value) in [("sensitivity", sensitivity), ("reference", reference)] {
             check_number(name, is_admissible(value), "a finite number", value)?;
         }
         if time_constant != 0.0 {
             check_positive("time_constant", None, time_constant)?;
+            check_number("time_constant", time_constant <= LONGEST, "at most 1e9 s", time_constant)?;
         }
         Ok(Self { sensitivity, time_constant, reference })
     }
@@ -77,8 +81,8 @@ impl TemperatureTerm {
     /// [`CoreError::Domain`] unless `dt` is finite and above 0.
     pub fn lag(&self, dt: f64) -> Result<Filter, CoreError> {
         check_positive("dt", None, dt)?;
-        let decay = if self.time_constant > 0.0 { (-dt / self.time_constant).exp() } else { 0.0 };
-        let mut lag = Filter::new(&[Biquad::new([1.0 - decay, 0.0, 0.0], [-decay, 0.0])?])?;
+        let intervals = if self.time_constant > 0.0 { dt / self.time_constant } else { f64::INFINITY };
+        let mut lag = Filter::new(&[Biquad::new([-(-intervals).exp_m1(), 0.0, 0.0], [-(-intervals).exp(), 0.0])?])?;
         lag.settle(self.reference)?;
         Ok(lag)
     }

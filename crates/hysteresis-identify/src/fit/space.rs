@@ -371,7 +371,8 @@ impl Space {
     pub(crate) fn step_bounds(&self, point: &Point, radius: f64) -> Vec<(f64, f64)> {
         let within = |axis: &Axis| {
             let (value, reach) = (point.get(axis.parameter), radius * axis.scale);
-            ((axis.lower - value).max(-reach), (axis.upper - value).min(reach))
+            // A start beyond a bound comes back to it.
+            ((axis.lower - value).clamp(-reach, reach), (axis.upper - value).clamp(-reach, reach))
         };
         self.axes.iter().map(within).collect()
     }

@@ -259,9 +259,9 @@ fn result(
     let wrong_pairs: Vec<usize> = shares.filter(|(_, share)| **share == 0.0).map(|(place, _)| place).collect();
     let mut warnings = doubts::findings(given, weighed, high - low, &wrong_pairs, &uninformative_pairs);
     warnings.extend(untold_dead_time(point.dead_time / given.dt, dead_time_std / given.dt));
-    warnings.extend(
-        temperature.and_then(|term| doubts::untold_temperature(&term, temperature_std, given.longest_and_shortest().0)),
-    );
+    let longest_lag =
+        if space.axes.contains(&Axis::ThermalLag) { given.longest_and_shortest().0 } else { f64::INFINITY };
+    warnings.extend(temperature.and_then(|term| doubts::untold_temperature(&term, temperature_std, longest_lag)));
     let tangent = space.tangent(point, Some(weights));
     // What is beside the operators is no part of a prediction.
     let own = Mat::from_fn(columns + tangent.slopes.len(), root.ncols(), |i, k| {

@@ -1,6 +1,6 @@
 //! What is searched beside the weights: input offset, ratios, dead time and creep; and the model at such a point.
 
-use hysteresis_core::{Ratios, is_admissible};
+use hysteresis_core::Ratios;
 
 use crate::error::Error;
 use crate::fit::response::OperatorsAt;
@@ -19,6 +19,9 @@ const OPERATORS: usize = 20;
 
 /// The longest dead time that is searched, as a share of the shortest drive.
 const LONGEST_DEAD_TIME: f64 = 0.1;
+
+/// The longest thermal lag that may be given, in seconds, as of a temperature term.
+const LONGEST_LAG: f64 = 1e9;
 
 /// The largest amplitude of creep that is searched: a share of the motion for each decade of time.
 const MOST_CREEP: f64 = 0.3;
@@ -148,8 +151,11 @@ impl PlaceSpace {
         axes.extend((0..creep.directions.len()).map(Axis::Creep));
         let has_temperature = !given.temperatures.is_empty();
         let thermal_lag = match options.thermal_lag {
-            Setting::Fixed(lag) if is_admissible(lag) && lag >= 0.0 => lag,
-            Setting::Fixed(lag) => return Err(Error::domain("thermal_lag", None, "a finite number >= 0", lag)),
+            Setting::Fixed(lag) if !has_temperature => {
+                return Err(Error::domain("thermal_lag", None, "none without a temperature", lag));
+            }
+            Setting::Fixed(lag) if (0.0..=LONGEST_LAG).contains(&lag) => lag,
+            Setting::Fixed(lag) => return Err(Error::domain("thermal_lag", None, "a number from 0 to 1e9", lag)),
             Setting::Fit => {
                 axes.extend(has_temperature.then_some(Axis::ThermalLag));
                 0.0

@@ -74,7 +74,7 @@ use crate::convert::errors;
 /// duhem : "auto", None, "fit" or Duhem
 ///     A Duhem operator beside the plays, for loops that do not close or that plays do not describe: f+ and f- at up to five
 ///     knots. "auto" searches one where plays leave 0.2 % of the range, and an operator of a few shapes promises a tenth of the
-///     error; it stays if it predicts held-out stretches better by a tenth. "fit" has one in any case, and a `Duhem` is where
+///     error; it stays if it predicts held-out stretches better by a tenth. "fit" has one wherever it lowers the error at all, and a `Duhem` is where
 ///     the search begins, at its knots.
 /// amplifier : "auto", None or float
 ///     The amplifier in front of the hysteresis, a first-order lag: of this bandwidth in Hz. "auto" fits one beside second-order

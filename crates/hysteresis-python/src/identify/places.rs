@@ -184,7 +184,7 @@ impl PlacesIdentification {
     }
 
     /// By how much what is seen has drifted at every sample of the drive of a number: what is seen at sample k is at
-    /// `predict(u)[k] + drift(number)[k]`. Zero without a drift, and at the first sample.
+    /// `predict(u, temperature=...)[k] + drift(number)[k]`. Zero without a drift, and at the first sample.
     fn drift<'py>(&self, py: Python<'py>, number: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.found.drift(number).map(|drift| PyArray1::from_vec(py, drift)).map_err(raise)
     }
