@@ -206,3 +206,22 @@ def test_wrong_options_are_named() -> None:
     knots = list(np.arange(9.0))
     with pytest.raises(ValueError, match="knots: expected a whole number from 2 to 5"):
         mh.identify(u, u, duhem=mh.Duhem(knots, [1.0] * 9, [1.0] * 9))
+
+
+def test_loops_that_drift_apart_leave_no_range() -> None:
+    drifting = mh.Duhem([-1.0, 1.0], [0.1, 0.1], [0.2, 0.2])
+    line = mh.PrandtlIshlinskii([1.0], [0.0])
+    stage = mh.Stage(line, limits=(0.0, 10.0), duhem=drifting)
+    assert stage.position_range is None
+    with pytest.raises(ValueError, match="expected a stage that reaches positions after any loops"):
+        mh.scan.Scanner({"x": stage}, DT)
+
+
+def test_remanence_within_what_a_stage_reaches_is_no_limit_of_a_scan() -> None:
+    beside = mh.Duhem.from_bouc_wen(1.0, 0.5, 0.5, 0.5)
+    stage = mh.Stage(mh.PrandtlIshlinskii([0.2], [0.0]), limits=(0.0, 20.0), duhem=beside)
+    assert stage.position_range is not None
+    low, high = stage.position_range
+    scanner = mh.scan.Scanner({"x": stage}, DT)
+    wanted = low + (high - low) * np.array([0.5, 0.99, 0.3, 0.05])
+    scanner.run({"x": wanted}, lead_in=0.1)

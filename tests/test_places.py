@@ -190,6 +190,7 @@ def test_pairs_along_one_branch_say_nothing() -> None:
         ({"lengths": [(0, 1, -2, 1.0)]}, "lengths.0.: expected instants"),
         ({"dt": 0.0}, "dt: expected"),
         ({"dead_time": 1e6}, "dead_time: expected"),
+        ({"thermal_lag": 60.0}, "thermal_lag: expected none without a temperature"),
         ({"model": "plain"}, "model: expected"),
     ],
 )
