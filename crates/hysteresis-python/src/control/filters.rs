@@ -15,7 +15,7 @@ use crate::convert::arguments::two;
 use crate::convert::arrays;
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::objects::{Reduced, exclusive, hash, keywords, reduce, saved, shared};
-use crate::stream::single_argument::steppers;
+use crate::stream::single_argument::Stepper;
 
 /// A notch, which takes out a resonance and leaves slow signals as they are.
 ///
@@ -340,7 +340,19 @@ pub(crate) struct Filter {
     dt: f64,
 }
 
-steppers!(Filter: filter);
+impl Stepper for Filter {
+    fn process(&self) -> &impl hysteresis_core::Process {
+        &self.filter
+    }
+
+    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+        &mut self.filter
+    }
+
+    fn rejected(&self) -> u64 {
+        self.filter.rejected()
+    }
+}
 
 impl Filter {
     /// A filter that is there already, for one sampling interval.

@@ -12,7 +12,7 @@ use crate::argument::Argument;
 use crate::convert::arrays::read_only;
 use crate::convert::errors::{raise, unexpected};
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
-use crate::stream::single_argument::steppers;
+use crate::stream::single_argument::Stepper;
 
 /// A free Duhem operator: z' = f+(z) x' where x rises, z' = f-(z) x' where x falls.
 ///
@@ -57,7 +57,33 @@ pub(crate) struct Duhem(pub(crate) core::DuhemForward<MAX_KNOTS>);
 #[pyclass(module = "mpi_hyst")]
 pub(crate) struct DuhemInverse(core::DuhemInverse<MAX_KNOTS>);
 
-steppers!(Duhem: 0, DuhemInverse: 0);
+impl Stepper for Duhem {
+    fn process(&self) -> &impl hysteresis_core::Process {
+        &self.0
+    }
+
+    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+        &mut self.0
+    }
+
+    fn rejected(&self) -> u64 {
+        self.0.rejected()
+    }
+}
+
+impl Stepper for DuhemInverse {
+    fn process(&self) -> &impl hysteresis_core::Process {
+        &self.0
+    }
+
+    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+        &mut self.0
+    }
+
+    fn rejected(&self) -> u64 {
+        self.0.rejected()
+    }
+}
 
 type Array<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 
 use crate::convert::errors::raise;
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, shared};
-use crate::stream::single_argument::steppers;
+use crate::stream::single_argument::Stepper;
 
 /// The play operator, equations (1)-(3): z(k) = max(x - r, min(x + r, z(k-1))).
 ///
@@ -46,7 +46,33 @@ pub(crate) struct Play(Tracked<core::Play>);
 #[pyclass(module = "mpi_hyst")]
 pub(crate) struct CoupledPlay(Tracked<core::CoupledPlay>);
 
-steppers!(Play: 0, CoupledPlay: 0);
+impl Stepper for Play {
+    fn process(&self) -> &impl hysteresis_core::Process {
+        &self.0
+    }
+
+    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+        &mut self.0
+    }
+
+    fn rejected(&self) -> u64 {
+        self.0.rejected()
+    }
+}
+
+impl Stepper for CoupledPlay {
+    fn process(&self) -> &impl hysteresis_core::Process {
+        &self.0
+    }
+
+    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+        &mut self.0
+    }
+
+    fn rejected(&self) -> u64 {
+        self.0.rejected()
+    }
+}
 
 // What both operators offer.
 #[methods(Play, CoupledPlay)]

@@ -17,7 +17,7 @@ use crate::convert::errors::{self, raise};
 use crate::convert::files;
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
 use crate::model::duhem::Duhem;
-use crate::stream::single_argument::steppers;
+use crate::stream::single_argument::Stepper;
 
 impl Words for Hold {
     const WORDS: &'static [(&'static str, Self)] = &[("zero", Self::Zero), ("band_limited", Self::BandLimited)];
@@ -85,7 +85,19 @@ pub(crate) struct OscillatorForward {
     made: (oscillator::HystereticOscillator, f64, Option<usize>),
 }
 
-steppers!(OscillatorForward: stream);
+impl Stepper for OscillatorForward {
+    fn process(&self) -> &impl hysteresis_core::Process {
+        &self.stream
+    }
+
+    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+        &mut self.stream
+    }
+
+    fn rejected(&self) -> u64 {
+        self.stream.rejected()
+    }
+}
 
 /// The most periods before the one that is returned.
 const MOST_SETTLED: usize = 1000;

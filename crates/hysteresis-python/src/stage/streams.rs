@@ -15,7 +15,7 @@ use crate::convert::errors::{Place, raise, value};
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved_or_bytes, shared};
 use crate::model::models::{compiled_of, model_of};
 use crate::stream::bracket::Bracket;
-use crate::stream::single_argument::steppers;
+use crate::stream::single_argument::Stepper;
 
 #[methods]
 impl Stage {
@@ -157,7 +157,33 @@ impl Each {
     }
 }
 
-steppers!(StageForward: stream, StageInverse: stream);
+impl Stepper for StageForward {
+    fn process(&self) -> &impl hysteresis_core::Process {
+        &self.stream
+    }
+
+    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+        &mut self.stream
+    }
+
+    fn rejected(&self) -> u64 {
+        self.stream.rejected()
+    }
+}
+
+impl Stepper for StageInverse {
+    fn process(&self) -> &impl hysteresis_core::Process {
+        &self.stream
+    }
+
+    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+        &mut self.stream
+    }
+
+    fn rejected(&self) -> u64 {
+        self.stream.rejected()
+    }
+}
 
 #[methods]
 impl StageForward {

@@ -23,27 +23,6 @@ pub(crate) trait Stepper: PyClass<Frozen = False> {
     fn rejected(&self) -> u64;
 }
 
-/// Makes each class a [`Stepper`] around the process in one of its fields.
-macro_rules! steppers {
-    ($($class:ty: $field:tt),+) => {$(
-        impl $crate::stream::single_argument::Stepper for $class {
-            fn process(&self) -> &impl hysteresis_core::Process {
-                &self.$field
-            }
-
-            fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
-                &mut self.$field
-            }
-
-            fn rejected(&self) -> u64 {
-                self.$field.rejected()
-            }
-        }
-    )+};
-}
-
-pub(crate) use steppers;
-
 type Method = unsafe extern "C" fn(*mut ffi::PyObject, *mut ffi::PyObject) -> *mut ffi::PyObject;
 
 /// Gives the class its `step` and `peek`.

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyTuple};
 use pythonize::{depythonize, pythonize};
 
-use super::single_argument::steppers;
+use super::single_argument::Stepper;
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, shared};
 use crate::model::models::compiled_of;
@@ -109,7 +109,33 @@ impl Each {
     }
 }
 
-steppers!(Forward: stream, Inverse: stream);
+impl Stepper for Forward {
+    fn process(&self) -> &impl hysteresis_core::Process {
+        &self.stream
+    }
+
+    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+        &mut self.stream
+    }
+
+    fn rejected(&self) -> u64 {
+        self.stream.rejected()
+    }
+}
+
+impl Stepper for Inverse {
+    fn process(&self) -> &impl hysteresis_core::Process {
+        &self.stream
+    }
+
+    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+        &mut self.stream
+    }
+
+    fn rejected(&self) -> u64 {
+        self.stream.rejected()
+    }
+}
 
 #[methods]
 impl Forward {
