@@ -24,7 +24,7 @@ def calibrate(
     """Identify the cell from loads that each lie on it for `hold` samples, the first one none."""
     # Known: the reading soon after each load was put on, and at the end of its time.
     at = np.arange(loads.size).reshape(-1, hold)[:, [SOON, -1]].ravel()
-    lengths = [(0, 0, k, reading[k] - reading[0]) for k in at]
+    lengths = [(0.0, 0.0, float(k), float(reading[k] - reading[0])) for k in at]
     return mh.identify_places(
         loads,
         [],

@@ -192,16 +192,18 @@ def test_identify_leaves_the_operator_out_where_plays_are_right() -> None:
     u = loops()
     y = hysteresis().forward().run(u)
     y += np.random.default_rng(2).normal(0.0, 2e-4 * np.ptp(y), u.size)
-    found, plays = (mh.identify(u, y, **QUASI_STATIC, **more) for more in ({}, {"duhem": None}))
+    found = mh.identify(u, y, **QUASI_STATIC)
+    plays = mh.identify(u, y, duhem=None, **QUASI_STATIC)
     assert found.duhem is None and found.fit.rmse == plays.fit.rmse
 
 
 def test_wrong_options_are_named() -> None:
     u = loops()
+    wrong: Any = math.pi
     with pytest.raises(
         TypeError, match=r'duhem: expected None, "auto", "fit" or a mh\.Duhem'
     ) as caught:
-        mh.identify(u, u, duhem=math.pi)
+        mh.identify(u, u, duhem=wrong)
     assert parameter_of(caught.value) == "duhem"
     knots = list(np.arange(9.0))
     with pytest.raises(ValueError, match="knots: expected a whole number from 2 to 5"):

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import load_cell
 import mpi_hyst as mh
@@ -50,7 +51,7 @@ def heat(samples: int, seed: int) -> Array:
     phase = np.random.default_rng(seed).uniform(0.0, 2 * np.pi)
     waves = np.sin(2 * np.pi * 1.7 * time + phase) + 0.4 * np.sin(2 * np.pi * 5.3 * time)
     waves[time > 0.6] -= 0.8
-    return 18.0 + 10.0 * (waves - waves.min()) / np.ptp(waves)
+    return np.asarray(18.0 + 10.0 * (waves - waves.min()) / np.ptp(waves))
 
 
 @dataclass
@@ -152,11 +153,11 @@ def test_a_temperature_that_tells_nothing_is_told() -> None:
         (np.full(40, np.nan), "temperature"),
     ],
 )
-def test_wrong_temperatures_are_named(temperature: object, message: str) -> None:
+def test_wrong_temperatures_are_named(temperature: Any, message: str) -> None:
     loads = np.repeat([0.0, 5.0, 10.0, 5.0], 10)
     lengths = [(0, 0, k, loads[k]) for k in (15, 25, 35)]
     with pytest.raises(ValueError, match=message):
-        mh.identify_places(loads, [], lengths, dt=DT, temperature=temperature)  # type: ignore[arg-type]
+        mh.identify_places(loads, [], lengths, dt=DT, temperature=temperature)
 
 
 def test_precompensate_takes_the_temperature_from_the_target() -> None:

@@ -262,7 +262,7 @@ def test_pairs_hardly_tell_a_map_in_front_of_the_hysteresis(
 
     def mapped(drive: Array, cubic: float) -> Array:
         x = (drive - middle) / half
-        return middle + half * (x + cubic * (x**3 - x))
+        return np.asarray(middle + half * (x + cubic * (x**3 - x)))
 
     told, off = [], []
     for cubic in (-0.1, 0.0, 0.1):

@@ -65,8 +65,12 @@ def run(shown: Stage | Model, u: Samples, dt: float | None) -> Samples:
         return shown.forward().run(u)
     if dt is not None:
         return shown.forward(dt).run(u)
-    maps = {"input_map": shown.input_map, "output_map": shown.output_map}
-    timeless = Stage(shown.hysteresis, duhem=shown.duhem, **maps)
+    timeless = Stage(
+        shown.hysteresis,
+        duhem=shown.duhem,
+        input_map=shown.input_map,
+        output_map=shown.output_map,
+    )
     return timeless.forward(1.0).run(u)
 
 
