@@ -291,14 +291,14 @@ class _Axis:
                 f"stages[{name!r}]: expected a stage that reaches positions after any loops,"
                 " got one whose loops drift apart"
             )
-        ends = sorted([*map(self._forward.settle, stage.drive_range), *stage.position_range])
-        ends = [ends[0], ends[-1]]
-        self._tolerance = _MISSED * (ends[1] - ends[0])
-        room = _ROOM * (ends[1] - ends[0])
+        reached = [*map(self._forward.settle, stage.drive_range), *stage.position_range]
+        low, high = min(reached), max(reached)
+        self._tolerance = _MISSED * (high - low)
+        room = _ROOM * (high - low)
         # What the fast part is fed with is a position: as a drive it is its own position.
         self._fast = Stage(
             PrandtlIshlinskii([1.0], [0.0]),
-            limits=(ends[0] - room, ends[1] + room),
+            limits=(low - room, high + room),
             dead_time=stage.dead_time,
             amplifier_bandwidth=stage.amplifier_bandwidth,
             dynamics=stage.dynamics,

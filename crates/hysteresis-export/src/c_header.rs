@@ -198,6 +198,7 @@ impl Header<'_> {
         }
         if let Some(duhem) = &parts.duhem {
             let [knots, rising, falling] = tables(duhem);
+            self.line("/* z of a Duhem operator is added to the hysteresis: dz/dx where x rises, and where it falls, at knots of z. */");
             self.numbers("duhem_knots", &knots);
             self.numbers("duhem_rising", &rising);
             self.numbers("duhem_falling", &falling);

@@ -78,10 +78,11 @@ impl TemperatureTerm {
     /// The lag from T to theta, at rest at the reference.
     ///
     /// # Errors
-    /// [`CoreError::Domain`] unless `dt` is finite and above 0.
+    /// [`CoreError::Domain`] unless `dt` is finite, above 0, and something beside the time constant.
     pub fn lag(&self, dt: f64) -> Result<Filter, CoreError> {
         check_positive("dt", None, dt)?;
         let intervals = if self.time_constant > 0.0 { dt / self.time_constant } else { f64::INFINITY };
+        check_number("dt", intervals > f64::EPSILON, "an interval that is something beside the time constant", dt)?;
         let mut lag = Filter::new(&[Biquad::new([-(-intervals).exp_m1(), 0.0, 0.0], [-(-intervals).exp(), 0.0])?])?;
         lag.settle(self.reference)?;
         Ok(lag)

@@ -1,5 +1,6 @@
 //! What is searched beside the weights: input offset, ratios, dead time and creep; and the model at such a point.
 
+use hysteresis_control::stage::TemperatureTerm;
 use hysteresis_core::Ratios;
 
 use crate::error::Error;
@@ -19,9 +20,6 @@ const OPERATORS: usize = 20;
 
 /// The longest dead time that is searched, as a share of the shortest drive.
 const LONGEST_DEAD_TIME: f64 = 0.1;
-
-/// The longest thermal lag that may be given, in seconds, as of a temperature term.
-const LONGEST_LAG: f64 = 1e9;
 
 /// The largest amplitude of creep that is searched: a share of the motion for each decade of time.
 const MOST_CREEP: f64 = 0.3;
@@ -154,8 +152,11 @@ impl PlaceSpace {
             Setting::Fixed(lag) if !has_temperature => {
                 return Err(Error::domain("thermal_lag", None, "none without a temperature", lag));
             }
-            Setting::Fixed(lag) if (0.0..=LONGEST_LAG).contains(&lag) => lag,
-            Setting::Fixed(lag) => return Err(Error::domain("thermal_lag", None, "a number from 0 to 1e9", lag)),
+            Setting::Fixed(lag) => {
+                let expected = "0, or a time constant of at most 1e9 s that samples tell from a constant";
+                let term = TemperatureTerm::new(1.0, lag, 0.0).and_then(|term| term.lag(given.dt));
+                term.map(|_| lag).map_err(|_| Error::domain("thermal_lag", None, expected, lag))?
+            }
             Setting::Fit => {
                 axes.extend(has_temperature.then_some(Axis::ThermalLag));
                 0.0

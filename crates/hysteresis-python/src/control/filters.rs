@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use hysteresis_control::filters::{self, FeedbackFilter};
-use hysteresis_core::{self as core, Sections};
+use hysteresis_core::{self as core, Process, Sections};
 use hysteresis_python_macros::{methods, py};
 use numpy::{Complex64, PyArray1};
 use pyo3::prelude::*;
@@ -341,11 +341,11 @@ pub(crate) struct Filter {
 }
 
 impl Stepper for Filter {
-    fn process(&self) -> &impl hysteresis_core::Process {
+    fn process(&self) -> &impl Process {
         &self.filter
     }
 
-    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+    fn process_mut(&mut self) -> &mut impl Process {
         &mut self.filter
     }
 

@@ -1,7 +1,7 @@
 //! The free Duhem operator and its inverse beside a slope.
 
 use hysteresis_control::oscillator::tables;
-use hysteresis_core::{self as core, MAX_KNOTS};
+use hysteresis_core::{self as core, MAX_KNOTS, Process};
 use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -58,11 +58,11 @@ pub(crate) struct Duhem(pub(crate) core::DuhemForward<MAX_KNOTS>);
 pub(crate) struct DuhemInverse(core::DuhemInverse<MAX_KNOTS>);
 
 impl Stepper for Duhem {
-    fn process(&self) -> &impl hysteresis_core::Process {
+    fn process(&self) -> &impl Process {
         &self.0
     }
 
-    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+    fn process_mut(&mut self) -> &mut impl Process {
         &mut self.0
     }
 
@@ -72,11 +72,11 @@ impl Stepper for Duhem {
 }
 
 impl Stepper for DuhemInverse {
-    fn process(&self) -> &impl hysteresis_core::Process {
+    fn process(&self) -> &impl Process {
         &self.0
     }
 
-    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+    fn process_mut(&mut self) -> &mut impl Process {
         &mut self.0
     }
 

@@ -1,6 +1,6 @@
 //! Single operators.
 
-use hysteresis_core::{self as core, Tracked};
+use hysteresis_core::{self as core, Process, Tracked};
 use hysteresis_python_macros::methods;
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
@@ -47,25 +47,11 @@ pub(crate) struct Play(Tracked<core::Play>);
 pub(crate) struct CoupledPlay(Tracked<core::CoupledPlay>);
 
 impl Stepper for Play {
-    fn process(&self) -> &impl hysteresis_core::Process {
+    fn process(&self) -> &impl Process {
         &self.0
     }
 
-    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
-        &mut self.0
-    }
-
-    fn rejected(&self) -> u64 {
-        self.0.rejected()
-    }
-}
-
-impl Stepper for CoupledPlay {
-    fn process(&self) -> &impl hysteresis_core::Process {
-        &self.0
-    }
-
-    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+    fn process_mut(&mut self) -> &mut impl Process {
         &mut self.0
     }
 
@@ -114,6 +100,20 @@ impl Play {
 
     fn __repr__(&self) -> String {
         format!("Play(r={})", self.r())
+    }
+}
+
+impl Stepper for CoupledPlay {
+    fn process(&self) -> &impl Process {
+        &self.0
+    }
+
+    fn process_mut(&mut self) -> &mut impl Process {
+        &mut self.0
+    }
+
+    fn rejected(&self) -> u64 {
+        self.0.rejected()
     }
 }
 

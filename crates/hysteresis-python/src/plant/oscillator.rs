@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hysteresis_control::oscillator::{self, FileError, Hold, Motion, tables};
-use hysteresis_core::DuhemForward;
+use hysteresis_core::{DuhemForward, Process};
 use hysteresis_python_macros::methods;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::intern;
@@ -86,11 +86,11 @@ pub(crate) struct OscillatorForward {
 }
 
 impl Stepper for OscillatorForward {
-    fn process(&self) -> &impl hysteresis_core::Process {
+    fn process(&self) -> &impl Process {
         &self.stream
     }
 
-    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+    fn process_mut(&mut self) -> &mut impl Process {
         &mut self.stream
     }
 

@@ -2,7 +2,7 @@
 
 use hysteresis_control::binary::{Binary, Sampled};
 use hysteresis_control::stage::{self, StageParts};
-use hysteresis_core as core;
+use hysteresis_core::{self as core, Process};
 use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::intern;
@@ -158,25 +158,11 @@ impl Each {
 }
 
 impl Stepper for StageForward {
-    fn process(&self) -> &impl hysteresis_core::Process {
+    fn process(&self) -> &impl Process {
         &self.stream
     }
 
-    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
-        &mut self.stream
-    }
-
-    fn rejected(&self) -> u64 {
-        self.stream.rejected()
-    }
-}
-
-impl Stepper for StageInverse {
-    fn process(&self) -> &impl hysteresis_core::Process {
-        &self.stream
-    }
-
-    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+    fn process_mut(&mut self) -> &mut impl Process {
         &mut self.stream
     }
 
@@ -212,6 +198,20 @@ impl StageForward {
         let (py, this) = (slf.py(), shared(slf)?);
         let stage = Bound::new(py, Stage(this.stage.clone()))?;
         reduce(stage.getattr(intern!(py, "forward"))?, (this.dt,), keywords!(py), Some(Self::state(slf)?))
+    }
+}
+
+impl Stepper for StageInverse {
+    fn process(&self) -> &impl Process {
+        &self.stream
+    }
+
+    fn process_mut(&mut self) -> &mut impl Process {
+        &mut self.stream
+    }
+
+    fn rejected(&self) -> u64 {
+        self.stream.rejected()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Streams of a model: forward and inverse, sample by sample.
 
-use hysteresis_core::{self as core, Method, StreamState};
+use hysteresis_core::{self as core, Method, Process, StreamState};
 use hysteresis_python_macros::methods;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::intern;
@@ -110,25 +110,11 @@ impl Each {
 }
 
 impl Stepper for Forward {
-    fn process(&self) -> &impl hysteresis_core::Process {
+    fn process(&self) -> &impl Process {
         &self.stream
     }
 
-    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
-        &mut self.stream
-    }
-
-    fn rejected(&self) -> u64 {
-        self.stream.rejected()
-    }
-}
-
-impl Stepper for Inverse {
-    fn process(&self) -> &impl hysteresis_core::Process {
-        &self.stream
-    }
-
-    fn process_mut(&mut self) -> &mut impl hysteresis_core::Process {
+    fn process_mut(&mut self) -> &mut impl Process {
         &mut self.stream
     }
 
@@ -166,6 +152,20 @@ impl Forward {
 
     fn __repr__(&self) -> String {
         format!("<Forward by {}>", self.method())
+    }
+}
+
+impl Stepper for Inverse {
+    fn process(&self) -> &impl Process {
+        &self.stream
+    }
+
+    fn process_mut(&mut self) -> &mut impl Process {
+        &mut self.stream
+    }
+
+    fn rejected(&self) -> u64 {
+        self.stream.rejected()
     }
 }
 
