@@ -68,7 +68,7 @@ pub(crate) fn with_duhem(
 ) -> Result<Found, Error> {
     let is_forced = asked.duhem == DuhemModel::Fit;
     let is_open = asked.duhem == DuhemModel::Auto && asked.model == ModelKind::Modified;
-    if plays.partial || !(is_forced || is_open && left(records, &plays) > LEAST_LEFT && !drifts(records, &plays)) {
+    if plays.partial || !(is_forced || is_open && left(records, &plays) > LEAST_LEFT && !goes_by_itself(records, &plays)) {
         return Ok(plays);
     }
     // The part of the work before is done: progress does not go back.
@@ -85,16 +85,18 @@ pub(crate) fn with_duhem(
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
         found => found?,
     };
-    let must_gain = if Variety::of(records).amplitudes { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS };
+    // Loops that only decay do not tell an operator whose loops need not close from what time does.
+    let must_gain = if Variety::of(records).apart_from_time { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS };
     let is_chosen = is_forced || is_better(&validated(records, &found)?, &validated(records, &plays)?, must_gain);
     let partial = found.partial;
     Ok(if is_chosen { found } else { Found { partial, ..plays } })
 }
 
 /// Whether time explains what plays leave: loops of an operator that need not close would follow any drift.
-fn drifts(records: &[Record<'_>], plays: &Found) -> bool {
+fn goes_by_itself(records: &[Record<'_>], plays: &Found) -> bool {
     let findings = findings_of_fit(records, &plays.fit.chain(plays.interval(records)), &plays.options.thresholds);
-    findings.iter().any(|finding| matches!(finding.code, FindingCode::Drift | FindingCode::Leakage))
+    let by_itself = [FindingCode::Drift, FindingCode::Leakage, FindingCode::StartUpTransient];
+    findings.iter().any(|finding| by_itself.contains(&finding.code))
 }
 
 /// The plays with the linear part at which an operator is looked for: a lag may hide an amplifier in front and a mode.
