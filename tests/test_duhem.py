@@ -105,6 +105,24 @@ def test_a_saved_state_continues_bit_for_bit(
         assert one.run(ys).tolist() == other.run(ys).tolist()
 
 
+def test_a_state_of_another_operator_is_refused() -> None:
+    one, other = mh.Duhem.from_bouc_wen(1.0, 1.0, 0.5, 0.1), mh.Duhem.from_bouc_wen(1.0, 1.0, 0.5, 0.2)
+    for stream, same, different in (
+        (one, mh.Duhem.from_bouc_wen(1.0, 1.0, 0.5, 0.1), other),
+        (one.inverse(0.5), one.inverse(0.5), other.inverse(0.5)),
+        (oscillator(1.0).forward(1e-3), oscillator(1.0).forward(1e-3), oscillator(2.0).forward(1e-3)),
+    ):
+        stream.run([0.3, -0.2])
+        same.state = stream.state
+        with pytest.raises(ValueError, match="the state was saved with another model"):
+            different.state = stream.state
+
+
+def oscillator(stiffness: float) -> mh.plant.HystereticOscillator:
+    hysteresis = mh.Duhem.from_bouc_wen(1.0, 1.0, 0.5, 0.1)
+    return mh.plant.HystereticOscillator(0.5, 5.0, stiffness, hysteresis)
+
+
 def benchmark() -> mh.plant.HystereticOscillator:
     hysteresis = mh.Duhem.from_bouc_wen(2.5e4, 1e3, 0.8, -1.1)
     return mh.plant.HystereticOscillator(0.5, 5.0, 2.5e4, hysteresis)

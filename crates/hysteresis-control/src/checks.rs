@@ -1,6 +1,6 @@
 //! Numbers that no parameter can have, and what a saved state must have in common with what it is restored into.
 
-use hysteresis_core::{Bound, Error, MAX_MAGNITUDE, is_admissible};
+use hysteresis_core::{Error, MAX_MAGNITUDE, is_admissible};
 
 /// The number, if it is finite and above zero by more than the reciprocal of the largest admissible magnitude.
 pub(crate) fn check_positive(parameter: &'static str, index: Option<usize>, got: f64) -> Result<f64, Error> {
@@ -45,12 +45,6 @@ pub(crate) fn check_same(parameter: &'static str, own: f64, got: f64) -> Result<
 /// Checks a count of the configuration against a saved one, or names it.
 pub(crate) fn check_same_count(parameter: &'static str, own: usize, got: usize) -> Result<(), Error> {
     check_whole(parameter, own == got, "the same as here", got)
-}
-
-/// Checks the fingerprint of parameters against a saved one.
-pub(crate) fn check_model(own: u64, got: u64) -> Result<(), Error> {
-    let (parameter, expected) = ("state.model", Bound::Words("the fingerprint of the parameters here"));
-    if own == got { Ok(()) } else { Err(Error::Whole { parameter, index: None, expected, got }) }
 }
 
 /// What products and sums of admissible numbers may come to in what a filter remembers.

@@ -364,6 +364,14 @@ pub fn check_length(parameter: &'static str, expected: usize, got: usize) -> Res
     if got == expected { Ok(()) } else { Err(Error::Length { parameter, expected, got }) }
 }
 
+/// Checks that a saved state is one of the model with the fingerprint `expected`.
+///
+/// # Errors
+/// [`Error::OtherModel`].
+pub fn check_model(expected: u64, got: u64) -> Result<(), Error> {
+    if expected == got { Ok(()) } else { Err(Error::OtherModel { expected, got }) }
+}
+
 /// Checks that a block consists of whole rows, or names it.
 #[cfg(feature = "alloc")]
 pub(crate) fn check_rows(parameter: &'static str, width: usize, got: usize) -> Result<(), Error> {

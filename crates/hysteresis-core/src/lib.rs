@@ -58,7 +58,7 @@ pub use duhem::{Duhem, DuhemForward, DuhemInverse, DuhemInverseState, DuhemState
 #[cfg(feature = "alloc")]
 pub use engine::{BankState, CompiledModel, FamilyState, MemoryState, Method, TurningPointState};
 pub use engine::{Direction, TurningPoint};
-pub use error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length, is_admissible};
+pub use error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length, check_model, is_admissible};
 pub use filter::{Biquad, Filter, FilterState, MAX_SECTIONS, Sections};
 pub use fingerprint::Fingerprint;
 #[cfg(feature = "json")]

@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-use hysteresis_core::{Bound, Error as CoreError, Fingerprint, is_admissible};
+use hysteresis_core::{Bound, Error as CoreError, Fingerprint, check_model, is_admissible};
 use serde::{Deserialize, Serialize};
 
 use super::feedback_loop::FeedbackLoop;
 use super::harmonics::{Belief, Harmonics, LearningOptions};
 use crate::as_f64;
-use crate::checks::{check_model, check_number, check_numbers, check_same, check_same_count, check_whole};
+use crate::checks::{check_number, check_numbers, check_same, check_same_count, check_whole};
 use crate::linear::Error;
 
 /// An error this much above the best one is not learning any more.

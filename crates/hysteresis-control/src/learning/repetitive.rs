@@ -1,6 +1,6 @@
 //! Learning sample by sample, one period later.
 
-use hysteresis_core::{Fingerprint, is_admissible};
+use hysteresis_core::{Fingerprint, check_model, is_admissible};
 use serde::{Deserialize, Serialize};
 
 use super::feedback_loop::{FeedbackLoop, LoopUncertainty, response};
@@ -8,7 +8,7 @@ use super::repetitive_filters::{FREQUENCIES_PER_HARMONIC, Filters, Past, Repetit
 use super::supervisor::{Supervisor, SupervisorState};
 use crate::as_f64;
 use crate::checks::{
-    check_model, check_number, check_numbers, check_positive, check_same, check_same_count, check_terms, check_whole,
+    check_number, check_numbers, check_positive, check_same, check_same_count, check_terms, check_whole,
 };
 use crate::linear::{Error, dot};
 

@@ -1,6 +1,6 @@
 //! What an oscillator does for a drive: sample by sample, over a record, and once it repeats.
 
-use hysteresis_core::{Error, Process, check_all_finite, is_admissible};
+use hysteresis_core::{Error, Process, check_all_finite, check_model, is_admissible};
 use serde::{Deserialize, Serialize};
 
 use super::drive::{FineDrive, Hold};
@@ -32,12 +32,15 @@ pub struct OscillatorForward {
     sub_step: f64,
     sub_steps: usize,
     rejected: u64,
+    fingerprint: u64,
 }
 
 /// Everything that a forward stream remembers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OscillatorState {
+    /// The fingerprint of the oscillator.
+    pub model: u64,
     /// y.
     pub position: f64,
     /// y'.
@@ -64,6 +67,7 @@ impl OscillatorForward {
             sub_step: dt / as_f64(sub_steps),
             sub_steps,
             rejected: 0,
+            fingerprint: oscillator.fingerprint(),
         })
     }
 
@@ -89,15 +93,17 @@ impl OscillatorForward {
     #[must_use]
     pub fn state(&self) -> OscillatorState {
         let State { position, velocity, hysteresis } = self.state;
-        OscillatorState { position, velocity, hysteresis, drive: self.last_drive }
+        OscillatorState { model: self.fingerprint, position, velocity, hysteresis, drive: self.last_drive }
     }
 
     /// Goes on from a saved state, bit for bit.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a number that is not finite or beyond 1e100.
+    /// [`Error::OtherModel`] for a state of another oscillator, [`Error::Domain`] for a number that is not finite or
+    /// beyond 1e100.
     pub fn set_state(&mut self, state: &OscillatorState) -> Result<(), Error> {
-        let OscillatorState { position, velocity, hysteresis, drive } = *state;
+        let OscillatorState { model, position, velocity, hysteresis, drive } = *state;
+        check_model(self.fingerprint, model)?;
         check_numbers("state", 4, &[position, velocity, hysteresis, drive])?;
         (self.state, self.last_drive) = (State { position, velocity, hysteresis }, drive);
         Ok(())

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use hysteresis_core::{Duhem, Error, MAX_KNOTS};
+use hysteresis_core::{Duhem, Error, Fingerprint, MAX_KNOTS};
 use serde::{Deserialize, Serialize};
 
 use super::equation::Equation;
@@ -128,6 +128,13 @@ impl HystereticOscillator {
             return Err(Error::domain("stiffness", None, expected, stiffness));
         }
         Ok(Self { gain, damping, stiffness, hysteresis })
+    }
+
+    /// Tells oscillators of other parameters apart.
+    pub(super) fn fingerprint(&self) -> u64 {
+        let mut hash = Fingerprint::continued(self.hysteresis.fingerprint());
+        hash.numbers(&[self.gain, self.damping, self.stiffness]);
+        hash.finish()
     }
 
     /// b.

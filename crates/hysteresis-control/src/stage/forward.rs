@@ -4,12 +4,12 @@ use core::f64::consts::TAU;
 
 use hysteresis_core::{
     CompiledModel, Error as CoreError, Fingerprint, MAX_MAGNITUDE, Process, QuasiStaticForward, QuasiStaticState,
-    check_all_finite, is_admissible,
+    check_all_finite, check_model, is_admissible,
 };
 use serde::{Deserialize, Serialize};
 
 use super::{Error, Stage, StageParts};
-use crate::checks::{check_model, check_same};
+use crate::checks::check_same;
 use crate::linear::{Block, LinearBlock, LinearDynamics, LinearState};
 
 /// The position of a stage, sample by sample: dead time, amplifier, maps, hysteresis, loop shift, slow gain, creep and

@@ -3,7 +3,7 @@
 use hysteresis_control::oscillator::{
     FileError, Hold, HystereticOscillator, Motion, OscillatorForward, OscillatorState,
 };
-use hysteresis_core::{Duhem, DuhemForward, Process};
+use hysteresis_core::{Duhem, DuhemForward, Error, Process};
 
 /// The public Bouc-Wen benchmark, divided by its mass of 2 kg.
 fn benchmark() -> HystereticOscillator {
@@ -80,6 +80,9 @@ fn a_stream_takes_the_steps_of_a_whole_response() {
     assert_eq!((forward.advance(f64::NAN), forward.rejected()), (other.advance(5.0), 1));
     let wrong = OscillatorState { velocity: f64::NAN, ..saved };
     assert!(forward.set_state(&wrong).is_err());
+    let other = HystereticOscillator::new(0.5, 5.0, 2.4e4, *oscillator.hysteresis()).unwrap();
+    let mut other = OscillatorForward::new(&other, dt, None).unwrap();
+    assert!(matches!(other.set_state(&saved), Err(Error::OtherModel { .. })));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::duhem::chain::{Chain, Piece, Place};
 use crate::duhem::parameters::Duhem;
-use crate::error::{Error, check_finite};
+use crate::error::{Error, check_finite, check_model};
 
 /// Everything that a Duhem operator remembers: its last input, and where its exponential began.
 ///
@@ -23,6 +23,8 @@ use crate::error::{Error, check_finite};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DuhemState {
+    /// The fingerprint of the operator: [`Duhem::fingerprint`].
+    pub model: u64,
     /// The last input x.
     pub input: f64,
     /// x where the present exponential began.
@@ -107,8 +109,9 @@ impl Motion {
         self.z = self.piece.at(self.last);
     }
 
-    pub(super) fn state(&self) -> DuhemState {
+    pub(super) fn state<const N: usize>(&self, duhem: &Duhem<N>) -> DuhemState {
         DuhemState {
+            model: duhem.fingerprint(),
             input: self.input(),
             anchor_input: self.sign * self.piece.x,
             anchor_output: self.sign * self.piece.z,
@@ -118,6 +121,7 @@ impl Motion {
 
     /// From a saved state.
     pub(super) fn restored<const N: usize>(duhem: &Duhem<N>, state: &DuhemState) -> Result<Self, Error> {
+        check_model(duhem.fingerprint(), state.model)?;
         let sign = if state.rising { 1.0 } else { -1.0 };
         let last = sign * check_finite("state.input", None, state.input)?;
         let x = sign * check_finite("state.anchor_input", None, state.anchor_input)?;

@@ -2,7 +2,6 @@
 
 use crate::duhem::chain::{Chain, Place};
 use crate::error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length};
-#[cfg(feature = "alloc")]
 use crate::fingerprint::Fingerprint;
 
 /// The least and the largest f, and the largest magnitude of a knot and of a gradient: no product overflows.
@@ -135,9 +134,16 @@ impl<const N: usize> Duhem<N> {
         chain.find(z, Place(0)).1.slope_at(z)
     }
 
+    /// Tells operators of other knots, f+ or f- apart: a saved state names its operator by it.
+    #[must_use]
+    pub fn fingerprint(&self) -> u64 {
+        let mut hash = Fingerprint::new();
+        self.take_in(&mut hash);
+        hash.finish()
+    }
+
     /// Takes in knots, f+ and f-.
-    #[cfg(feature = "alloc")]
-    pub(crate) fn fingerprint(&self, hash: &mut Fingerprint) {
+    pub(crate) fn take_in(&self, hash: &mut Fingerprint) {
         for number in self.knots().chain(self.rising()).chain(self.falling()) {
             hash.numbers(&[number]);
         }

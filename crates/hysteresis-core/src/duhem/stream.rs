@@ -71,14 +71,14 @@ impl<const N: usize> DuhemForward<N> {
     /// Everything that it remembers.
     #[must_use]
     pub fn state(&self) -> DuhemState {
-        self.motion.state()
+        self.motion.state(&self.duhem)
     }
 
     /// Goes on from a saved state, bit for bit.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a number that is not finite, or an anchor ahead of the input; the stream is as before
-    /// then.
+    /// [`Error::OtherModel`] for a state of another operator, [`Error::Domain`] for a number that is not finite, or an
+    /// anchor ahead of the input; the stream is as before then.
     pub fn set_state(&mut self, state: &DuhemState) -> Result<(), Error> {
         self.motion = Motion::restored(&self.duhem, state)?;
         Ok(())
@@ -196,7 +196,7 @@ impl<const N: usize> DuhemInverse<N> {
     /// Everything that it remembers.
     #[must_use]
     pub fn state(&self) -> DuhemInverseState {
-        DuhemInverseState { operator: self.motion.state(), target: self.target }
+        DuhemInverseState { operator: self.motion.state(&self.duhem), target: self.target }
     }
 
     /// Goes on from a saved state, bit for bit.

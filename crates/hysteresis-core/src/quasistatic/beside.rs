@@ -78,7 +78,7 @@ impl<H: Process> Beside<H> {
 
     /// The memory of the operator: its last input, where its exponential began, and 1 for rising or -1.
     pub(super) fn memory(&self) -> Option<[f64; 4]> {
-        let of = |DuhemState { input, anchor_input, anchor_output, rising }| {
+        let of = |DuhemState { input, anchor_input, anchor_output, rising, .. }| {
             [input, anchor_input, anchor_output, if rising { 1.0 } else { -1.0 }]
         };
         self.duhem.as_ref().map(|duhem| of(duhem.state()))
@@ -101,8 +101,11 @@ impl<H: Process> Beside<H> {
             return check_length(STATE, 4, memory.len());
         };
         check_all_finite(STATE, memory)?;
+        if direction.abs() != 1.0 {
+            return Err(Error::domain(STATE, None, "1 where x rose last, or -1, as the last number", direction));
+        }
         let before = duhem.state();
-        duhem.set_state(&DuhemState { input, anchor_input, anchor_output, rising: direction > 0.0 })?;
+        duhem.set_state(&DuhemState { input, anchor_input, anchor_output, rising: direction > 0.0, ..before })?;
         set_state(&mut self.hysteresis).inspect_err(|_| {
             // It was in that state.
             let _ = duhem.set_state(&before);

@@ -190,7 +190,7 @@ impl QuasiStatic {
             hash.numbers(&gain.numbers());
         }
         if let Some(duhem) = &self.duhem {
-            duhem.fingerprint(&mut hash);
+            duhem.take_in(&mut hash);
         }
         hash.finish()
     }

@@ -10,10 +10,10 @@ use super::map::{MapPiece, PiecewiseLinearMap};
 use super::parts::QuasiStatic;
 use super::past_drives::PastDrives;
 use crate::engine::CompiledModel;
-use crate::error::{Error, MAX_MAGNITUDE, check_all_finite, check_finite, is_admissible};
+use crate::error::{Error, MAX_MAGNITUDE, check_all_finite, check_finite, check_model, is_admissible};
 use crate::process::Process;
 use crate::real::check_within_limits;
-use crate::stream::{Forward, Inverse, StreamState, check_limits, check_model};
+use crate::stream::{Forward, Inverse, StreamState, check_limits};
 
 impl QuasiStatic {
     /// A stream from drives to positions, at rest at the input offset of the hysteresis.

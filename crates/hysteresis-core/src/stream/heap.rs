@@ -2,7 +2,7 @@
 
 use super::walk::{ForwardCore, InverseCore, Look, Walk, check_limits};
 use crate::engine::{CompiledModel, HeapMemory, Memory, MemoryState, Method, Point};
-use crate::error::{Bound, Error, check_all_finite, check_same, is_admissible};
+use crate::error::{Bound, Error, check_all_finite, check_model, check_same, is_admissible};
 use crate::model::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 use crate::process::Process;
 
@@ -539,11 +539,6 @@ impl StreamState {
     pub(super) fn check_model(&self, expected: u64) -> Result<(), Error> {
         check_model(expected, self.model)
     }
-}
-
-/// Whether a saved state belongs to the model with the fingerprint `expected`.
-pub(crate) fn check_model(expected: u64, got: u64) -> Result<(), Error> {
-    if expected == got { Ok(()) } else { Err(Error::OtherModel { expected, got }) }
 }
 
 /// An admissible input in a saved state, relative to an offset that is admissible too.

@@ -13,8 +13,6 @@ mod walk;
 #[cfg(feature = "alloc")]
 pub use array::{ActuatorError, StreamArray};
 #[cfg(feature = "alloc")]
-pub(crate) use heap::check_model;
-#[cfg(feature = "alloc")]
 pub use heap::{Forward, Inverse, StreamState};
 #[cfg(feature = "alloc")]
 pub(crate) use walk::Look;

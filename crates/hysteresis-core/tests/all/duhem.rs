@@ -235,6 +235,8 @@ fn refusals_name_what_is_wrong() {
     let wrong = DuhemState { anchor_input: 1.0, ..good };
     assert_eq!(forward.set_state(&wrong).unwrap_err().parameter(), Some("state.anchor_input"));
     assert_eq!(forward.state(), good);
+    let mut other = DuhemForward::new(Duhem::<3>::from_bouc_wen(1.0, 1.0, 0.1, 0.0).unwrap());
+    assert!(matches!(other.set_state(&good), Err(Error::OtherModel { .. })));
 }
 
 #[test]
