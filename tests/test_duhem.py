@@ -106,11 +106,18 @@ def test_a_saved_state_continues_bit_for_bit(
 
 
 def test_a_state_of_another_operator_is_refused() -> None:
-    one, other = mh.Duhem.from_bouc_wen(1.0, 1.0, 0.5, 0.1), mh.Duhem.from_bouc_wen(1.0, 1.0, 0.5, 0.2)
+    one, other = (
+        mh.Duhem.from_bouc_wen(1.0, 1.0, 0.5, 0.1),
+        mh.Duhem.from_bouc_wen(1.0, 1.0, 0.5, 0.2),
+    )
     for stream, same, different in (
         (one, mh.Duhem.from_bouc_wen(1.0, 1.0, 0.5, 0.1), other),
         (one.inverse(0.5), one.inverse(0.5), other.inverse(0.5)),
-        (oscillator(1.0).forward(1e-3), oscillator(1.0).forward(1e-3), oscillator(2.0).forward(1e-3)),
+        (
+            oscillator(1.0).forward(1e-3),
+            oscillator(1.0).forward(1e-3),
+            oscillator(2.0).forward(1e-3),
+        ),
     ):
         stream.run([0.3, -0.2])
         same.state = stream.state

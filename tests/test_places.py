@@ -346,3 +346,86 @@ def test_wrong_pairs_are_no_part_of_the_error_of_the_stage() -> None:
     identified = found.stage.identified
     assert identified is not None
     assert identified["max_error"] < 0.5 * np.abs(found.mismatches).max()
+
+
+# ---- beginnings, signs, rows that say nothing, lengths alone
+
+
+def three_sizes() -> tuple[Array, Array]:
+    """Two periods at each of three sizes, and where plays are then."""
+    t = np.arange(600)
+    drive = np.concatenate([size * np.sin(2.0 * np.pi * t / 300.0) for size in (3.0, 2.0, 1.0)])
+    stage = mh.PrandtlIshlinskii([0.5, 0.2, 0.2, 0.1], [0.0, 0.3, 0.8, 1.5])
+    return drive, stage.forward().run(drive)
+
+
+def codes_of(found: mh.results.PlacesIdentification) -> list[str]:
+    return [finding.code for finding in found.warnings]
+
+
+def test_pairs_at_a_beginning_that_is_not_known_are_named() -> None:
+    drive, place = three_sizes()
+    seen = place - 1.5 * np.exp(-np.arange(place.size) / 40.0)  # it had been driven before
+    pairs = np.vstack([chained(seen, level) for level in np.linspace(-2.4, 2.4, 60)])
+    known = [(0, 375.0, 525.0, place[525] - place[375])]
+    found = mh.identify_places(drive, pairs, known, dt=DT)
+    (start,) = (one for one in found.warnings if one.code == "start_up_transient")
+    assert start.value > start.limit and "before sample" in start.hint
+    later = pairs[pairs[:, 1] >= 375.0]
+    assert "start_up_transient" not in codes_of(mh.identify_places(drive, later, known, dt=DT))
+
+
+def chained(place: Array, level: float) -> Array:
+    """Every pass of a level with the next one."""
+    at = passes(place, level)
+    return np.column_stack([np.zeros(max(0, at.size - 1)), at[:-1], at[1:]])
+
+
+def test_a_length_of_a_sign_that_no_stage_can_have_is_refused() -> None:
+    drive, place = three_sizes()
+    pairs = np.vstack([chained(place, level) for level in np.linspace(-2.4, 2.4, 60)])
+    lengths = [
+        (0, 225.0, 375.0, place[375] - place[225]),
+        (0, 825.0, 975.0, place[825] - place[975]),
+    ]
+    with pytest.raises(
+        ValueError, match=r"lengths\[1\]: expected a distance that rises with the drive"
+    ):
+        mh.identify_places(drive, pairs, lengths, dt=DT)
+
+
+def test_pairs_that_say_nothing_do_not_accuse_others() -> None:
+    drive, place = three_sizes()
+    pairs = np.vstack([chained(place, level) for level in np.linspace(-2.4, 2.4, 60)])
+    pairs[:, 1:] += np.random.default_rng(1).normal(0.0, 0.5, (len(pairs), 2))
+    pairs[:, 1:] = np.clip(pairs[:, 1:], 0.0, drive.size - 1.0)
+    lengths = [(0, 225.0, 375.0, place[375] - place[225])]
+    alone = mh.identify_places(drive, pairs, lengths, dt=DT)
+    same = np.column_stack([np.zeros(400), *(np.linspace(10.0, 1700.0, 400),) * 2])
+    both = mh.identify_places(drive, np.vstack([pairs, same]), lengths, dt=DT)
+    assert len(both.wrong_pairs) <= len(alone.wrong_pairs) + 2
+    assert len(both.uninformative_pairs) >= 400
+
+
+def test_lengths_that_are_hardly_better_than_a_line_are_told() -> None:
+    drive, place = three_sizes()
+    at = np.arange(20.0, 1800.0, 20.0)
+    lengths = [(0, 0.0, k, place[int(k)] - place[0]) for k in at]
+    options: dict[str, Any] = {"dt": DT, "model": "conventional", "input_offset": 0.0}
+    good = mh.identify_places(drive, [], lengths, **options)
+    assert "lengths_missed" not in codes_of(good)
+    lengths[30] = (0, 0.0, lengths[30][2], lengths[30][3] + 3.0)
+    bad = mh.identify_places(drive, [], lengths, **options)
+    (missed,) = (one for one in bad.warnings if one.code == "lengths_missed")
+    assert missed.value > missed.limit == 0.25 and "row 30" in missed.message
+
+
+def test_positions_that_are_left_open_are_told() -> None:
+    drive, place = three_sizes()
+    pairs = np.vstack([chained(place, level) for level in (-0.2, -0.1, 0.0, 0.1, 0.2)])
+    pairs[:, 1:] += np.random.default_rng(2).normal(0.0, 2.0, (len(pairs), 2))
+    pairs[:, 1:] = np.clip(pairs[:, 1:], 0.0, drive.size - 1.0)
+    length = place[375] - place[225]  # known by a tenth alone
+    found = mh.identify_places(drive, pairs, [(0, 225.0, 375.0, length, 0.1 * length)], dt=DT)
+    (untold,) = (one for one in found.warnings if one.code == "positions_not_told")
+    assert untold.value > untold.limit == 0.01

@@ -184,6 +184,12 @@ pub enum FindingCode {
     /// The model is not at the same place at both instants of a pair. Value: the robust standard deviation of the distances over the range
     /// of the position; limit 0.01.
     PlacesDiffer,
+    /// Known lengths without pairs are missed: one of them is wrong, or the stage did not begin virgin. Value: the rms of what the model
+    /// misses over that of a straight line through drives and lengths; limit 0.25.
+    LengthsMissed,
+    /// Pairs and lengths leave positions open. Value: the standard error of the positions along the drives, rms, over their range, the
+    /// largest of all drives; limit 0.01.
+    PositionsNotTold,
     /// What was recorded does not tell how the position follows the temperature, or how much later. Value: the larger of the relative
     /// standard errors of sensitivity and lag; 1 for a lag as long as the drive; limit 0.5.
     TemperatureNotTold,
@@ -196,7 +202,7 @@ pub enum FindingCode {
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 52] = [
+    pub const ALL: [Self; 54] = [
         Self::WrongSign,
         Self::RecordsDiffer,
         Self::LoopBackwards,
@@ -246,6 +252,8 @@ impl FindingCode {
         Self::WrongPairs,
         Self::UninformativePairs,
         Self::PlacesDiffer,
+        Self::LengthsMissed,
+        Self::PositionsNotTold,
         Self::TemperatureNotTold,
         Self::HysteresisInsideNotTold,
         Self::Assumed,
@@ -507,6 +515,16 @@ impl FindingCode {
                 "places_differ",
                 From(0.05),
                 "match more exactly; where that does not help, the stage has what the model lacks: dynamics, or a map",
+            ),
+            Self::LengthsMissed => (
+                "lengths_missed",
+                Never,
+                "look at that row; where a stage was driven before, begin the drive with what it did then",
+            ),
+            Self::PositionsNotTold => (
+                "positions_not_told",
+                Never,
+                "add pairs on loops of other sizes, or lengths; or give what is known: input_offset, dead_time, a smoothness",
             ),
             Self::TemperatureNotTold => (
                 "temperature_not_told",

@@ -2,14 +2,16 @@
 
 use hysteresis_control::stage::TemperatureTerm;
 
+use crate::error::Error;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
 use crate::places::given::Given;
-use crate::places::rows::{Rows, between};
+use crate::places::rows::{Rows, between, value_at};
 use crate::places::weighing::Weighed;
 use crate::records::course::turns;
 use crate::records::signal;
-use crate::records::signal::as_f64;
+use crate::records::signal::{as_f64, rms};
+use crate::uncertainty::standard_errors::Spread;
 
 /// A turn of the drive by less than this share of its range is none of a loop.
 const LOOP: f64 = 0.02;
@@ -27,6 +29,20 @@ const LONGEST_LAG: f64 = 0.99;
 
 /// An equation in which no operator differs by more than this share of the drive range says nothing.
 const SAYS_NOTHING: f64 = 1e-3;
+
+/// Where no operator goes back, and one goes this share of the drive range, a length of this share of the longest does not go back.
+const CLEAR_WAY: f64 = 0.1;
+
+/// Lengths alone are missed if they are by more than this share of what a straight line misses.
+const MOST_MISSED: f64 = 0.25;
+
+/// Positions are not told where their standard error, rms, is more than this share of their range.
+const MOST_UNTOLD: f64 = 0.01;
+
+/// The beginning is this share of the time from the first instant to the last; it lies on no loop if mismatches there are so many times
+/// as large as later on.
+const BEGINNING: f64 = 0.1;
+const MOST_AT_THE_BEGINNING: f64 = 3.0;
 
 /// So many pairs are named; of more, the first.
 const NAMED: usize = 20;
@@ -68,8 +84,80 @@ pub(crate) fn findings(
         of_pairs(FindingCode::UninformativePairs, uninformative, MOST_UNINFORMATIVE, "say nothing"),
         apart,
         differ(missed, message),
+        beginning(given, weighed),
     ];
     found.into_iter().flatten().collect()
+}
+
+/// Refuses a length that clearly goes the other way than all operators: no weights that are not negative can have it.
+pub(crate) fn check_signs(given: &Given<'_>, rows: &Rows, columns: usize) -> Result<(), Error> {
+    let (low, high) = signal::bounds_of(given.drives.iter().map(|drive| signal::bounds(drive)));
+    let of_lengths = rows.iter().skip(given.pairs.len());
+    for (place, (row, known)) in of_lengths.zip(given.lengths).enumerate() {
+        let sign = known.length.signum();
+        let (least, most) = signal::bounds(&row[..columns].iter().map(|value| -sign * value).collect::<Vec<_>>());
+        let all_go_back = least > -SAYS_NOTHING * (high - low) && most > CLEAR_WAY * (high - low);
+        if all_go_back && known.length.abs() > CLEAR_WAY * given.longest() {
+            let expected = "a distance that rises with the drive: turn its sign, or all signs if your positions fall";
+            return Err(Error::domain("lengths", Some(place), expected, known.length));
+        }
+    }
+    Ok(())
+}
+
+/// The finding about known lengths without pairs that the model hardly misses by less than a straight line does: one of them is wrong, or the
+/// stage did not begin virgin.
+pub(crate) fn missed_lengths(given: &Given<'_>, errors: &[f64]) -> Option<Finding> {
+    let way = |instant: f64, drive: usize| value_at(given.drives[drive], instant);
+    let steps: Vec<f64> =
+        given.lengths.iter().map(|known| way(known.to, known.drive) - way(known.from, known.drive)).collect();
+    let (both, square) = steps.iter().zip(given.lengths).fold((0.0, 0.0), |(both, square), (step, known)| {
+        (both + step * known.length, square + step * step)
+    });
+    let slope = if square > 0.0 { both / square } else { 0.0 };
+    let of_line: Vec<f64> = steps.iter().zip(given.lengths).map(|(step, known)| slope * step - known.length).collect();
+    let value = rms(errors) / rms(&of_line);
+    let (worst, error) = errors.iter().enumerate().max_by(|p, q| p.1.abs().total_cmp(&q.1.abs()))?;
+    let message = format!(
+        "known lengths are missed by {:.3e} rms, a straight line misses them by {:.3e}; the worst, row {worst}, by {error:.3e}",
+        rms(errors),
+        rms(&of_line)
+    );
+    let is_missed = given.pairs.is_empty() && value > MOST_MISSED;
+    is_missed.then(|| Finding::new(FindingCode::LengthsMissed, value, MOST_MISSED, message))
+}
+
+/// The finding about positions that pairs and lengths leave open.
+pub(crate) fn untold_positions(given: &Given<'_>, spread: &Spread, range: f64) -> Option<Finding> {
+    let of_drive = |drive: &&[f64]| rms(&spread.of(drive, given.dt));
+    let value = given.drives.iter().map(of_drive).fold(0.0, f64::max) / range;
+    let message = format!("the standard error of positions along the drives is {:.2} % of the range, rms", 100.0 * value);
+    (value > MOST_UNTOLD).then(|| Finding::new(FindingCode::PositionsNotTold, value, MOST_UNTOLD, message))
+}
+
+/// The finding about pairs at the beginning that the model does not explain, though it explains later ones.
+fn beginning(given: &Given<'_>, weighed: &Weighed) -> Option<Finding> {
+    let of_drive = |number: usize| {
+        let pairs = given.pairs.iter().zip(&weighed.mismatches).filter(|(pair, _)| pair.drive == number);
+        let pairs: Vec<(f64, f64, f64)> =
+            pairs.map(|(pair, e)| (pair.first.min(pair.second), pair.first.max(pair.second), *e)).collect();
+        let first = pairs.iter().fold(f64::INFINITY, |first, pair| first.min(pair.0));
+        let last = pairs.iter().fold(0.0, |last: f64, pair| last.max(pair.1));
+        let end = first + BEGINNING * (last - first);
+        let of = |is_early: bool| {
+            let some = pairs.iter().filter(|pair| (pair.0 < end) == is_early).map(|pair| pair.2);
+            rms(&some.collect::<Vec<_>>())
+        };
+        let (early, late) = (of(true), of(false));
+        let message = format!(
+            "pairs of drive {number} with an instant before sample {end:.0} are missed by {early:.3e} rms, later ones by {late:.3e}"
+        );
+        let hint = format!("leave out pairs and lengths before sample {end:.0}, or give the drive before its first sample, too");
+        let finding = Finding::new(FindingCode::StartUpTransient, early / late, MOST_AT_THE_BEGINNING, message);
+        finding.try_next(hint)
+    };
+    let all = (0..given.drives.len()).map(of_drive).filter(|finding| finding.value > finding.limit);
+    all.max_by(|p, q| p.value.total_cmp(&q.value))
 }
 
 /// The finding about a temperature whose sensitivity or lag is not told, with their standard errors and the longest lag that was searched. One

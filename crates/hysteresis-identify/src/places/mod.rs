@@ -109,11 +109,11 @@ pub fn identify_places(
         Setting::Fit => SEARCH_SMOOTHNESS,
     };
     let equations = Equations::new(&given);
-    let search = PlaceSearch { unit: drive_squares(&given), system: System::new(given), equations, smoothness };
+    let mut search = PlaceSearch { unit: drive_squares(&given), system: System::new(given), equations, smoothness };
     let mut found: Vec<FoundPlace> = Vec::new();
     for (model, creep, drift) in models(options, &given) {
         let space = PlaceSpace::new(&given, options, model, (&creep, drift))?;
-        check_equations(&search, &space)?;
+        search.system.uninformative = check_equations(&search, &space)?;
         let plain = found.iter().find(|plain| plain.space.model == model);
         let start = plain.map(|plain| space.beginning_at(&plain.point));
         found.push(search.find(space, start, proceed)?);
@@ -171,15 +171,20 @@ fn models(options: &PlacesOptions, given: &Given<'_>) -> Vec<(ModelKind, CreepMo
     models
 }
 
-/// Whether enough equations say something, at the first start.
-fn check_equations(search: &PlaceSearch<'_>, space: &PlaceSpace) -> Result<(), Error> {
+/// Checks that enough equations say something, at the first start, and that none says what cannot be; returns the pairs that say nothing.
+fn check_equations(search: &PlaceSearch<'_>, space: &PlaceSpace) -> Result<Vec<usize>, Error> {
     let given = &search.system.given;
     let starts = space.starts();
     let rows = search.rows_at(space, &starts[starts.len() / 2]);
     let columns = rows.width - space.beside;
-    let got = given.pairs.len() - doubts::uninformative(given, &rows, columns).len() + given.lengths.len();
+    let uninformative = doubts::uninformative(given, &rows, columns);
+    let got = given.pairs.len() - uninformative.len() + given.lengths.len();
     let expected = EQUATIONS.0 * (space.axes.len() + space.beside) + EQUATIONS.1;
-    if got < expected { Err(Error::TooFewPairs { expected, got }) } else { Ok(()) }
+    if got < expected {
+        return Err(Error::TooFewPairs { expected, got });
+    }
+    doubts::check_signs(given, &rows, columns)?;
+    Ok(uninformative)
 }
 
 /// How much every pair counts where candidates are judged: all by the same shares, those of the model that leaves least. Each by its own
@@ -258,6 +263,7 @@ fn result(
     let shares = weighed.shares.of_pairs.iter().enumerate();
     let wrong_pairs: Vec<usize> = shares.filter(|(_, share)| **share == 0.0).map(|(place, _)| place).collect();
     let mut warnings = doubts::findings(given, weighed, high - low, &wrong_pairs, &uninformative_pairs);
+    warnings.extend(doubts::missed_lengths(given, &weighed.length_errors));
     warnings.extend(untold_dead_time(point.dead_time / given.dt, dead_time_std / given.dt));
     let longest_lag =
         if space.axes.contains(&Axis::ThermalLag) { given.longest_and_shortest().0 } else { f64::INFINITY };
@@ -267,6 +273,8 @@ fn result(
     let own = Mat::from_fn(columns + tangent.slopes.len(), root.ncols(), |i, k| {
         root[(if i < columns { i } else { i + space.beside }, k)]
     });
+    let spread = Spread::from_zero(own, tangent, given.drives[0], given.dt);
+    warnings.extend(doubts::untold_positions(given, &spread, high - low));
     Ok(PlacesIdentification {
         model: model(space, point, weights, chain.rest_of(output_offset))?,
         ratios: if space.model == ModelKind::Modified { point.as_ratios() } else { Ratios::PLAY },
@@ -295,7 +303,7 @@ fn result(
         drive_samples: given.drives.iter().map(|drive| drive.len()).collect(),
         temperature,
         temperature_std,
-        spread: Spread::from_zero(own, tangent, given.drives[0], given.dt),
+        spread,
         chain,
         output_offset,
     })

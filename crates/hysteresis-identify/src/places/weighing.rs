@@ -90,6 +90,8 @@ pub(crate) struct Weighed {
 /// What stands beside the rows: targets and standard deviations.
 pub(crate) struct System<'a> {
     pub(crate) given: Given<'a>,
+    /// The pairs that say nothing: their mismatches are 0 whatever the weights are, and no measure of the others.
+    pub(crate) uninformative: Vec<usize>,
     /// r_i: 1 for the pair in the middle.
     pub(crate) pair_deviations: Vec<f64>,
     pub(crate) length_deviations: Vec<f64>,
@@ -107,7 +109,7 @@ impl<'a> System<'a> {
         let deviations: Vec<f64> = given.pairs.iter().map(|pair| pair.std).collect();
         let middle = median(&deviations);
         let pair_deviations = deviations.iter().map(|deviation| deviation / middle).collect();
-        Self { given, pair_deviations, length_deviations, fit_deviations }
+        Self { given, uninformative: Vec::new(), pair_deviations, length_deviations, fit_deviations }
     }
 
     pub(crate) fn pairs(&self) -> usize {
@@ -167,7 +169,10 @@ impl<'a> System<'a> {
     }
 
     pub(crate) fn scale_of(&self, mismatches: &[f64]) -> f64 {
-        robust_deviation(mismatches).max(FINEST * self.given.longest())
+        let says = |place: &usize| self.uninformative.binary_search(place).is_err();
+        let all = mismatches.iter().enumerate();
+        let saying: Vec<f64> = all.filter(|(place, _)| says(place)).map(|(_, mismatch)| *mismatch).collect();
+        robust_deviation(&saying).max(FINEST * self.given.longest())
     }
 
     /// What the search minimises: the loss of every pair, and half the squares of the lengths, over their variances.

@@ -30,6 +30,9 @@ use crate::stage::temperature::{TemperatureTerm, added};
 /// - "wrong_pairs": pairs that contradict the others were left out; `wrong_pairs` names them.
 /// - "uninformative_pairs": most pairs say nothing; `uninformative_pairs` names them.
 /// - "places_differ": the model is not at the same place at both instants of a pair.
+/// - "start_up_transient": pairs at the beginning contradict later ones.
+/// - "lengths_missed": lengths without pairs are missed; the message names the worst.
+/// - "positions_not_told": pairs and lengths leave positions open.
 /// - "dead_time_confounded": the pairs do not tell the dead time.
 /// - "temperature_not_told": the record does not tell how the position follows the temperature.
 ///
