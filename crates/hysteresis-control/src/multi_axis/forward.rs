@@ -44,8 +44,10 @@ impl MultiAxisForward {
     #[must_use]
     pub fn new(stage: &MultiAxisStage) -> Self {
         let Matrices { a, b, bw, c, d, cq, dq } = stage.matrices();
-        let from_states = (0..a.ncols()).flat_map(|j| a.column(j).iter().chain(&c.column(j)).chain(&cq.column(j)).copied().collect::<Vec<_>>());
-        let from_drives = (0..b.ncols()).flat_map(|j| b.column(j).iter().chain(&d.column(j)).chain(&dq.column(j)).copied().collect::<Vec<_>>());
+        let from_states = (0..a.ncols())
+            .flat_map(|j| a.column(j).iter().chain(&c.column(j)).chain(&cq.column(j)).copied().collect::<Vec<_>>());
+        let from_drives = (0..b.ncols())
+            .flat_map(|j| b.column(j).iter().chain(&d.column(j)).chain(&dq.column(j)).copied().collect::<Vec<_>>());
         let operators = stage.operators().iter().map(OperatorStream::new).collect::<Result<Vec<_>, Error>>();
         Self {
             through: from_states.chain(from_drives).collect(),

@@ -28,7 +28,7 @@ pub enum ScalarOperator {
         weights: Vec<f64>,
     },
     /// w = z of a free Duhem operator of q.
-    Duhem(Duhem<MAX_KNOTS>),
+    Duhem(Box<Duhem<MAX_KNOTS>>),
 }
 
 /// An operator in a file.
@@ -57,7 +57,7 @@ impl TryFrom<Table> for ScalarOperator {
     fn try_from(table: Table) -> Result<Self, Error> {
         match table {
             Table::Plays { thresholds, weights } => Self::plays(&thresholds, &weights),
-            Table::Duhem { knots, rising, falling } => Duhem::new(&knots, &rising, &falling).map(Self::Duhem),
+            Table::Duhem { knots, rising, falling } => Duhem::new(&knots, &rising, &falling).map(Self::duhem),
         }
     }
 }
@@ -81,6 +81,12 @@ impl ScalarOperator {
             return Err(Error::domain("weights", Some(i), "a number of at most 1e50 in magnitude", weights[i]));
         }
         Ok(Self::Plays { thresholds: thresholds.to_vec(), weights: weights.to_vec() })
+    }
+
+    /// A Duhem operator.
+    #[must_use]
+    pub fn duhem(duhem: Duhem<MAX_KNOTS>) -> Self {
+        Self::Duhem(Box::new(duhem))
     }
 
     /// The least and the largest dw/dq that lasts: of plays that all stand or all slide, and of f at the knots.
@@ -112,7 +118,7 @@ pub enum OperatorState {
 pub(super) enum OperatorStream {
     /// Play, weight and output of each.
     Plays(Box<[(Play, f64, f64)]>),
-    Duhem(DuhemForward<MAX_KNOTS>),
+    Duhem(Box<DuhemForward<MAX_KNOTS>>),
 }
 
 impl OperatorStream {
@@ -123,7 +129,7 @@ impl OperatorStream {
                 let play = |(r, weight): (&f64, &f64)| Ok((Play::new(*r)?, *weight, 0.0));
                 thresholds.iter().zip(weights).map(play).collect::<Result<_, Error>>().map(Self::Plays)
             }
-            ScalarOperator::Duhem(duhem) => Ok(Self::Duhem(DuhemForward::new(*duhem))),
+            ScalarOperator::Duhem(duhem) => Ok(Self::Duhem(Box::new(DuhemForward::new(**duhem)))),
         }
     }
 

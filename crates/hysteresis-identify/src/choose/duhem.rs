@@ -68,7 +68,9 @@ pub(crate) fn with_duhem(
 ) -> Result<Found, Error> {
     let is_forced = asked.duhem == DuhemModel::Fit;
     let is_open = asked.duhem == DuhemModel::Auto && asked.model == ModelKind::Modified;
-    if plays.partial || !(is_forced || is_open && left(records, &plays) > LEAST_LEFT && !goes_by_itself(records, &plays)) {
+    if plays.partial
+        || !(is_forced || is_open && left(records, &plays) > LEAST_LEFT && !goes_by_itself(records, &plays))
+    {
         return Ok(plays);
     }
     // The part of the work before is done: progress does not go back.
