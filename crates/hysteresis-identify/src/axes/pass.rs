@@ -413,3 +413,95 @@ impl SimdLoop for Sweep<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::bank::{Bank, Kind};
+    use super::super::data::AxesRecord;
+    use super::*;
+
+    /// Two drives, two positions, three states, an operator of each kind but one.
+    fn point(kind: Kind) -> Point {
+        let c = vec![1.0, 0.2, 0.3, -0.1, 0.9, 0.5];
+        let mut point = Point::of_dynamics(vec![[0.7, 0.4], [0.6, -0.3], [0.5, 0.0]], c, 2, 2);
+        point = point.with_banks(|i| Bank::new(kind, if i == 0 { 3 } else { 4 }, 2.5));
+        point.b = vec![0.3, 0.1, 0.0, 0.4, 0.2, -0.2];
+        point.bw = vec![0.1, 0.05, -0.1, 0.1, 0.05, 0.1];
+        point.cq = vec![0.3, -0.2, 0.1, 0.1, 0.2, 0.0];
+        point
+    }
+
+    fn data() -> Data {
+        let mut seed = 5_u32;
+        let mut random = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(seed >> 8) / f64::from(1_u32 << 24) - 0.5
+        };
+        // Slow enough that moves are short beside the knots.
+        let mut u = vec![0.0; 2 * 700];
+        for k in 2..u.len() {
+            u[k] = 0.97 * u[k - 2] + 0.2 * random();
+        }
+        let y: Vec<f64> = (0..u.len()).map(|_| random()).collect();
+        Data::new(&[AxesRecord { u: &u, y: &y }], 2, 2, 3).unwrap()
+    }
+
+    #[test]
+    fn tangents_are_those_of_differences() {
+        let (data, free) = (data(), Free { dynamics: true, query: true });
+        for (kind, tolerance) in [(Kind::Plays, 1e-6), (Kind::Curve, 1e-6), (Kind::Duhem, 1e-3)] {
+            let point = point(kind);
+            let stretch = (0, 5..700);
+            let found = linearise(&point, &data, std::slice::from_ref(&stretch), free).unwrap();
+            let before = residuals(&point, &data, &stretch).unwrap();
+            let count = found.vector.len();
+            assert_eq!(point.clone().numbers_mut(free).len(), count);
+            let columns: Vec<Vec<f64>> = (0..count)
+                .map(|j| {
+                    let at = |by: f64| {
+                        let step: Vec<f64> = (0..count).map(|i| if i == j { by } else { 0.0 }).collect();
+                        residuals(&point.moved(free, &step), &data, &stretch).unwrap()
+                    };
+                    at(-1e-6).iter().zip(at(1e-6)).map(|(less, more)| (less - more) / 2e-6).collect()
+                })
+                .collect();
+            let dot = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(p, q)| p * q).sum::<f64>();
+            for j in 0..count {
+                let size = dot(&columns[j], &columns[j]).sqrt();
+                for i in j..count {
+                    let other = dot(&columns[i], &columns[i]).sqrt();
+                    let (got, want) = (found.matrix[(i, j)], dot(&columns[i], &columns[j]));
+                    assert!((got - want).abs() <= tolerance * size * other, "{kind:?} {i} {j} {got} {want}");
+                }
+                let (got, want) = (found.vector[j], dot(&columns[j], &before));
+                assert!((got - want).abs() <= tolerance * size * dot(&before, &before).sqrt(), "{j} {got} {want}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_stage_does_what_the_point_does() {
+        use hysteresis_control::multi_axis::MultiAxisForward;
+        let data = data();
+        for kind in [Kind::Plays, Kind::Duhem] {
+            let mut point = point(kind);
+            for inside in [true, false] {
+                if !inside {
+                    point.cq.fill(0.0);
+                }
+                let stage = point.stage(&data, 1e-3).unwrap().unwrap();
+                let residual = residuals(&point, &data, &(0, 0..700)).unwrap();
+                let mut forward = MultiAxisForward::new(&stage);
+                for (k, (u, y)) in data.records[0].0.chunks(2).zip(data.records[0].1.chunks(2)).enumerate() {
+                    let u: Vec<f64> = u.iter().zip(&data.drive_scale).map(|(u, scale)| u * scale).collect();
+                    let mut found = [0.0; 2];
+                    forward.step(&u, &mut found).unwrap();
+                    for i in 0..2 {
+                        let scaled = (found[i] - data.position_mean[i]) / data.position_scale[i];
+                        assert!((y[i] - scaled - residual[2 * k + i]).abs() < 1e-9, "{kind:?} {k}");
+                    }
+                }
+            }
+        }
+    }
+}
