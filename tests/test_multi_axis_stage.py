@@ -135,7 +135,7 @@ def test_a_linear_stage_has_no_hysteresis() -> None:
     ("change", "message"),
     [
         ({"y": np.zeros(30)}, r"y: expected an array of shape \(samples, channels\), got shape"),
-        ({"y": np.zeros((29, 1))}, "y: expected 30 elements, got 29"),
+        ({"y": np.zeros((29, 1))}, "y: expected 30 samples, got 29"),
         ({"u": [np.zeros((30, 1))] * 2}, "y: expected as many records as u has, 2, got 1"),
         ({"dt": -1.0}, "dt: expected a finite number of seconds above 0, got -1.0"),
         ({"skip": 30}, "skip"),

@@ -205,7 +205,9 @@ fn signals(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Rows>> 
     let is_list = value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>();
     let items: Vec<_> = if is_list { value.try_iter()?.collect::<PyResult<_>>()? } else { Vec::new() };
     // A list of lists of numbers is one record.
-    let is_records = items.iter().any(|item| item.getattr("ndim").is_ok_and(|ndim| ndim.extract() == Ok(2)));
+    let is_records = items
+        .iter()
+        .any(|item| item.getattr("ndim").and_then(|ndim| ndim.extract::<usize>()).is_ok_and(|ndim| ndim == 2));
     if !is_records {
         return Ok(vec![one(Place::from(name), value)?]);
     }
