@@ -1,4 +1,4 @@
-"""Several axes with hysteresis in front of or inside shared dynamics: the equations, and identification."""
+"""Several axes with hysteresis in front of or inside shared dynamics: equations, identification."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from typing import Any
 import mpi_hyst as mh
 import numpy as np
 import pytest
-from support import Array
-
 from reference import axes as reference
 from reference import duhem as reference_duhem
+from support import Array
 
 DT = 1e-3
 MATRICES: dict[str, Any] = {
@@ -71,7 +70,7 @@ def test_a_stage_in_a_file(tmp_path: Path) -> None:
     stage().save(path)
     assert mh.MultiAxisStage.load(path) == stage()
     path.write_text("{}", "utf-8")
-    with pytest.raises(ValueError, match='axes.json: schema: expected "mpi_hyst/multi_axis'):
+    with pytest.raises(ValueError, match=r'axes\.json: schema: expected "mpi_hyst/multi_axis'):
         mh.MultiAxisStage.load(path)
 
 
@@ -88,7 +87,10 @@ def test_a_stage_in_a_file(tmp_path: Path) -> None:
             r"operators\[1\]: .*thresholds\[0\]: expected a number from 0 to 1e50, got -1.0",
         ),
         (lambda: stage().forward().step([1.0]), r"u: expected an array of shape \(2,\), got"),
-        (lambda: stage().forward().run([[1.0, 2.0]], out=np.empty((1, 3))), "out: expected a C-cont"),
+        (
+            lambda: stage().forward().run([[1.0, 2.0]], out=np.empty((1, 3))),
+            "out: expected a C-cont",
+        ),
     ],
 )
 def test_wrong_arguments_are_named(call: Callable[[], object], message: str) -> None:
@@ -149,3 +151,32 @@ def test_wrong_records_are_named(change: dict[str, Any], message: str) -> None:
     arguments: dict[str, Any] = {"u": ramp, "y": ramp, "dt": DT, **change}
     with pytest.raises((ValueError, TypeError), match=message):
         mh.identify_axes(**arguments)
+
+
+def test_a_reference_is_followed_by_the_plant() -> None:
+    """Open loop, on a plant written without the package, by the drives of an identified model."""
+    u, y = records(hysteresis=True)
+    model = mh.identify_axes(u, y, dt=DT, order=3, skip=20, hysteresis="plays").model
+    linear = mh.identify_axes(u, y, dt=DT, order=3, skip=20, hysteresis="none").model
+    time = np.arange(1200) * DT
+    soft = np.clip((time - 0.1) / 0.1, 0.0, 1.0) ** 2
+    wanted = np.column_stack([soft * np.sin(30.0 * time), 0.6 * soft * np.sin(50.0 * time)])
+
+    def missed(stage: mh.MultiAxisStage) -> Array:
+        reference = model.output_offset + wanted
+        drives, told = stage.precompensate(reference)
+        assert (told < 5e-3 * wanted.std(axis=0)).all()
+        error = plant(drives, hysteresis=True) - reference
+        # Offsets of records from rest are told apart from the plays' by few samples alone.
+        return np.asarray((error - error.mean(axis=0)).std(axis=0) / wanted.std(axis=0))
+
+    assert (missed(model) < 0.02).all()
+    assert (missed(linear) > 0.05).all()
+
+
+def test_only_square_stages_have_an_inverse() -> None:
+    wide = stage(c=[[1.0, 0.0, 0.2]], d=[[0.0, 0.01]], output_offset=[0.0])
+    with pytest.raises(ValueError, match="reference: expected a stage with as many drives"):
+        wide.precompensate(np.zeros((10, 1)))
+    with pytest.raises(ValueError, match=r"reference: expected an array of shape \(samples, 2\)"):
+        stage().precompensate(np.zeros((10, 1)))

@@ -4,7 +4,8 @@ What identification says of the next record, `Stage.precompensate` hands out as 
 
 `identify` makes an `Identification`, `identify_many` a `ManyIdentifications`,
 `identify_dynamics` a `DynamicsIdentification`, `identify_oscillator` an
-`OscillatorIdentification`, `identify_axes` an `AxesIdentification`, `identify_places` a `PlacesIdentification`, `compare` a `Comparison`,
+`OscillatorIdentification`, `identify_axes` an `AxesIdentification`, `identify_places` a
+`PlacesIdentification`, `compare` a `Comparison`,
 `diagnose` a list of `Finding`.
 """
 

@@ -1,7 +1,7 @@
 """Several axes with hysteresis in front of or inside their dynamics, in plain Python.
 
-x+ = A x + B u + Bw w, q = Cq x + Dq u, w_i = H_i[q_i], y = C x + D u + offset. A play of threshold r:
-z = max(q - r, min(q + r, z)).
+x+ = A x + B u + Bw w, q = Cq x + Dq u, w_i = H_i[q_i], y = C x + D u + offset. A play of
+threshold r: z = max(q - r, min(q + r, z)).
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@
 //! offset and the delay are searched. See [`identify`].
 //!
 //! After G. Wang, G. Chen, H. Zhou, F. Bai, IEEE/CAA J. Autom. Sinica 4(4), 782-791, 2017, equations (4)-(6).
-//! Results are the same bits on every run on the same machine; nothing here runs in parallel.
+//! Results are the same bits on every run on the same machine; only `many` and `axes` run in parallel.
 //!
 //! The way of a record:
 //!

@@ -7,10 +7,11 @@ use super::model::{Matrices, MultiAxisStage};
 use super::operator::{OperatorState, OperatorStream};
 use crate::checks::check_numbers;
 
-/// The positions of a stage of several axes, sample by sample: `step(u, y)` writes y(k), then holds u(k) for one interval.
+/// The positions of a stage of several axes, sample by sample: `step(u, y)` writes y(k), then holds u(k) for one
+/// interval.
 ///
-/// Begins at rest: x = 0 and w = 0. A drive that is not finite, or beyond 1e100, counts as the last one of its axis. One
-/// that would bring a state beyond 1e100 leaves the state as it is. Both are counted. Nothing is allocated.
+/// Begins at rest: x = 0 and w = 0. A drive that is not finite, or beyond 1e100, counts as the last one of its axis.
+/// One that would bring a state beyond 1e100 leaves the state as it is. Both are counted. Nothing is allocated.
 #[derive(Clone, Debug)]
 pub struct MultiAxisForward {
     /// Columns for x, then for u, of the rows of x+ without Bw, of y and of q, one column after the other.
@@ -151,8 +152,8 @@ impl MultiAxisForward {
     /// Goes on from a saved state, bit for bit.
     ///
     /// # Errors
-    /// [`Error`] that names what is wrong, for another number of states, drives or operators, operators of another kind,
-    /// or a number that is not finite; the stream is as before then.
+    /// [`Error`] that names what is wrong, for another number of states, drives or operators, operators of another
+    /// kind, or a number that is not finite; the stream is as before then.
     pub fn set_state(&mut self, state: &MultiAxisState) -> Result<(), Error> {
         check_numbers("state.states", self.states, &state.states)?;
         check_numbers("state.drives", self.drives(), &state.drives)?;

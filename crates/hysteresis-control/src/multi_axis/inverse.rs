@@ -11,8 +11,8 @@ use super::model::{Matrices, MultiAxisStage};
 use super::operator::OperatorStream;
 use crate::as_f64;
 
-/// Gains below this share of the largest one are not inverted in full: reference and rounding have nothing there that drives should
-/// have.
+/// Gains below this share of the largest one are not inverted in full: reference and rounding have nothing there that
+/// drives should have.
 const LEAST_GAIN: f64 = 1e-3;
 
 /// What the dynamics keep of a sample that far away is none of its business.
@@ -88,10 +88,11 @@ impl MultiAxisStage {
     /// The drives that make the positions follow a whole reference, rows of p positions, from rest.
     ///
     /// With w known the linear part is inverted at every frequency: zeros outside the unit circle need no other
-    /// treatment, their drives begin before the reference moves. A pass through the operators with these drives gives the
-    /// next w, until nothing changes. Gains of less than a thousandth of the largest are not inverted in full. The reference begins
-    /// where the stage rests (the output offset) and should rest there for as long as its dynamics ring, as nothing can be
-    /// driven before its first sample. Limits of the drives are not known: check them.
+    /// treatment, their drives begin before the reference moves. A pass through the operators with these drives gives
+    /// the next w, until nothing changes. Gains of less than a thousandth of the largest are not inverted in full.
+    /// The reference begins where the stage rests (the output offset) and should rest there for as long as its
+    /// dynamics ring, as nothing can be driven before its first sample. Limits of the drives are not known: check
+    /// them.
     ///
     /// # Errors
     /// [`Error`] unless there are as many drives as positions, and whole rows of finite numbers; and if a frequency
@@ -135,7 +136,8 @@ impl MultiAxisStage {
     /// A column of the reference from the rest position on, led back to it.
     fn continued(&self, reference: &[f64], axis: usize, samples: usize, length: usize) -> Vec<f64> {
         let (m, offset) = (self.drives(), self.output_offset()[axis]);
-        let mut column: Vec<f64> = reference[axis.min(reference.len())..].iter().step_by(m).map(|y| y - offset).collect();
+        let mut column: Vec<f64> =
+            reference[axis.min(reference.len())..].iter().step_by(m).map(|y| y - offset).collect();
         let last = column.last().copied().unwrap_or_default();
         let back = (length - samples) / 2;
         column.extend((1..=back).map(|k| 0.5 * last * (1.0 + (PI * as_f64(k) / as_f64(back)).cos())));
@@ -156,7 +158,8 @@ impl MultiAxisStage {
         let transform = planner.plan_fft_inverse(length);
         let drive = |i: usize| {
             let at = |bin: usize| {
-                let positions = wanted.iter().enumerate().map(|(j, column)| gains.by_position[bin][(i, j)] * column[bin]);
+                let positions =
+                    wanted.iter().enumerate().map(|(j, column)| gains.by_position[bin][(i, j)] * column[bin]);
                 let operators = w.iter().enumerate().map(|(j, column)| gains.by_operator[bin][(i, j)] * column[bin]);
                 (positions.sum::<Complex<f64>>() - operators.sum::<Complex<f64>>()) / as_f64(length)
             };
@@ -181,7 +184,10 @@ impl MultiAxisStage {
         for k in 0..length {
             let u = nalgebra::DVector::from_iterator(drives.len(), drives.iter().map(|u| u[k]));
             let q = cq * &x + dq * &u;
-            let w = nalgebra::DVector::from_iterator(operators.len(), operators.iter_mut().zip(&q).map(|(one, q)| one.step(*q)));
+            let w = nalgebra::DVector::from_iterator(
+                operators.len(),
+                operators.iter_mut().zip(&q).map(|(one, q)| one.step(*q)),
+            );
             let share = (as_f64(k.saturating_sub(samples)) / as_f64(back)).min(1.0);
             let fade = 0.5 * (1.0 + (PI * share).cos());
             all.iter_mut().zip(&w).for_each(|(all, w)| all.push(fade * w));

@@ -45,7 +45,8 @@ proptest! {
         let only = |axis: usize, by: f64| -> Vec<[f64; 2]> {
             u.iter().map(|u| if axis == 0 { [by * u[0], 0.0] } else { [0.0, by * u[1]] }).collect()
         };
-        let sum: Vec<f64> = run(&stage, &only(0, 1.0)).iter().zip(run(&stage, &only(1, factor))).map(|(p, q)| p + q).collect();
+        let (one, other) = (run(&stage, &only(0, 1.0)), run(&stage, &only(1, factor)));
+        let sum: Vec<f64> = one.iter().zip(other).map(|(p, q)| p + q).collect();
         let both = u.iter().map(|u| [u[0], factor * u[1]]).collect::<Vec<_>>();
         for (p, q) in run(&stage, &both).iter().zip(sum) {
             prop_assert!((p - q).abs() < 1e-12 * (1.0 + q.abs()));
@@ -64,7 +65,8 @@ proptest! {
         let mut slow = Vec::new();
         let mut last = [0.0; 2];
         for to in u.iter().chain([&[0.0; 2]]) {
-            slow.extend((1..=parts).map(|i| [0, 1].map(|j| last[j] + (to[j] - last[j]) * f64::from(i) / f64::from(parts))));
+            let share = |i: u32| f64::from(i) / f64::from(parts);
+            slow.extend((1..=parts).map(|i| [0, 1].map(|j| last[j] + (to[j] - last[j]) * share(i))));
             last = *to;
         }
         let fast: Vec<_> = u.iter().copied().chain([[0.0; 2]]).collect();
@@ -146,6 +148,20 @@ fn drives_that_are_no_numbers_count_as_the_last() {
     assert!(one.set_state(&wrong).is_err());
     one.set_state(&before).unwrap();
     assert_eq!(one.state(), before);
+}
+
+#[test]
+fn drives_of_a_reference_are_followed() {
+    let samples = 600;
+    let bump = |k: usize, at: usize| {
+        if k.abs_diff(at) < 100 { 0.5 + 0.5 * (k.abs_diff(at) as f64 * 0.0314).cos() } else { 0.0 }
+    };
+    let reference: Vec<f64> = (0..samples).flat_map(|k| [0.5 + bump(k, 200), -0.5 - 0.6 * bump(k, 300)]).collect();
+    let found = stage().precompensate(&reference).unwrap();
+    assert!(found.converged && found.sweeps < 30, "{} passes", found.sweeps);
+    assert!(found.missed.iter().all(|missed| *missed < 1e-4), "{:?}", found.missed);
+    let error = stage().precompensate(&reference[1..]).unwrap_err();
+    assert_eq!(error.to_string(), "reference: expected 1198 elements, got 1199");
 }
 
 #[test]

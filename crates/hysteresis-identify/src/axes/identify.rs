@@ -6,7 +6,7 @@ use super::descent::{Fit, descend, errors};
 use super::pass::{missed, reaches};
 use super::point::{Free, Point};
 use super::result::{AxesIdentification, AxesTrial, findings};
-use super::subspace::Observability;
+use super::subspace::{Observability, fewest_samples};
 use crate::error::Error;
 use crate::records::signal::as_f64;
 
@@ -92,7 +92,7 @@ const MARGIN: f64 = 1.05;
 /// held-out samples, and Gauss-Newton (Levenberg-Marquardt) steps for all numbers. Then every drive gets an operator,
 /// plays or a Duhem operator, in front of the dynamics at first; then it may see the states. All numbers descend by
 /// forward tangents. Each structure is fitted to a part of the records and judged by a free simulation of the others
-/// (the last third of several records, or the last 30 % of the samples of one). The best gets finer operators, if
+/// (the last 30 % of several records, or of the samples of one). The best gets finer operators, if
 /// that pays, and is fitted to all.
 ///
 /// # Errors
@@ -104,7 +104,11 @@ const MARGIN: f64 = 1.05;
 /// use hysteresis_identify::{AxesOptions, AxesRecord, identify_axes};
 /// // One drive, one position: a lag of one sample.
 /// let mut seed = 1_u32;
-/// let u: Vec<f64> = (0..2000).map(|_| { seed = seed.wrapping_mul(1_664_525).wrapping_add(1); f64::from(seed >> 16) }).collect();
+/// let mut random = || {
+///     seed = seed.wrapping_mul(1_664_525).wrapping_add(1);
+///     f64::from(seed >> 16)
+/// };
+/// let u: Vec<f64> = (0..2000).map(|_| random()).collect();
 /// let mut y = vec![0.0; 2000];
 /// for k in 1..2000 { y[k] = 0.8 * y[k - 1] + 0.1 * u[k - 1]; }
 /// let found = identify_axes(&[AxesRecord { u: &u, y: &y }], 1, 1, 1e-3, &AxesOptions::default())?;
@@ -169,7 +173,9 @@ impl Search<'_> {
 
     /// The best linear model.
     fn linear(&mut self, order: Option<usize>) -> Result<Candidate, Error> {
-        let few = || Error::TooFewSamples { expected: 2 * 45 * (self.data.drives + self.data.positions), got: 0 };
+        let expected = fewest_samples(self.data.drives, self.data.positions, self.fitted.len());
+        let got = self.fitted.iter().map(|(_, range)| range.len()).sum();
+        let few = || Error::TooFewSamples { expected, got };
         let seen = Observability::new(self.data, &self.fitted).ok_or_else(few)?;
         let most = seen.most_states();
         if let Some(got) = order.filter(|order| !(1..=most).contains(order)) {

@@ -10,7 +10,7 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, Par};
 use fearless_simd::{Simd, SimdFloat, f64x8};
 
-use super::bank::{BankStream, Follows};
+use super::bank::{Bank, BankStream, Follows};
 use super::data::{Data, Stretch};
 use super::point::{Free, Point};
 use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, load, splat};
@@ -92,6 +92,10 @@ fn columns(point: &Point, free: Free) -> Vec<(Target, usize)> {
     all
 }
 
+fn dot(p: &[f64], q: &[f64]) -> f64 {
+    p.iter().zip(q).map(|(p, q)| p * q).sum()
+}
+
 /// A point that runs through a record.
 struct Runner<'a> {
     point: &'a Point,
@@ -116,7 +120,6 @@ impl<'a> Runner<'a> {
         row[n..n + m].copy_from_slice(u);
         row[signals.one] = 1.0;
         let (seen, rest) = row.split_at_mut(signals.one);
-        let dot = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(p, q)| p * q).sum::<f64>();
         let (mut place, mut memory) = (signals.parameters - signals.one, 0);
         for (i, bank) in self.banks.iter_mut().enumerate() {
             let q = dot(&point.cq[i * n..][..n], &seen[..n]) + dot(&point.dq[i * m..][..m], u);
@@ -146,7 +149,7 @@ pub(super) fn residuals(point: &Point, data: &Data, (record, range): &Stretch) -
     let (u, y) = &data.records[*record];
     let (m, p) = (data.drives, data.positions);
     let mut row = vec![0.0; runner.signals.width];
-    let mut follows = vec![[0.0; 2]; point.banks.iter().map(super::bank::Bank::elements).sum()];
+    let mut follows = vec![[0.0; 2]; point.banks.iter().map(Bank::elements).sum()];
     let (mut position, mut all) = (vec![0.0; p], Vec::with_capacity(range.len() * p));
     for (k, (u, y)) in u.chunks_exact(m).zip(y.chunks_exact(p)).enumerate().take(range.end) {
         if !runner.step(u, &mut row, &mut follows, &mut position) {
@@ -178,14 +181,13 @@ pub(super) fn reaches(point: &Point, data: &Data, stretches: &[Stretch]) -> Opti
     for (record, range) in stretches {
         let mut runner = Runner::new(point)?;
         let mut row = vec![0.0; runner.signals.width];
-        let mut follows = vec![[0.0; 2]; point.banks.iter().map(super::bank::Bank::elements).sum()];
+        let mut follows = vec![[0.0; 2]; point.banks.iter().map(Bank::elements).sum()];
         let mut position = vec![0.0; data.positions];
         for u in data.records[*record].0.chunks_exact(m).take(range.end) {
             if !runner.step(u, &mut row, &mut follows, &mut position) {
                 return None;
             }
             for (i, most) in most.iter_mut().enumerate() {
-                let dot = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(p, q)| p * q).sum::<f64>();
                 let q = dot(&point.cq[i * n..][..n], &row[..n]) + dot(&point.dq[i * m..][..m], u);
                 // z of a Duhem operator is what its knots must cover.
                 let z = if point.banks[i].acts_on_memory() { row[runner.signals.outputs + i] } else { q };
@@ -225,7 +227,7 @@ fn of_stretch(point: &Point, data: &Data, (record, range): &Stretch, columns: &[
     let mut runner = Runner::new(point)?;
     let mut groups: Vec<Group> = groups(point, columns);
     let width = runner.signals.width;
-    let memories = point.banks.iter().map(super::bank::Bank::elements).sum::<usize>();
+    let memories = point.banks.iter().map(Bank::elements).sum::<usize>();
     let coefficients = Coefficients::new(point);
     let (mut rows, mut follows) = (vec![0.0; BLOCK * width], vec![[0.0; 2]; BLOCK * memories]);
     let (mut position, mut out) = (vec![0.0; p], vec![[0.0; LANES]; BLOCK * p]);
@@ -287,7 +289,7 @@ struct Group {
 }
 
 fn groups(point: &Point, columns: &[(Target, usize)]) -> Vec<Group> {
-    let memories = point.banks.iter().map(super::bank::Bank::elements).sum();
+    let memories = point.banks.iter().map(Bank::elements).sum();
     let running = columns.iter().filter(|(target, _)| !matches!(target, Target::Position(_))).count();
     let group = |first: usize| {
         let columns = &columns[first..running.min(first + LANES)];
@@ -416,7 +418,7 @@ impl SimdLoop for Sweep<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bank::{Bank, Kind};
+    use super::super::bank::Kind;
     use super::super::data::AxesRecord;
     use super::*;
 
@@ -465,7 +467,6 @@ mod tests {
                     at(-1e-6).iter().zip(at(1e-6)).map(|(less, more)| (less - more) / 2e-6).collect()
                 })
                 .collect();
-            let dot = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(p, q)| p * q).sum::<f64>();
             for j in 0..count {
                 let size = dot(&columns[j], &columns[j]).sqrt();
                 for i in j..count {

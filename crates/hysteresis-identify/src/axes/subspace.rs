@@ -16,6 +16,17 @@ const MOST_STATES: usize = 40;
 /// At least so many samples in a window.
 const SHORTEST: usize = 12;
 
+/// Samples in a window.
+fn window(positions: usize) -> usize {
+    (MOST_STATES / positions + 2).max(SHORTEST)
+}
+
+/// With fewer samples there is nothing to find.
+pub(super) fn fewest_samples(drives: usize, positions: usize, stretches: usize) -> usize {
+    let window = window(positions);
+    1 + 2 * window * (drives + positions) + 2 * window * stretches
+}
+
 /// What the positions behind a moment tell of the state there: one column for each state, the most important first.
 pub(super) struct Observability {
     matrix: Mat<f64>,
@@ -27,7 +38,7 @@ impl Observability {
     /// From all windows of the stretches. None if there are too few samples.
     pub(super) fn new(data: &Data, stretches: &[Stretch]) -> Option<Self> {
         let (m, p) = (data.drives, data.positions);
-        let window = (MOST_STATES / p + 2).max(SHORTEST);
+        let window = window(p);
         let (behind, ahead) = (window * (m + p), 1 + window * m);
         let columns = ahead + behind + window * p;
         let mut factor = TriangularFactor::new(columns);

@@ -227,7 +227,7 @@ fn signals(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Rows>> 
 /// The search begins at the best linear model, by a subspace method whose order held-out samples choose. Then each
 /// drive gets an operator in front of the dynamics (q = u), and these may then see the states. All numbers descend by
 /// Levenberg-Marquardt steps with forward tangents. Every structure is fitted to a part of the records and judged by a
-/// free simulation of the rest: the last third of several records, or the last 30 % of the samples of one. The best gets
+/// free simulation of the rest: the last 30 % of several records, or of the samples of one. The best gets
 /// more thresholds or knots if that pays, and is fitted to all. It is stable, and so is what the steepest and the
 /// flattest operators make of it.
 ///

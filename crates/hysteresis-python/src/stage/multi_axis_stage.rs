@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyList, PyType};
 use pythonize::pythonize;
 
-use crate::convert::arrays::{array, check_room, is_slice, numbers, read_only, zeros};
+use crate::convert::arrays::{PASS, array, check_room, is_slice, numbers, read_only, zeros};
 use crate::convert::errors::{self, Place, in_use, raise, unexpected};
 use crate::convert::files;
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
@@ -75,7 +75,8 @@ pub(crate) struct MultiAxisStage(pub(crate) multi_axis::MultiAxisStage);
 /// The positions of a stage of several axes, sample by sample: made by `stage.forward()`.
 ///
 /// `step(u)` returns y(k), then holds u(k) for one interval. A drive that is not finite, or beyond 1e100, counts as the
-/// last one of its axis; one that would bring a state beyond 1e100 leaves the states as they are. `rejected` counts both.
+/// last one of its axis; one that would bring a state beyond 1e100 leaves the states as they are. `rejected` counts
+/// both.
 ///
 /// Examples
 /// --------
@@ -91,6 +92,9 @@ pub(crate) struct MultiAxisForward {
     stream: multi_axis::MultiAxisForward,
     made_of: Py<MultiAxisStage>,
 }
+
+/// Drives, and what the model misses with them.
+type Precompensated<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
 
 /// A matrix of any shape.
 fn matrix(name: &str, value: &Bound<'_, PyAny>) -> PyResult<DMatrix<f64>> {
@@ -243,6 +247,34 @@ impl MultiAxisStage {
     fn forward(slf: &Bound<'_, Self>) -> MultiAxisForward {
         let stream = multi_axis::MultiAxisForward::new(&slf.get().0);
         MultiAxisForward { stream, made_of: slf.clone().unbind() }
+    }
+
+    /// The drives for a whole reference of shape (samples, p), from rest, for a stage with as many drives as positions:
+    /// an array of that shape, and by how much the model misses the reference with them, rms of each position.
+    ///
+    /// The linear part is inverted at every frequency, so zeros outside the unit circle do no harm: drives begin
+    /// before the reference moves. What the operators add is found by passes with the drives, 50 at most, until
+    /// nothing changes: a UserWarning says so if it still does. The reference begins where the stage rests, at
+    /// `output_offset`, and should stay there for as long as its dynamics ring. Limits of the drives are not known:
+    /// check them.
+    #[py(-> "tuple[Matrix, Vector]")]
+    fn precompensate<'py>(
+        &self,
+        py: Python<'py>,
+        #[py("ArrayLike")] reference: &Bound<'py, PyAny>,
+    ) -> PyResult<Precompensated<'py>> {
+        let p = self.0.positions();
+        let wanted = columns::<Ix2>("reference", reference, p, format_args!("an array of shape (samples, {p})"))?;
+        let samples = wanted.shape()[0];
+        // Spectra, and gains at every frequency.
+        check_room("reference", samples, PASS * p * (p + self.0.operators().len() + 2))?;
+        let found = self.0.precompensate(wanted.as_slice()?).map_err(raise)?;
+        if !found.converged {
+            errors::warn(py, "precompensate: the drives still change after 50 passes; look at what the model misses")?;
+        }
+        let drives = zeros(py, Dim([samples, p]))?;
+        drives.readwrite().as_slice_mut()?.copy_from_slice(&found.drives);
+        Ok((drives, PyArray1::from_vec(py, found.missed)))
     }
 
     /// Writes the stage to a JSON file; the file appears only when it is complete.
