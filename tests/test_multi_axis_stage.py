@@ -40,8 +40,9 @@ def drive(samples: int, seed: int) -> Array:
 
 
 def expected(u: Array) -> Array:
-    operators = [reference.Plays(*PLAYS), reference_duhem.Duhem(*KNOTS)]
-    return np.array(reference.positions(MATRICES, operators, OFFSET, u.tolist()))
+    operators: list[Any] = [reference.Plays(*PLAYS), reference_duhem.Duhem(*KNOTS)]
+    found: Any = reference.positions(MATRICES, operators, OFFSET, u.tolist())
+    return np.asarray(found)
 
 
 def test_positions_are_those_of_the_equations() -> None:
@@ -103,7 +104,8 @@ def plant(u: Array, hysteresis: bool) -> Array:
     bw = np.array(MATRICES["bw"]) * (8.0 if hysteresis else 0.0)
     matrices = {**MATRICES, "bw": bw.tolist(), "cq": np.zeros((2, 3)).tolist()}
     operators = [reference.Plays([0.3, 0.8, 1.5], [0.5, 0.4, 0.3]) for _ in range(2)]
-    return np.array(reference.positions(matrices, operators, OFFSET, u.tolist()))
+    found: Any = reference.positions(matrices, operators, OFFSET, u.tolist())
+    return np.asarray(found)
 
 
 def records(hysteresis: bool) -> tuple[list[Array], list[Array]]:

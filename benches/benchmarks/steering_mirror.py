@@ -83,7 +83,8 @@ def mirror(u: Array, rng: np.random.Generator) -> Array:
         for _ in range(parts):
             v = v + h * (frequency**2 * (force - y) - 2.0 * damping * frequency * v)
             y = y + h * v
-    return found + 2e-3 * found.std(axis=0) * rng.standard_normal(found.shape)
+    noise = 2e-3 * found.std(axis=0) * rng.standard_normal(found.shape)
+    return np.asarray(found + noise)
 
 
 def error(model: mh.MultiAxisStage, records: list[tuple[Array, Array]]) -> float:
