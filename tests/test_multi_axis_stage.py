@@ -172,8 +172,8 @@ def test_a_reference_is_followed_by_the_plant() -> None:
         # Offsets of records from rest are told apart from the plays' by few samples alone.
         return np.asarray((error - error.mean(axis=0)).std(axis=0) / wanted.std(axis=0))
 
-    assert (missed(model) < 0.02).all()
-    assert (missed(linear) > 0.05).all()
+    assert (missed(model) < 0.05).all()
+    assert (missed(linear) > 0.1).all()
 
 
 def test_only_square_stages_have_an_inverse() -> None:

@@ -8,7 +8,7 @@ use realfft::RealFftPlanner;
 
 use super::forward::MultiAxisForward;
 use super::model::{Matrices, MultiAxisStage};
-use super::operator::OperatorStream;
+use super::operator::{OperatorStream, ScalarOperator};
 use crate::as_f64;
 
 /// Gains below this share of the largest one are not inverted in full: reference and rounding have nothing there that
@@ -21,9 +21,12 @@ const FORGOTTEN: f64 = 1e-8;
 /// The fewest and the most samples behind the reference.
 const BEHIND: (usize, usize) = (512, 1 << 16);
 
-/// w and drives that change by a smaller share are found.
-const SAME: f64 = 1e-9;
-const SWEEPS: usize = 50;
+/// Drives that change by a smaller share are found.
+const SAME: f64 = 1e-7;
+const SWEEPS: usize = 150;
+
+/// By how much what is missing must at least shrink from one pass to the next, at every frequency.
+const SHRINKS: f64 = 0.9;
 
 /// The drives for a reference, and how well the model follows it with them.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,30 +48,39 @@ struct Gains {
 }
 
 impl Gains {
-    fn new(matrices: &Matrices, length: usize) -> Option<Self> {
+    /// With the middle slopes of the operators taken to the linear part.
+    fn new(stage: &MultiAxisStage, length: usize) -> Option<Self> {
+        let matrices = stage.matrices();
         let complex = |matrix: &DMatrix<f64>| matrix.map(Complex::from);
-        let (n, m) = (matrices.a.nrows(), matrices.b.ncols());
-        let (a, c, d) = (complex(&matrices.a), complex(&matrices.c), complex(&matrices.d));
-        let mut inputs = DMatrix::zeros(n, m + matrices.bw.ncols());
-        inputs.columns_mut(0, m).copy_from(&complex(&matrices.b));
-        inputs.columns_mut(m, matrices.bw.ncols()).copy_from(&complex(&matrices.bw));
-        let response = |bin: usize| {
+        let (n, m, h) = (stage.states(), stage.drives(), stage.operators().len());
+        let by_query = DMatrix::from_fn(n, h, |i, j| matrices.bw[(i, j)] * middle(&stage.operators()[j]));
+        let a = complex(&(&matrices.a + &by_query * &matrices.cq));
+        let b = complex(&(&matrices.b + by_query * &matrices.dq));
+        let (c, d, bw) = (complex(&matrices.c), complex(&matrices.d), complex(&matrices.bw));
+        let (cq, dq) = (complex(&matrices.cq), complex(&matrices.dq));
+        let states = |bin: usize| {
             let z = Complex::from_polar(1.0, 2.0 * PI * as_f64(bin) / as_f64(length));
-            let states = (DMatrix::from_diagonal_element(n, n, z) - &a).lu().solve(&inputs)?;
-            let seen = &c * states;
-            Some((seen.columns(0, m) + &d, seen.columns(m, matrices.bw.ncols()).into_owned()))
+            let resolvent = (DMatrix::from_diagonal_element(n, n, z) - &a).lu();
+            Some((resolvent.solve(&b)?, resolvent.solve(&bw)?))
         };
-        let responses = (0..=length / 2).map(response).collect::<Option<Vec<_>>>()?;
-        let largest = responses.iter().map(|(gain, _)| gain.norm()).fold(0.0, f64::max);
+        let states = (0..=length / 2).map(states).collect::<Option<Vec<_>>>()?;
+        let gain = |moved: &DMatrix<Complex<f64>>| &c * moved + &d;
+        let largest = states.iter().map(|(moved, _)| gain(moved).norm()).fold(0.0, f64::max);
         let floor = DMatrix::from_diagonal_element(m, m, Complex::from((LEAST_GAIN * largest).powi(2)));
-        let (mut by_position, mut by_operator) = (Vec::new(), Vec::new());
-        for (gain, of_operators) in responses {
-            let adjoint = gain.adjoint();
-            let inverse = (&adjoint * gain + &floor).lu().solve(&adjoint)?;
-            by_operator.push(&inverse * of_operators);
-            by_position.push(inverse);
+        let mut all = Self { by_position: Vec::new(), by_operator: Vec::new() };
+        for (moved, shaken) in states {
+            let adjoint = gain(&moved).adjoint();
+            let inverse = (&adjoint * gain(&moved) + &floor).lu().solve(&adjoint)?;
+            let of_operators = &inverse * &c * shaken;
+            // From a change of the drives round to the next: it may not grow.
+            let spread = DMatrix::from_fn(m, h, |i, j| of_operators[(i, j)] * spread(&stage.operators()[j]));
+            let round = spread * (&cq * moved + &dq);
+            let largest = round.singular_values().iter().copied().fold(0.0, f64::max);
+            let share = Complex::from((SHRINKS / largest).min(1.0));
+            all.by_operator.push(of_operators * share);
+            all.by_position.push(inverse * share);
         }
-        Some(Self { by_position, by_operator })
+        Some(all)
     }
 }
 
@@ -87,12 +99,13 @@ fn spectra(planner: &mut RealFftPlanner<f64>, columns: &[Vec<f64>], length: usiz
 impl MultiAxisStage {
     /// The drives that make the positions follow a whole reference, rows of p positions, from rest.
     ///
-    /// With w known the linear part is inverted at every frequency: zeros outside the unit circle need no other
-    /// treatment, their drives begin before the reference moves. A pass through the operators with these drives gives
-    /// the next w, until nothing changes. Gains of less than a thousandth of the largest are not inverted in full.
-    /// The reference begins where the stage rests (the output offset) and should rest there for as long as its
-    /// dynamics ring, as nothing can be driven before its first sample. Limits of the drives are not known: check
-    /// them.
+    /// With w known, beside its mean slope, the linear part is inverted at every frequency: zeros outside the unit
+    /// circle need no other treatment, their drives begin before the reference moves. A pass through the operators
+    /// with these drives gives the next w, until nothing changes. Gains of less than a thousandth of the largest are
+    /// not inverted in full, nor are frequencies at which passes would make drives grow, as hysteresis does more
+    /// there than drives can: `missed` shows what that costs. The reference begins where the stage rests (the output
+    /// offset) and should rest there for as long as its dynamics ring, as nothing can be driven before its first
+    /// sample. Limits of the drives are not known: check them.
     ///
     /// # Errors
     /// [`Error`] unless there are as many drives as positions, and whole rows of finite numbers; and if a frequency
@@ -107,7 +120,7 @@ impl MultiAxisStage {
         let behind = self.forgets_within().min(BEHIND.1).max(BEHIND.0);
         let length = (samples + 2 * behind).next_multiple_of(256);
         let singular = || Error::domain("reference", None, "a stage whose drives move all positions", 0.0);
-        let gains = Gains::new(self.matrices(), length).ok_or_else(singular)?;
+        let gains = Gains::new(self, length).ok_or_else(singular)?;
         let mut planner = RealFftPlanner::new();
         let wanted: Vec<Vec<f64>> = (0..m).map(|i| self.continued(reference, i, samples, length)).collect();
         let wanted = spectra(&mut planner, &wanted, length);
@@ -174,7 +187,8 @@ impl MultiAxisStage {
         (0..self.drives()).map(drive).collect()
     }
 
-    /// w under whole drives from rest, led back to 0 behind the reference: there the end joins the beginning.
+    /// What w is beside slopes times q, under whole drives from rest, led back to 0 behind the reference: there the
+    /// end joins the beginning.
     fn operators_under(&self, drives: &[Vec<f64>], samples: usize, length: usize) -> Result<Vec<Vec<f64>>, Error> {
         let Matrices { a, b, bw, cq, dq, .. } = self.matrices();
         let mut operators = self.operators().iter().map(OperatorStream::new).collect::<Result<Vec<_>, Error>>()?;
@@ -190,7 +204,9 @@ impl MultiAxisStage {
             );
             let share = (as_f64(k.saturating_sub(samples)) / as_f64(back)).min(1.0);
             let fade = 0.5 * (1.0 + (PI * share).cos());
-            all.iter_mut().zip(&w).for_each(|(all, w)| all.push(fade * w));
+            for ((all, w), (q, operator)) in all.iter_mut().zip(&w).zip(q.iter().zip(self.operators())) {
+                all.push(fade * (w - middle(operator) * q));
+            }
             x = a * x + b * u + bw * w;
         }
         Ok(all)
@@ -206,6 +222,18 @@ impl MultiAxisStage {
         };
         Ok((0..p).map(rms).collect())
     }
+}
+
+/// The slope of an operator that others are least far from: beside it w is smallest, and passes come to an end soonest.
+fn middle(operator: &ScalarOperator) -> f64 {
+    let (least, most) = operator.slopes();
+    0.5 * (least + most)
+}
+
+/// By how much its slopes differ from that.
+fn spread(operator: &ScalarOperator) -> f64 {
+    let (least, most) = operator.slopes();
+    0.5 * (most - least)
 }
 
 /// The largest difference over the largest number; infinite if there was nothing before.

@@ -253,7 +253,7 @@ impl MultiAxisStage {
     /// an array of that shape, and by how much the model misses the reference with them, rms of each position.
     ///
     /// The linear part is inverted at every frequency, so zeros outside the unit circle do no harm: drives begin
-    /// before the reference moves. What the operators add is found by passes with the drives, 50 at most, until
+    /// before the reference moves. What the operators add is found by passes with the drives, 150 at most, until
     /// nothing changes: a UserWarning says so if it still does. The reference begins where the stage rests, at
     /// `output_offset`, and should stay there for as long as its dynamics ring. Limits of the drives are not known:
     /// check them.
@@ -270,7 +270,7 @@ impl MultiAxisStage {
         check_room("reference", samples, PASS * p * (p + self.0.operators().len() + 2))?;
         let found = self.0.precompensate(wanted.as_slice()?).map_err(raise)?;
         if !found.converged {
-            errors::warn(py, "precompensate: the drives still change after 50 passes; look at what the model misses")?;
+            errors::warn(py, "precompensate: the drives still change after 150 passes; look at what the model misses")?;
         }
         let drives = zeros(py, Dim([samples, p]))?;
         drives.readwrite().as_slice_mut()?.copy_from_slice(&found.drives);
