@@ -45,15 +45,15 @@ pub struct Matrices {
 ///
 /// ```
 /// use hysteresis_control::multi_axis::{Matrices, MultiAxisForward, MultiAxisStage, ScalarOperator};
-/// use nalgebra::dmatrix;
+/// use nalgebra::DMatrix;
 /// let matrices = Matrices {
-///     a: dmatrix![0.5, 0.1; 0.0, 0.6],
-///     b: dmatrix![0.4, 0.0; 0.0, 0.3],
-///     bw: dmatrix![0.1, 0.0; 0.0, 0.1],
-///     c: dmatrix![1.0, 0.0; 0.0, 1.0],
-///     d: dmatrix![0.0, 0.0; 0.0, 0.0],
-///     cq: dmatrix![0.0, 0.0; 0.0, 0.0],
-///     dq: dmatrix![1.0, 0.0; 0.0, 1.0],
+///     a: DMatrix::from_row_slice(2, 2, &[0.5, 0.1, 0.0, 0.6]),
+///     b: DMatrix::from_row_slice(2, 2, &[0.4, 0.0, 0.0, 0.3]),
+///     bw: DMatrix::from_row_slice(2, 2, &[0.1, 0.0, 0.0, 0.1]),
+///     c: DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 1.0]),
+///     d: DMatrix::from_row_slice(2, 2, &[0.0, 0.0, 0.0, 0.0]),
+///     cq: DMatrix::from_row_slice(2, 2, &[0.0, 0.0, 0.0, 0.0]),
+///     dq: DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 1.0]),
 /// };
 /// let plays = ScalarOperator::plays(&[0.2], &[1.0])?;
 /// let stage = MultiAxisStage::new(matrices, vec![plays.clone(), plays], vec![0.0, 0.0], 1e-3)?;

@@ -2,18 +2,18 @@
 
 use hysteresis_control::multi_axis::{FileError, Matrices, MultiAxisForward, MultiAxisStage, ScalarOperator};
 use hysteresis_core::{Duhem, Error};
-use nalgebra::{DMatrix, dmatrix};
+use nalgebra::DMatrix;
 use proptest::prelude::*;
 
 fn matrices() -> Matrices {
     Matrices {
-        a: dmatrix![0.6, 0.3, 0.0; -0.3, 0.6, 0.1; 0.0, 0.0, 0.5],
-        b: dmatrix![0.2, 0.0; 0.1, 0.3; 0.0, 0.4],
-        bw: dmatrix![0.05, 0.0; 0.0, -0.04; 0.02, 0.03],
-        c: dmatrix![1.0, 0.0, 0.2; 0.0, 1.0, -0.1],
-        d: dmatrix![0.0, 0.01; 0.02, 0.0],
-        cq: dmatrix![0.3, 0.0, 0.0; 0.0, 0.2, 0.1],
-        dq: dmatrix![1.0, 0.0; 0.0, 0.8],
+        a: DMatrix::from_row_slice(3, 3, &[0.6, 0.3, 0.0, -0.3, 0.6, 0.1, 0.0, 0.0, 0.5]),
+        b: DMatrix::from_row_slice(3, 2, &[0.2, 0.0, 0.1, 0.3, 0.0, 0.4]),
+        bw: DMatrix::from_row_slice(3, 2, &[0.05, 0.0, 0.0, -0.04, 0.02, 0.03]),
+        c: DMatrix::from_row_slice(2, 3, &[1.0, 0.0, 0.2, 0.0, 1.0, -0.1]),
+        d: DMatrix::from_row_slice(2, 2, &[0.0, 0.01, 0.02, 0.0]),
+        cq: DMatrix::from_row_slice(2, 3, &[0.3, 0.0, 0.0, 0.0, 0.2, 0.1]),
+        dq: DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 0.8]),
     }
 }
 
@@ -56,7 +56,7 @@ proptest! {
     #[test]
     fn hysteresis_in_front_does_not_depend_on_the_rate(u in drives(), parts in 2_u32..5) {
         // Without dynamics but one sample of delay, positions are those of the operators.
-        let one = dmatrix![1.0, 0.0; 0.0, 1.0];
+        let one = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 1.0]);
         let none = DMatrix::zeros(2, 2);
         let matrices = Matrices {
             a: none.clone(), b: none.clone(), bw: one.clone(), c: one.clone(), d: none.clone(), cq: none, dq: one,
@@ -122,7 +122,7 @@ fn what_no_stage_may_have_is_named() {
     let shown = refused(&|matrices| matrices.c[(0, 1)] = f64::NAN);
     assert_eq!(shown, "c[2]: expected a finite number (at most 1e100 in magnitude), got NaN");
     // Stable alone, but not with the slopes of the operators.
-    let shown = refused(&|matrices| matrices.bw *= 40.0);
+    let shown = refused(&|matrices| matrices.bw *= 400.0);
     assert!(shown.starts_with("bw: expected eigenvalues of a + bw diag(slopes of the operators) cq inside"), "{shown}");
     let error = ScalarOperator::plays(&[-1.0], &[1.0]).unwrap_err();
     assert_eq!(error.to_string(), "thresholds[0]: expected a number from 0 to 1e50, got -1.0");
