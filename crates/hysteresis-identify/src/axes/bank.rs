@@ -179,8 +179,8 @@ pub(super) enum BankStream {
     Duhem { knots: Vec<f64>, forward: Box<DuhemForward<MAX_KNOTS>> },
 }
 
-/// How a memory follows from the one before, and from q: their derivatives.
-pub(super) type Follows = [f64; 2];
+/// How a memory follows from the one before, from q, and from the q before: their derivatives.
+pub(super) type Follows = [f64; 3];
 
 impl BankStream {
     /// w for the next q; writes derivatives by the parameters (of w, or of the memory) and those of the memories.
@@ -191,7 +191,7 @@ impl BankStream {
                 let mut sum = 0.0;
                 for (j, play) in plays.iter().enumerate() {
                     let next = play.next(outputs[j], q);
-                    follows[j] = if next == outputs[j] { [1.0, 0.0] } else { [0.0, 1.0] };
+                    follows[j] = if next == outputs[j] { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
                     outputs[j] = next;
                     by_parameters[j] = next;
                     sum += weights[j] * next;
@@ -202,7 +202,7 @@ impl BankStream {
                 let mut sum = 0.0;
                 for (j, r) in thresholds.iter().enumerate() {
                     let beyond = if *r > 0.0 { (q - r).max(0.0) } else { (q - r).min(0.0) };
-                    follows[j] = [0.0, if beyond == 0.0 { 0.0 } else { 1.0 }];
+                    follows[j] = [0.0, if beyond == 0.0 { 0.0 } else { 1.0 }, 0.0];
                     by_parameters[j] = beyond;
                     sum += weights[j] * beyond;
                 }
@@ -213,13 +213,14 @@ impl BankStream {
                 let z = forward.step(q);
                 by_parameters.fill(0.0);
                 if q == from {
-                    follows[0] = [1.0, 0.0];
+                    follows[0] = [1.0, 0.0, 0.0];
                     return z;
                 }
                 let rising = q > from;
                 let duhem = forward.duhem();
                 let slope = duhem.slope(z, rising);
-                follows[0] = [slope / duhem.slope(before, rising), slope];
+                // Of a move nothing counts but its length.
+                follows[0] = [slope / duhem.slope(before, rising), slope, -slope];
                 let place = if rising { 0 } else { knots.len() };
                 by_slopes(knots, &mut by_parameters[place..place + knots.len()], (before, z), slope, |z| {
                     duhem.slope(z, rising)

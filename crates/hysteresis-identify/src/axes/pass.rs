@@ -149,7 +149,7 @@ pub(super) fn residuals(point: &Point, data: &Data, (record, range): &Stretch) -
     let (u, y) = &data.records[*record];
     let (m, p) = (data.drives, data.positions);
     let mut row = vec![0.0; runner.signals.width];
-    let mut follows = vec![[0.0; 2]; point.banks.iter().map(Bank::elements).sum()];
+    let mut follows = vec![[0.0; 3]; point.banks.iter().map(Bank::elements).sum()];
     let (mut position, mut all) = (vec![0.0; p], Vec::with_capacity(range.len() * p));
     for (k, (u, y)) in u.chunks_exact(m).zip(y.chunks_exact(p)).enumerate().take(range.end) {
         if !runner.step(u, &mut row, &mut follows, &mut position) {
@@ -181,7 +181,7 @@ pub(super) fn reaches(point: &Point, data: &Data, stretches: &[Stretch]) -> Opti
     for (record, range) in stretches {
         let mut runner = Runner::new(point)?;
         let mut row = vec![0.0; runner.signals.width];
-        let mut follows = vec![[0.0; 2]; point.banks.iter().map(Bank::elements).sum()];
+        let mut follows = vec![[0.0; 3]; point.banks.iter().map(Bank::elements).sum()];
         let mut position = vec![0.0; data.positions];
         for u in data.records[*record].0.chunks_exact(m).take(range.end) {
             if !runner.step(u, &mut row, &mut follows, &mut position) {
@@ -229,7 +229,7 @@ fn of_stretch(point: &Point, data: &Data, (record, range): &Stretch, columns: &[
     let width = runner.signals.width;
     let memories = point.banks.iter().map(Bank::elements).sum::<usize>();
     let coefficients = Coefficients::new(point);
-    let (mut rows, mut follows) = (vec![0.0; BLOCK * width], vec![[0.0; 2]; BLOCK * memories]);
+    let (mut rows, mut follows) = (vec![0.0; BLOCK * width], vec![[0.0; 3]; BLOCK * memories]);
     let (mut position, mut out) = (vec![0.0; p], vec![[0.0; LANES]; BLOCK * p]);
     let mut sum = Normal { matrix: Mat::zeros(count, count), vector: vec![0.0; count], squares: 0.0 };
     for first in (0..range.end).step_by(BLOCK) {
@@ -284,6 +284,8 @@ struct Group {
     states: Vec<Lanes>,
     next: Vec<Lanes>,
     memories: Vec<Lanes>,
+    /// The last q of each operator.
+    queries: Vec<Lanes>,
     /// Where its numbers act: the signals of all eight, and 1 for those that act here.
     acts: Vec<(Target, [usize; LANES], Lanes)>,
 }
@@ -304,7 +306,14 @@ fn groups(point: &Point, columns: &[(Target, usize)]) -> Vec<Group> {
         }
         let states = vec![[0.0; LANES]; point.states];
         let next = states.clone();
-        Group { columns: first..first + columns.len(), states, next, memories: vec![[0.0; LANES]; memories], acts }
+        Group {
+            columns: first..first + columns.len(),
+            states,
+            next,
+            memories: vec![[0.0; LANES]; memories],
+            queries: vec![[0.0; LANES]; point.banks.len()],
+            acts,
+        }
     };
     // Those that act at once come last.
     (0..running).step_by(LANES).map(group).collect()
@@ -367,7 +376,7 @@ impl SimdLoop for Sweep<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Self { coefficients, rows, follows, width, group, out } = self;
-        let Group { states, next, memories, acts, .. } = group;
+        let Group { states, next, memories, queries, acts, .. } = group;
         let (n, p, h, count) = (states.len(), coefficients.positions, coefficients.weights.len(), memories.len());
         let mut outputs = vec![[0.0; LANES]; h];
         for (k, (row, out)) in rows.chunks_exact(width).zip(out.chunks_exact_mut(p)).enumerate() {
@@ -390,13 +399,15 @@ impl SimdLoop for Sweep<'_> {
                 let query = seen.map_or(splat(simd, 0.0), |cq| product(simd, cq, states));
                 let query = act(Target::Query(i), query);
                 let mut sum = act(Target::Output(i), splat(simd, 0.0));
-                for (weight, [past, now]) in weights.iter().zip(&follows[place..]) {
+                for (weight, [past, now, earlier]) in weights.iter().zip(&follows[place..]) {
                     let before = load(simd, &memories[place]) * splat(simd, *past);
+                    let before = splat(simd, *earlier).mul_add(load(simd, &queries[i]), before);
                     let here = act(Target::Memory(place), splat(simd, *now).mul_add(query, before));
                     memories[place] = here.into();
                     sum = splat(simd, *weight).mul_add(here, sum);
                     place += 1;
                 }
+                queries[i] = query.into();
                 *w = sum.into();
             }
             for (i, ([own, other], partner)) in coefficients.a.iter().enumerate() {
