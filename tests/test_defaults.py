@@ -27,6 +27,7 @@ def test_all_gathered_options_are_compared() -> None:
             "identify_many",
             "identify_dynamics",
             "identify_oscillator",
+            "identify_axes",
             "experiment",
             "run",
             "tune",

@@ -74,6 +74,18 @@ def oscillator() -> mh.results.OscillatorIdentification:
     return mh.identify_oscillator(u, y, dt=1e-3, hold="zero", knots=3)
 
 
+def axes_stage() -> mh.MultiAxisStage:
+    matrices: tuple[Any, ...] = ([[0.8]], [[0.2]], [[1.0]], [[0.0]])
+    inside: dict[str, Any] = {"bw": [[0.1]], "cq": [[0.1]], "dq": [[1.0]]}
+    return mh.MultiAxisStage(*matrices, **inside, operators=[([0.5], [1.0])], dt=DT)
+
+
+def identified_axes() -> mh.results.AxesIdentification:
+    u = np.random.default_rng(1).standard_normal((1200, 1))
+    y = axes_stage().forward().run(u)
+    return mh.identify_axes(u, y, dt=DT, order=1, hysteresis="none")
+
+
 def real_time() -> mh.realtime.LoopReport:
     plant = mh.plant.Plant(STAGE, dt=1e-3)
     rest: dict[str, Any] = {"rest_drive": 0.0, "rest_rate": 1e4}
@@ -111,6 +123,7 @@ VALUES: dict[str, Callable[[], Any]] = {
     "Lead": lambda: mh.control.Lead(100.0, 900.0),
     "Biquad": lambda: mh.control.Biquad([0.5, 0.5, 0.0], [-0.1, 0.0]),
     "HystereticOscillator": lambda: OSCILLATOR,
+    "MultiAxisStage": axes_stage,
     "SlowGain": lambda: mh.plant.SlowGain(500.0, -0.02, 1.0, 2.0),
     "TemperatureTerm": lambda: mh.plant.TemperatureTerm(0.02, 60.0, 25.0),
     "LoopShift": lambda: mh.plant.LoopShift(0.0, 500.0, (-0.2, 0.1), 0.2, 0.5),
@@ -150,6 +163,7 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "ExperimentSegment": lambda: experiment()[1].segments[1],
     "ControllerTerms": lambda: controller().terms,
     "OscillatorIdentification": oscillator,
+    "AxesIdentification": identified_axes,
     "LoopReport": lambda: real_time(),
     "LoopTimes": lambda: real_time().compute,
 }
@@ -160,6 +174,10 @@ RUNNING: dict[str, tuple[Callable[[], Any], Callable[[Any, float], Any]]] = {
     "CoupledPlay": (lambda: mh.CoupledPlay(1.0, 0.8, 0.3, 0.4), lambda one, x: one.step(x)),
     "Duhem": (lambda: OSCILLATOR.hysteresis, lambda one, x: one.step(1e-3 * x)),
     "DuhemInverse": (lambda: OSCILLATOR.hysteresis.inverse(0.5), lambda one, x: one.step(x)),
+    "MultiAxisForward": (
+        lambda: axes_stage().forward(),
+        lambda one, x: one.step([x])[0],
+    ),
     "OscillatorForward": (lambda: OSCILLATOR.forward(DT), lambda one, x: one.step(x)),
     "Forward": (
         lambda: CONVENTIONAL.forward(initial=[0.25, 0.25]),

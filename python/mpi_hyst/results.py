@@ -4,11 +4,13 @@ What identification says of the next record, `Stage.precompensate` hands out as 
 
 `identify` makes an `Identification`, `identify_many` a `ManyIdentifications`,
 `identify_dynamics` a `DynamicsIdentification`, `identify_oscillator` an
-`OscillatorIdentification`, `identify_places` a `PlacesIdentification`, `compare` a `Comparison`,
+`OscillatorIdentification`, `identify_axes` an `AxesIdentification`, `identify_places` a
+`PlacesIdentification`, `compare` a `Comparison`,
 `diagnose` a list of `Finding`.
 """
 
 from mpi_hyst._core import (
+    AxesIdentification,
     ComparedModel,
     Comparison,
     DynamicsIdentification,
@@ -25,6 +27,7 @@ from mpi_hyst._core import (
 )
 
 __all__ = [
+    "AxesIdentification",
     "ComparedModel",
     "Comparison",
     "DynamicsIdentification",

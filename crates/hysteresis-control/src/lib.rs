@@ -9,6 +9,7 @@
 //! - [`feedforward`]: the inverse of linear dynamics. [`tuning`]: filters and gains. [`learning`]: from periods that repeat.
 //! - [`stage`]: all of an actuator in one object, its file, and what is made from it.
 //! - [`oscillator`]: hysteresis that acts on the motion itself, inside one mode.
+//! - [`multi_axis`]: several drives and positions with hysteresis in front of or inside shared dynamics.
 //! - [`Observer`], then [`StageController`], which joins controller, observer and learning.
 //! - [`binary`]: stages and saved states as bytes.
 //!
@@ -22,6 +23,7 @@ pub mod feedforward;
 pub mod filters;
 pub mod learning;
 pub mod linear;
+pub mod multi_axis;
 mod observer;
 pub mod oscillator;
 mod riccati;

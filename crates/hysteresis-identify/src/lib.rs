@@ -6,7 +6,7 @@
 //! offset and the delay are searched. See [`identify`].
 //!
 //! After G. Wang, G. Chen, H. Zhou, F. Bai, IEEE/CAA J. Autom. Sinica 4(4), 782-791, 2017, equations (4)-(6).
-//! Results are the same bits on every run on the same machine; nothing here runs in parallel.
+//! Results are the same bits on every run on the same machine; only `many` and `axes` run in parallel.
 //!
 //! The way of a record:
 //!
@@ -19,13 +19,15 @@
 //! 7. `judge` looks for what the records cannot tell and what the model left in them: findings, and a verdict.
 //! 8. `result` is what comes out. [`identify`] goes this way from beginning to end.
 //!
-//! `inside` is a way of its own, for hysteresis inside the dynamics: [`identify_oscillator`].
+//! `inside` is a way of its own, for hysteresis inside the dynamics: [`identify_oscillator`]. So is `axes`, for several
+//! drives and positions: [`identify_axes`].
 //!
 //! `compare` goes it for several models, `many` for many actuators, `places` without a position sensor, and `recursive` takes sample by sample while the actuator runs.
 
 #![forbid(unsafe_code)]
 
 mod algebra;
+mod axes;
 mod choose;
 mod compare;
 mod error;
@@ -45,6 +47,7 @@ mod saved;
 mod terms;
 mod uncertainty;
 
+pub use axes::{AxesHysteresis, AxesIdentification, AxesOptions, AxesPlace, AxesRecord, AxesTrial, identify_axes};
 pub use choose::cross_validation::CrossValidation;
 pub use compare::compare;
 pub use compare::comparison::{ComparedModel, Comparison, Extension, Omission};

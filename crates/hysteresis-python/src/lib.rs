@@ -69,6 +69,8 @@ mod _core {
     #[pymodule_export]
     use crate::convert::errors::NotInvertibleError;
     #[pymodule_export]
+    use crate::identify::axes::{AxesIdentification, identify_axes};
+    #[pymodule_export]
     use crate::identify::compare::{ComparedModel, Comparison, compare};
     #[pymodule_export]
     use crate::identify::diagnose::{Finding, diagnose, loop_width, verdict};
@@ -132,6 +134,8 @@ mod _core {
     use crate::stage::files::{c_header_text, c_name, fmu_texts, load, load_from, read_bytes};
     #[pymodule_export]
     use crate::stage::loop_shift::LoopShift;
+    #[pymodule_export]
+    use crate::stage::multi_axis_stage::{MultiAxisForward, MultiAxisStage};
     #[pymodule_export]
     use crate::stage::slow_gain::SlowGain;
     #[pymodule_export]

@@ -14,6 +14,7 @@ use crate::control::observer::Observer;
 use crate::control::shared_by_controllers::ControllerTerms;
 use crate::control::tuning::Margins;
 use crate::convert::objects::{Reduced, keywords, reduce};
+use crate::identify::axes::AxesIdentification;
 use crate::identify::compare::{ComparedModel, Comparison};
 use crate::identify::diagnose::Finding;
 use crate::identify::identification::Identification;
@@ -30,6 +31,7 @@ use crate::plant::run::Metrics;
 use crate::realtime::report::{LoopReport, LoopTimes};
 use crate::signal::excitation::{Excitation, ExperimentPart, ExperimentSegment};
 use crate::stage::error_bounds::ErrorBounds;
+use crate::stage::multi_axis_stage::{MultiAxisForward, MultiAxisStage};
 use crate::stage::streams::{StageForward, StageInverse};
 use crate::stream::array_bracket::BracketArray;
 use crate::stream::bracket::Bracket;
@@ -37,6 +39,7 @@ use crate::stream::stream_arrays::{ForwardArray, InverseArray};
 use crate::stream::streams::{Forward, Inverse};
 
 #[methods(
+    AxesIdentification,
     ComparedModel,
     Comparison,
     ControllerTerms,
@@ -52,6 +55,7 @@ use crate::stream::streams::{Forward, Inverse};
     ManyIdentifications,
     Margins,
     Metrics,
+    MultiAxisStage,
     OscillatorIdentification,
     PlacesIdentification,
     Quality
@@ -82,6 +86,7 @@ impl Each {
     Inverse,
     InverseArray,
     IterativeLearning,
+    MultiAxisForward,
     Observer,
     OscillatorForward,
     Plant,

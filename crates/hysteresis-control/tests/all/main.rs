@@ -10,6 +10,7 @@ mod learning;
 mod learning_modes;
 mod linear;
 mod loop_shift;
+mod multi_axis;
 mod no_allocation;
 mod observer;
 mod oscillator;

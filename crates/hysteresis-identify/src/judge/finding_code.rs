@@ -196,13 +196,16 @@ pub enum FindingCode {
     /// The record does not tell hysteresis inside the dynamics: a linear oscillator predicts samples that were not fitted as well. Value:
     /// the rms error there of the oscillator with hysteresis over that of the linear one; limit 0.9.
     HysteresisInsideNotTold,
+    /// Curves without memory in the place of the hysteresis of several axes predict samples that were not fitted as well.
+    /// Value: the error there of the model with hysteresis over that of the other; limit 0.9.
+    MemoryNotTold,
     /// In reading a file something was taken for granted that the file speaks against. Value: 1, limit 0.
     Assumed,
 }
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 54] = [
+    pub const ALL: [Self; 55] = [
         Self::WrongSign,
         Self::RecordsDiffer,
         Self::LoopBackwards,
@@ -256,6 +259,7 @@ impl FindingCode {
         Self::PositionsNotTold,
         Self::TemperatureNotTold,
         Self::HysteresisInsideNotTold,
+        Self::MemoryNotTold,
         Self::Assumed,
     ];
 
@@ -536,6 +540,9 @@ impl FindingCode {
                 Never,
                 "drive further; if that does not help, hysteresis stands in front of the dynamics: `identify` is for that",
             ),
+            Self::MemoryNotTold => {
+                ("memory_not_told", Never, "drive slower and further, so that loops stand out of what the dynamics do")
+            }
             Self::Assumed => {
                 ("assumed", Never, "say what it is with the option that is named, or mend the file; `look` shows it")
             }

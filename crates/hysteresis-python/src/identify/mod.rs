@@ -1,5 +1,6 @@
 //! Identification: records in, models and how far to trust them out.
 
+pub(crate) mod axes;
 pub(crate) mod compare;
 pub(crate) mod diagnose;
 pub(crate) mod dynamics;

@@ -1,0 +1,247 @@
+//! The drives for a whole reference: the linear part is inverted at every frequency, with what hysteresis adds known.
+
+use std::f64::consts::PI;
+
+use hysteresis_core::{Error, check_all_finite};
+use nalgebra::{Complex, DMatrix};
+use realfft::RealFftPlanner;
+
+use super::forward::MultiAxisForward;
+use super::model::{Matrices, MultiAxisStage};
+use super::operator::{OperatorStream, ScalarOperator};
+use crate::as_f64;
+
+/// Gains below this share of the largest one are not inverted in full: reference and rounding have nothing there that
+/// drives should have.
+const LEAST_GAIN: f64 = 1e-3;
+
+/// What the dynamics keep of a sample that far away is none of its business.
+const FORGOTTEN: f64 = 1e-8;
+
+/// The fewest and the most samples behind the reference.
+const BEHIND: (usize, usize) = (512, 1 << 16);
+
+/// Drives that change by a smaller share are found.
+const SAME: f64 = 1e-7;
+const SWEEPS: usize = 150;
+
+/// By how much what is missing must at least shrink from one pass to the next, at every frequency.
+const SHRINKS: f64 = 0.9;
+
+/// The drives for a reference, and how well the model follows it with them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Precompensation {
+    /// Rows of drives, one for each row of the reference.
+    pub drives: Vec<f64>,
+    /// The rms difference between reference and positions of the model, from rest, for each position.
+    pub missed: Vec<f64>,
+    /// How many passes were taken; [`converged`](Self::converged) says whether they came to an end.
+    pub sweeps: usize,
+    /// Whether another pass would change nothing.
+    pub converged: bool,
+}
+
+/// For every frequency the gains from wanted positions, and from w, to drives.
+struct Gains {
+    by_position: Vec<DMatrix<Complex<f64>>>,
+    by_operator: Vec<DMatrix<Complex<f64>>>,
+}
+
+impl Gains {
+    /// With the middle slopes of the operators taken to the linear part.
+    fn new(stage: &MultiAxisStage, length: usize) -> Option<Self> {
+        let matrices = stage.matrices();
+        let complex = |matrix: &DMatrix<f64>| matrix.map(Complex::from);
+        let (n, m, h) = (stage.states(), stage.drives(), stage.operators().len());
+        let by_query = DMatrix::from_fn(n, h, |i, j| matrices.bw[(i, j)] * middle(&stage.operators()[j]));
+        let a = complex(&(&matrices.a + &by_query * &matrices.cq));
+        let b = complex(&(&matrices.b + by_query * &matrices.dq));
+        let (c, d, bw) = (complex(&matrices.c), complex(&matrices.d), complex(&matrices.bw));
+        let (cq, dq) = (complex(&matrices.cq), complex(&matrices.dq));
+        let states = |bin: usize| {
+            let z = Complex::from_polar(1.0, 2.0 * PI * as_f64(bin) / as_f64(length));
+            let resolvent = (DMatrix::from_diagonal_element(n, n, z) - &a).lu();
+            Some((resolvent.solve(&b)?, resolvent.solve(&bw)?))
+        };
+        let states = (0..=length / 2).map(states).collect::<Option<Vec<_>>>()?;
+        let gain = |moved: &DMatrix<Complex<f64>>| &c * moved + &d;
+        let largest = states.iter().map(|(moved, _)| gain(moved).norm()).fold(0.0, f64::max);
+        let floor = DMatrix::from_diagonal_element(m, m, Complex::from((LEAST_GAIN * largest).powi(2)));
+        let mut all = Self { by_position: Vec::new(), by_operator: Vec::new() };
+        for (moved, shaken) in states {
+            let adjoint = gain(&moved).adjoint();
+            let inverse = (&adjoint * gain(&moved) + &floor).lu().solve(&adjoint)?;
+            let of_operators = &inverse * &c * shaken;
+            // From a change of the drives round to the next: it may not grow.
+            let spread = DMatrix::from_fn(m, h, |i, j| of_operators[(i, j)] * spread(&stage.operators()[j]));
+            let round = spread * (&cq * moved + &dq);
+            let largest = round.singular_values().iter().copied().fold(0.0, f64::max);
+            let share = Complex::from((SHRINKS / largest).min(1.0));
+            all.by_operator.push(of_operators * share);
+            all.by_position.push(inverse * share);
+        }
+        Some(all)
+    }
+}
+
+/// Spectra of columns.
+fn spectra(planner: &mut RealFftPlanner<f64>, columns: &[Vec<f64>], length: usize) -> Vec<Vec<Complex<f64>>> {
+    let transform = planner.plan_fft_forward(length);
+    let spectrum = |column: &Vec<f64>| {
+        let (mut input, mut output) = (column.clone(), transform.make_output_vec());
+        // Lengths are those of the plan.
+        let _ = transform.process(&mut input, &mut output);
+        output
+    };
+    columns.iter().map(spectrum).collect()
+}
+
+impl MultiAxisStage {
+    /// The drives that make the positions follow a whole reference, rows of p positions, from rest.
+    ///
+    /// With w known, beside its mean slope, the linear part is inverted at every frequency: zeros outside the unit
+    /// circle need no other treatment, their drives begin before the reference moves. A pass through the operators
+    /// with these drives gives the next w, until nothing changes. Gains of less than a thousandth of the largest are
+    /// not inverted in full, nor are frequencies at which passes would make drives grow, as hysteresis does more
+    /// there than drives can: `missed` shows what that costs. The reference begins where the stage rests (the output
+    /// offset) and should rest there for as long as its dynamics ring, as nothing can be driven before its first
+    /// sample. Limits of the drives are not known: check them.
+    ///
+    /// # Errors
+    /// [`Error`] unless there are as many drives as positions, and whole rows of finite numbers; and if a frequency
+    /// moves no position.
+    pub fn precompensate(&self, reference: &[f64]) -> Result<Precompensation, Error> {
+        let (m, h, samples) = (self.drives(), self.operators().len(), reference.len() / self.positions());
+        if m != self.positions() {
+            return Err(Error::whole("reference", None, "a stage with as many drives as positions", m));
+        }
+        hysteresis_core::check_length("reference", samples * m, reference.len())?;
+        check_all_finite("reference", reference)?;
+        let behind = self.forgets_within().min(BEHIND.1).max(BEHIND.0);
+        let length = (samples + 2 * behind).next_multiple_of(256);
+        let singular = || Error::domain("reference", None, "a stage whose drives move all positions", 0.0);
+        let gains = Gains::new(self, length).ok_or_else(singular)?;
+        let mut planner = RealFftPlanner::new();
+        let wanted: Vec<Vec<f64>> = (0..m).map(|i| self.continued(reference, i, samples, length)).collect();
+        let wanted = spectra(&mut planner, &wanted, length);
+        let (mut w, mut before) = (vec![vec![0.0; length]; h], Vec::new());
+        for sweep in 1..=SWEEPS {
+            let drives = self.linear(&mut planner, &gains, &wanted, &w, length);
+            let converged = h == 0 || distance(&drives, &before) <= SAME;
+            if converged || sweep == SWEEPS {
+                let drives: Vec<f64> = (0..samples).flat_map(|k| drives.iter().map(move |u| u[k])).collect();
+                let missed = self.missed(&drives, reference)?;
+                return Ok(Precompensation { drives, missed, sweeps: sweep, converged });
+            }
+            w = self.operators_under(&drives, samples, length)?;
+            before = drives;
+        }
+        Err(singular())
+    }
+
+    /// So many samples later hardly anything is left of a sample.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+    fn forgets_within(&self) -> usize {
+        let slowest = self.matrices().a.complex_eigenvalues().iter().map(|one| one.norm()).fold(0.0, f64::max);
+        (FORGOTTEN.ln() / slowest.min(1.0 - 1e-9).ln()).ceil() as usize
+    }
+
+    /// A column of the reference from the rest position on, led back to it.
+    fn continued(&self, reference: &[f64], axis: usize, samples: usize, length: usize) -> Vec<f64> {
+        let (m, offset) = (self.drives(), self.output_offset()[axis]);
+        let mut column: Vec<f64> =
+            reference[axis.min(reference.len())..].iter().step_by(m).map(|y| y - offset).collect();
+        let last = column.last().copied().unwrap_or_default();
+        let back = (length - samples) / 2;
+        column.extend((1..=back).map(|k| 0.5 * last * (1.0 + (PI * as_f64(k) / as_f64(back)).cos())));
+        column.resize(length, 0.0);
+        column
+    }
+
+    /// The drives for wanted positions with w known.
+    fn linear(
+        &self,
+        planner: &mut RealFftPlanner<f64>,
+        gains: &Gains,
+        wanted: &[Vec<Complex<f64>>],
+        w: &[Vec<f64>],
+        length: usize,
+    ) -> Vec<Vec<f64>> {
+        let w = spectra(planner, w, length);
+        let transform = planner.plan_fft_inverse(length);
+        let drive = |i: usize| {
+            let at = |bin: usize| {
+                let positions =
+                    wanted.iter().enumerate().map(|(j, column)| gains.by_position[bin][(i, j)] * column[bin]);
+                let operators = w.iter().enumerate().map(|(j, column)| gains.by_operator[bin][(i, j)] * column[bin]);
+                (positions.sum::<Complex<f64>>() - operators.sum::<Complex<f64>>()) / as_f64(length)
+            };
+            let mut spectrum: Vec<Complex<f64>> = (0..=length / 2).map(at).collect();
+            // Real signals have real ends.
+            spectrum[0].im = 0.0;
+            spectrum[length / 2].im = 0.0;
+            let mut column = transform.make_output_vec();
+            let _ = transform.process(&mut spectrum, &mut column);
+            column
+        };
+        (0..self.drives()).map(drive).collect()
+    }
+
+    /// What w is beside slopes times q, under whole drives from rest, led back to 0 behind the reference: there the
+    /// end joins the beginning.
+    fn operators_under(&self, drives: &[Vec<f64>], samples: usize, length: usize) -> Result<Vec<Vec<f64>>, Error> {
+        let Matrices { a, b, bw, cq, dq, .. } = self.matrices();
+        let mut operators = self.operators().iter().map(OperatorStream::new).collect::<Result<Vec<_>, Error>>()?;
+        let mut all = vec![Vec::with_capacity(length); operators.len()];
+        let mut x = nalgebra::DVector::zeros(a.nrows());
+        let back = (length - samples) / 2;
+        for k in 0..length {
+            let u = nalgebra::DVector::from_iterator(drives.len(), drives.iter().map(|u| u[k]));
+            let q = cq * &x + dq * &u;
+            let w = nalgebra::DVector::from_iterator(
+                operators.len(),
+                operators.iter_mut().zip(&q).map(|(one, q)| one.step(*q)),
+            );
+            let share = (as_f64(k.saturating_sub(samples)) / as_f64(back)).min(1.0);
+            let fade = 0.5 * (1.0 + (PI * share).cos());
+            for ((all, w), (q, operator)) in all.iter_mut().zip(&w).zip(q.iter().zip(self.operators())) {
+                all.push(fade * (w - middle(operator) * q));
+            }
+            x = a * x + b * u + bw * w;
+        }
+        Ok(all)
+    }
+
+    fn missed(&self, drives: &[f64], reference: &[f64]) -> Result<Vec<f64>, Error> {
+        let (mut positions, p) = (vec![0.0; reference.len()], self.positions());
+        MultiAxisForward::new(self).run(drives, &mut positions)?;
+        let rms = |i: usize| {
+            let pairs = positions.iter().zip(reference).skip(i).step_by(p);
+            let squares: f64 = pairs.clone().map(|(y, wanted)| (y - wanted).powi(2)).sum();
+            (squares / as_f64(pairs.count().max(1))).sqrt()
+        };
+        Ok((0..p).map(rms).collect())
+    }
+}
+
+/// The slope of an operator that others are least far from: beside it w is smallest, and passes come to an end soonest.
+fn middle(operator: &ScalarOperator) -> f64 {
+    let (least, most) = operator.slopes();
+    0.5 * (least + most)
+}
+
+/// By how much its slopes differ from that.
+fn spread(operator: &ScalarOperator) -> f64 {
+    let (least, most) = operator.slopes();
+    0.5 * (most - least)
+}
+
+/// The largest difference over the largest number; infinite if there was nothing before.
+fn distance(now: &[Vec<f64>], before: &[Vec<f64>]) -> f64 {
+    if before.is_empty() {
+        return f64::INFINITY;
+    }
+    let pairs = || now.iter().flatten().zip(before.iter().flatten());
+    let largest = pairs().fold(f64::MIN_POSITIVE, |largest, (now, _)| largest.max(now.abs()));
+    pairs().map(|(now, before)| (now - before).abs()).fold(0.0, f64::max) / largest
+}

@@ -1,0 +1,14 @@
+//! Several drives and positions that share their dynamics, with scalar hysteresis in front of or inside them.
+//!
+//! x+ = A x + B u + Bw w, q = Cq x + Dq u, w = H\[q\], y = C x + D u + offset. `operator` is one H; `model` the
+//! parameters, their checks and their file; `forward` runs it, `inverse` finds the drives for a whole reference.
+
+mod forward;
+mod inverse;
+mod model;
+mod operator;
+
+pub use forward::{MultiAxisForward, MultiAxisState};
+pub use inverse::Precompensation;
+pub use model::{FileError, Matrices, MultiAxisStage, SCHEMA};
+pub use operator::{OperatorState, ScalarOperator};

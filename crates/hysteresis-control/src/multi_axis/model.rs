@@ -1,0 +1,310 @@
+//! The parameters of a stage of several axes, their checks, and its file.
+
+use std::fmt;
+
+use hysteresis_core::{Error, check_all_finite};
+use nalgebra::DMatrix;
+use nalgebra::linalg::Schur;
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use serde::{Deserialize, Serialize};
+
+use super::operator::ScalarOperator;
+use crate::checks::check_positive;
+
+/// The schema of a saved stage of several axes.
+pub const SCHEMA: &str = "mpi_hyst/multi_axis_stage/1";
+
+/// The most states, drives, positions and operators.
+const MOST_STATES: usize = 256;
+
+/// The matrices of x+ = A x + B u + Bw w, q = Cq x + Dq u, y = C x + D u: n states, m drives, p positions and h
+/// operators.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Matrices {
+    /// A, n x n.
+    pub a: DMatrix<f64>,
+    /// B, n x m.
+    pub b: DMatrix<f64>,
+    /// Bw, n x h.
+    pub bw: DMatrix<f64>,
+    /// C, p x n.
+    pub c: DMatrix<f64>,
+    /// D, p x m.
+    pub d: DMatrix<f64>,
+    /// Cq, h x n: what of the states an operator sees.
+    pub cq: DMatrix<f64>,
+    /// Dq, h x m: what of the drives it sees.
+    pub dq: DMatrix<f64>,
+}
+
+/// Several axes with hysteresis in front of or inside their dynamics, sampled every `dt` seconds.
+///
+/// x(k+1) = A x(k) + B u(k) + Bw w(k), w_i = H_i\[q_i\], q = Cq x + Dq u, y = C x + D u + offset. It is causal: w acts
+/// from the next sample on, so nothing has to be solved. With Cq = 0 hysteresis stands in front of the dynamics, with
+/// another Cq inside them.
+///
+/// ```
+/// use hysteresis_control::multi_axis::{Matrices, MultiAxisForward, MultiAxisStage, ScalarOperator};
+/// use nalgebra::DMatrix;
+/// let matrices = Matrices {
+///     a: DMatrix::from_row_slice(2, 2, &[0.5, 0.1, 0.0, 0.6]),
+///     b: DMatrix::from_row_slice(2, 2, &[0.4, 0.0, 0.0, 0.3]),
+///     bw: DMatrix::from_row_slice(2, 2, &[0.1, 0.0, 0.0, 0.1]),
+///     c: DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 1.0]),
+///     d: DMatrix::from_row_slice(2, 2, &[0.0, 0.0, 0.0, 0.0]),
+///     cq: DMatrix::from_row_slice(2, 2, &[0.0, 0.0, 0.0, 0.0]),
+///     dq: DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 1.0]),
+/// };
+/// let plays = ScalarOperator::plays(&[0.2], &[1.0])?;
+/// let stage = MultiAxisStage::new(matrices, vec![plays.clone(), plays], vec![0.0, 0.0], 1e-3)?;
+/// let mut y = [0.0; 2];
+/// let mut forward = MultiAxisForward::new(&stage);
+/// forward.step(&[1.0, 0.0], &mut y)?;
+/// forward.step(&[1.0, 0.0], &mut y)?;
+/// assert_eq!(y, [0.4 + 0.1 * 0.8, 0.0]);
+/// # Ok::<(), hysteresis_core::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "File", into = "File")]
+pub struct MultiAxisStage {
+    matrices: Matrices,
+    operators: Vec<ScalarOperator>,
+    output_offset: Vec<f64>,
+    dt: f64,
+}
+
+impl MultiAxisStage {
+    /// From the matrices, an operator for each row of Cq, what is added to each position, and the interval in
+    /// seconds.
+    ///
+    /// Stability is that of the linear dynamics, and of what the largest and the smallest slopes of all operators
+    /// make of them: A + Bw diag(dw/dq) Cq. That is necessary, not sufficient, for bounded motion.
+    ///
+    /// # Errors
+    /// [`Error`] that names the matrix: unless shapes fit, all numbers are finite, there are 1 to 256 states, drives
+    /// and positions, and all these matrices have their eigenvalues inside the unit circle.
+    pub fn new(
+        matrices: Matrices,
+        operators: Vec<ScalarOperator>,
+        output_offset: Vec<f64>,
+        dt: f64,
+    ) -> Result<Self, Error> {
+        check_shapes(&matrices, operators.len(), output_offset.len())?;
+        check_all_finite("output_offset", &output_offset)?;
+        check_positive("dt", None, dt)?;
+        let slopes = operators.iter().map(ScalarOperator::slopes);
+        let (least, most): (Vec<f64>, Vec<f64>) = slopes.unzip();
+        let feedback = |slopes: &[f64]| {
+            let gains = DMatrix::from_fn(matrices.bw.nrows(), slopes.len(), |i, j| matrices.bw[(i, j)] * slopes[j]);
+            &matrices.a + gains * &matrices.cq
+        };
+        check_stable("a", "eigenvalues inside the unit circle", &matrices.a)?;
+        // In front of the dynamics operators change no eigenvalue.
+        if matrices.cq.iter().any(|entry| *entry != 0.0) {
+            let expected = "eigenvalues of a + bw diag(slopes of the operators) cq inside the unit circle";
+            check_stable("bw", expected, &feedback(&least))?;
+            check_stable("bw", expected, &feedback(&most))?;
+        }
+        Ok(Self { matrices, operators, output_offset, dt })
+    }
+
+    /// The matrices.
+    #[must_use]
+    pub fn matrices(&self) -> &Matrices {
+        &self.matrices
+    }
+
+    /// The operators, one for each row of Cq.
+    #[must_use]
+    pub fn operators(&self) -> &[ScalarOperator] {
+        &self.operators
+    }
+
+    /// What is added to each position.
+    #[must_use]
+    pub fn output_offset(&self) -> &[f64] {
+        &self.output_offset
+    }
+
+    /// The sampling interval in seconds.
+    #[must_use]
+    pub fn dt(&self) -> f64 {
+        self.dt
+    }
+
+    /// n.
+    #[must_use]
+    pub fn states(&self) -> usize {
+        self.matrices.a.nrows()
+    }
+
+    /// m.
+    #[must_use]
+    pub fn drives(&self) -> usize {
+        self.matrices.b.ncols()
+    }
+
+    /// p.
+    #[must_use]
+    pub fn positions(&self) -> usize {
+        self.matrices.c.nrows()
+    }
+
+    /// As JSON, every number exactly.
+    ///
+    /// # Errors
+    /// [`FileError::Json`], which no stage gives.
+    pub fn to_json(&self) -> Result<String, FileError> {
+        Ok(serde_json::to_string_pretty(self)?)
+    }
+
+    /// From what [`to_json`](Self::to_json) wrote.
+    ///
+    /// # Errors
+    /// [`FileError`] for another schema, an unknown or missing field, or numbers that no stage may have.
+    pub fn from_json(text: &str) -> Result<Self, FileError> {
+        let header: Header = serde_json::from_str(text)?;
+        if header.schema.as_deref() != Some(SCHEMA) {
+            return Err(FileError::Schema(header.schema));
+        }
+        let file: File = serde_json::from_str(text)?;
+        Self::try_from(file).map_err(FileError::Value)
+    }
+}
+
+fn check_shapes(matrices: &Matrices, operators: usize, offsets: usize) -> Result<(), Error> {
+    let Matrices { a, b, bw, c, d, cq, dq } = matrices;
+    let (n, m, p) = (a.nrows(), b.ncols(), c.nrows());
+    for (parameter, got) in [("a", n), ("b", m), ("c", p)] {
+        if !(1..=MOST_STATES).contains(&got) {
+            let expected = "a matrix for 1 to 256 states, drives and positions";
+            return Err(Error::whole(parameter, None, expected, got));
+        }
+    }
+    for (parameter, fits, expected, got) in [
+        ("a", a.is_square(), "a square matrix", a.ncols()),
+        ("b", b.nrows() == n, "as many rows as a", b.nrows()),
+        ("c", c.ncols() == n, "as many columns as a", c.ncols()),
+        ("d", d.nrows() == p, "as many rows as c", d.nrows()),
+        ("d", d.ncols() == m, "as many columns as b", d.ncols()),
+        ("cq", cq.nrows() == operators, "as many rows as there are operators", cq.nrows()),
+        ("cq", cq.ncols() == n, "as many columns as a", cq.ncols()),
+        ("dq", dq.nrows() == operators, "as many rows as there are operators", dq.nrows()),
+        ("dq", dq.ncols() == m, "as many columns as b", dq.ncols()),
+        ("bw", bw.nrows() == n, "as many rows as a", bw.nrows()),
+        ("bw", bw.ncols() == operators, "as many columns as there are operators", bw.ncols()),
+        ("operators", operators <= MOST_STATES, "at most 256 operators", operators),
+        ("output_offset", offsets == p, "a number for each row of c", offsets),
+    ] {
+        if !fits {
+            return Err(Error::whole(parameter, None, expected, got));
+        }
+    }
+    for (parameter, matrix) in [("a", a), ("b", b), ("bw", bw), ("c", c), ("d", d), ("cq", cq), ("dq", dq)] {
+        check_all_finite(parameter, matrix.as_slice())?;
+    }
+    Ok(())
+}
+
+fn check_stable(parameter: &'static str, expected: &'static str, matrix: &DMatrix<f64>) -> Result<(), Error> {
+    const ITERATIONS: usize = 10_000;
+    let mut balanced = matrix.clone();
+    balance_parlett_reinsch(&mut balanced);
+    let schur = if balanced.iter().all(|entry| entry.is_finite()) {
+        Schur::try_new(balanced, f64::EPSILON, ITERATIONS)
+    } else {
+        None
+    };
+    let eigenvalues = schur.map(|schur| schur.complex_eigenvalues());
+    let largest = eigenvalues.map_or(f64::INFINITY, |all| all.iter().map(|one| one.norm()).fold(0.0, f64::max));
+    if largest < 1.0 { Ok(()) } else { Err(Error::domain(parameter, None, expected, largest)) }
+}
+
+/// Why a saved stage of several axes cannot be read.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum FileError {
+    /// It is no JSON of this form.
+    Json(serde_json::Error),
+    /// It is of another schema, if of any.
+    Schema(Option<String>),
+    /// It holds numbers that no stage may have.
+    Value(Error),
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Json(error) => error.fmt(f),
+            Self::Schema(Some(got)) => write!(f, "schema: expected {SCHEMA:?}, got {got:?}"),
+            Self::Schema(None) => write!(f, "schema: expected {SCHEMA:?}, got none"),
+            Self::Value(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for FileError {}
+
+impl From<serde_json::Error> for FileError {
+    fn from(error: serde_json::Error) -> Self {
+        Self::Json(error)
+    }
+}
+
+/// Read first, alone.
+#[derive(Deserialize)]
+struct Header {
+    schema: Option<String>,
+}
+
+/// Matrices are lists of rows.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    schema: String,
+    dt: f64,
+    a: Vec<Vec<f64>>,
+    b: Vec<Vec<f64>>,
+    bw: Vec<Vec<f64>>,
+    c: Vec<Vec<f64>>,
+    d: Vec<Vec<f64>>,
+    cq: Vec<Vec<f64>>,
+    dq: Vec<Vec<f64>>,
+    operators: Vec<ScalarOperator>,
+    output_offset: Vec<f64>,
+}
+
+impl From<MultiAxisStage> for File {
+    fn from(stage: MultiAxisStage) -> Self {
+        let rows = |matrix: &DMatrix<f64>| matrix.row_iter().map(|row| row.iter().copied().collect()).collect();
+        let MultiAxisStage { matrices, operators, output_offset, dt } = stage;
+        let Matrices { a, b, bw, c, d, cq, dq } = &matrices;
+        let [a, b, bw, c, d, cq, dq] = [a, b, bw, c, d, cq, dq].map(rows);
+        Self { schema: SCHEMA.to_owned(), dt, a, b, bw, c, d, cq, dq, operators, output_offset }
+    }
+}
+
+impl TryFrom<File> for MultiAxisStage {
+    type Error = Error;
+
+    fn try_from(file: File) -> Result<Self, Error> {
+        let (n, m) = (file.a.len(), file.b.first().map_or(0, Vec::len));
+        let operators = file.operators.len();
+        let matrix = |parameter: &'static str, rows: &[Vec<f64>], columns: usize| {
+            if let Some(row) = rows.iter().find(|row| row.len() != columns) {
+                return Err(Error::Length { parameter, expected: columns, got: row.len() });
+            }
+            Ok(DMatrix::from_row_iterator(rows.len(), columns, rows.iter().flatten().copied()))
+        };
+        let matrices = Matrices {
+            a: matrix("a", &file.a, n)?,
+            b: matrix("b", &file.b, m)?,
+            bw: matrix("bw", &file.bw, operators)?,
+            c: matrix("c", &file.c, n)?,
+            d: matrix("d", &file.d, m)?,
+            cq: matrix("cq", &file.cq, n)?,
+            dq: matrix("dq", &file.dq, m)?,
+        };
+        Self::new(matrices, file.operators, file.output_offset, file.dt)
+    }
+}

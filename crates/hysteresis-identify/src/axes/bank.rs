@@ -1,0 +1,249 @@
+//! One scalar operator as the fit sees it: its output, and how that depends on its input, its past and its parameters.
+
+use hysteresis_control::multi_axis::ScalarOperator;
+use hysteresis_core::{Duhem, DuhemForward, MAX_KNOTS, Operator, Play, Process};
+
+use crate::error::Error;
+use crate::records::signal::as_f64;
+
+/// What f of a Duhem operator may not fall below, where 1 is where it begins.
+const LEAST_SLOPE: f64 = 1e-3;
+
+/// w = H\[q\].
+#[derive(Clone, Debug)]
+pub(super) enum Bank {
+    Plays {
+        thresholds: Vec<f64>,
+        weights: Vec<f64>,
+    },
+    /// The twin of plays without memory: w bends at every threshold, on the side of its sign.
+    Curve {
+        thresholds: Vec<f64>,
+        weights: Vec<f64>,
+    },
+    /// f+, then f-.
+    Duhem {
+        knots: Vec<f64>,
+        slopes: Vec<f64>,
+    },
+}
+
+/// A kind of operator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Plays,
+    Curve,
+    Duhem,
+}
+
+impl Bank {
+    /// With so many thresholds or knots for inputs within the reach on both sides of 0.
+    pub(super) fn new(kind: Kind, size: usize, reach: f64) -> Self {
+        let weights = vec![1.0 / as_f64(size); size];
+        match kind {
+            Kind::Plays => {
+                let thresholds = (1..=size).map(|j| reach * as_f64(j) / as_f64(size + 1)).collect();
+                Self::Plays { thresholds, weights }
+            }
+            Kind::Curve => {
+                let bend = |j: usize| reach * as_f64(j / 2 + 1) / as_f64(size / 2 + 1);
+                let thresholds = (0..size).map(|j| if j % 2 == 0 { bend(j) } else { -bend(j) }).collect();
+                Self::Curve { thresholds, weights }
+            }
+            Kind::Duhem => {
+                let knots: Vec<f64> = (0..size).map(|j| reach * (2.0 * as_f64(j) / as_f64(size - 1) - 1.0)).collect();
+                // Loops to begin with: of a straight line nothing tells in which direction loops would be better.
+                let rising = knots.iter().map(|z| 1.0 - 0.4 * z / reach);
+                let falling = knots.iter().map(|z| 1.0 + 0.4 * z / reach);
+                Self::Duhem { slopes: rising.chain(falling).collect(), knots }
+            }
+        }
+    }
+
+    /// Nearly the same operator with other thresholds or knots.
+    pub(super) fn refined(&self, size: usize, reach: f64) -> Self {
+        let mut fine = match self {
+            Self::Plays { .. } => Self::new(Kind::Plays, size, reach),
+            Self::Curve { .. } => Self::new(Kind::Curve, size, reach),
+            Self::Duhem { .. } => Self::new(Kind::Duhem, size, reach),
+        };
+        match (&mut fine, self) {
+            (Self::Plays { weights, .. }, Self::Plays { weights: before, .. })
+            | (Self::Curve { weights, .. }, Self::Curve { weights: before, .. }) => {
+                let count = weights.len();
+                for (j, weight) in weights.iter_mut().enumerate() {
+                    *weight = before[j * before.len() / count] * as_f64(before.len()) / as_f64(count);
+                }
+            }
+            (Self::Duhem { knots, slopes }, before) => {
+                if let Ok(duhem) = before.duhem() {
+                    let (rising, falling) = slopes.split_at_mut(knots.len());
+                    for ((z, up), down) in knots.iter().zip(rising).zip(falling) {
+                        (*up, *down) = (duhem.slope(*z, true), duhem.slope(*z, false));
+                    }
+                }
+            }
+            _ => {}
+        }
+        fine
+    }
+
+    pub(super) fn numbers(&self) -> &[f64] {
+        match self {
+            Self::Plays { weights, .. } | Self::Curve { weights, .. } => weights,
+            Self::Duhem { slopes, .. } => slopes,
+        }
+    }
+
+    pub(super) fn numbers_mut(&mut self) -> &mut [f64] {
+        match self {
+            Self::Plays { weights, .. } | Self::Curve { weights, .. } => weights,
+            Self::Duhem { slopes, .. } => slopes,
+        }
+    }
+
+    /// Numbers that an operator can have.
+    pub(super) fn clamp(&mut self) {
+        if let Self::Duhem { slopes, .. } = self {
+            for f in slopes {
+                *f = f.max(LEAST_SLOPE);
+            }
+        }
+    }
+
+    /// How many memories it has.
+    pub(super) fn elements(&self) -> usize {
+        if self.acts_on_memory() { 1 } else { self.numbers().len() }
+    }
+
+    /// Whether parameters change the memory, not what is made of it.
+    pub(super) fn acts_on_memory(&self) -> bool {
+        matches!(self, Self::Duhem { .. })
+    }
+
+    /// The weight of each memory.
+    pub(super) fn weights(&self) -> &[f64] {
+        match self {
+            Self::Plays { weights, .. } | Self::Curve { weights, .. } => weights,
+            Self::Duhem { .. } => &[1.0],
+        }
+    }
+
+    fn duhem(&self) -> Result<Duhem<MAX_KNOTS>, Error> {
+        match self {
+            Self::Duhem { knots, slopes } => {
+                let (rising, falling) = slopes.split_at(knots.len());
+                Ok(Duhem::new(knots, rising, falling)?)
+            }
+            _ => Ok(Duhem::new(&[-1.0, 1.0], &[1.0; 2], &[1.0; 2])?),
+        }
+    }
+
+    /// The operator of q where this one takes q times `gain`: w is the same. None for what has no memory.
+    pub(super) fn operator(&self, gain: f64) -> Result<Option<ScalarOperator>, Error> {
+        match self {
+            Self::Plays { thresholds, weights } => {
+                let thresholds: Vec<f64> = thresholds.iter().map(|r| r / gain).collect();
+                let weights: Vec<f64> = weights.iter().map(|weight| weight * gain).collect();
+                Ok(Some(ScalarOperator::plays(&thresholds, &weights)?))
+            }
+            Self::Curve { .. } => Ok(None),
+            Self::Duhem { knots, slopes } => {
+                let slopes: Vec<f64> = slopes.iter().map(|f| f * gain).collect();
+                let (rising, falling) = slopes.split_at(knots.len());
+                Ok(Some(ScalarOperator::duhem(Duhem::new(knots, rising, falling)?)))
+            }
+        }
+    }
+
+    pub(super) fn stream(&self) -> Result<BankStream, Error> {
+        Ok(match self {
+            Self::Plays { thresholds, weights } => {
+                let plays = thresholds.iter().map(|r| Play::new(*r)).collect::<Result<_, _>>()?;
+                BankStream::Plays { plays, weights: weights.clone(), outputs: vec![0.0; weights.len()] }
+            }
+            Self::Curve { thresholds, weights } => {
+                BankStream::Curve { thresholds: thresholds.clone(), weights: weights.clone() }
+            }
+            Self::Duhem { knots, .. } => {
+                BankStream::Duhem { knots: knots.clone(), forward: Box::new(DuhemForward::new(self.duhem()?)) }
+            }
+        })
+    }
+}
+
+/// An operator that runs.
+pub(super) enum BankStream {
+    Plays { plays: Vec<Play>, weights: Vec<f64>, outputs: Vec<f64> },
+    Curve { thresholds: Vec<f64>, weights: Vec<f64> },
+    Duhem { knots: Vec<f64>, forward: Box<DuhemForward<MAX_KNOTS>> },
+}
+
+/// How a memory follows from the one before, from q, and from the q before: their derivatives.
+pub(super) type Follows = [f64; 3];
+
+impl BankStream {
+    /// w for the next q; writes derivatives by the parameters (of w, or of the memory) and those of the memories.
+    #[inline]
+    pub(super) fn step(&mut self, q: f64, by_parameters: &mut [f64], follows: &mut [Follows]) -> f64 {
+        match self {
+            Self::Plays { plays, weights, outputs } => {
+                let mut sum = 0.0;
+                for (j, play) in plays.iter().enumerate() {
+                    let next = play.next(outputs[j], q);
+                    follows[j] = if next == outputs[j] { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+                    outputs[j] = next;
+                    by_parameters[j] = next;
+                    sum += weights[j] * next;
+                }
+                sum
+            }
+            Self::Curve { thresholds, weights } => {
+                let mut sum = 0.0;
+                for (j, r) in thresholds.iter().enumerate() {
+                    let beyond = if *r > 0.0 { (q - r).max(0.0) } else { (q - r).min(0.0) };
+                    follows[j] = [0.0, if beyond == 0.0 { 0.0 } else { 1.0 }, 0.0];
+                    by_parameters[j] = beyond;
+                    sum += weights[j] * beyond;
+                }
+                sum
+            }
+            Self::Duhem { knots, forward } => {
+                let (before, from) = (forward.output(), forward.input());
+                let z = forward.step(q);
+                by_parameters.fill(0.0);
+                if q == from {
+                    follows[0] = [1.0, 0.0, 0.0];
+                    return z;
+                }
+                let rising = q > from;
+                let duhem = forward.duhem();
+                let slope = duhem.slope(z, rising);
+                // Of a move nothing counts but its length.
+                follows[0] = [slope / duhem.slope(before, rising), slope, -slope];
+                let place = if rising { 0 } else { knots.len() };
+                by_slopes(knots, &mut by_parameters[place..place + knots.len()], (before, z), slope, |z| {
+                    duhem.slope(z, rising)
+                });
+                z
+            }
+        }
+    }
+}
+
+/// dz of the end of a move by f at each knot: f times the integral of its share over f^2, over z.
+fn by_slopes(knots: &[f64], sums: &mut [f64], (from, to): (f64, f64), slope: f64, at: impl Fn(f64) -> f64) {
+    // Gauss's rule with three places: steps are short beside the distance of knots.
+    const PLACES: [(f64, f64); 3] =
+        [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+    for (share, weight) in PLACES {
+        let z = from + share * (to - from);
+        let f = at(z);
+        let part = weight * (to - from) * slope / (f * f);
+        let above = knots.iter().position(|knot| z < *knot).unwrap_or(knots.len() - 1).max(1);
+        let (low, high) = (knots[above - 1], knots[above]);
+        let s = ((z - low) / (high - low)).clamp(0.0, 1.0);
+        sums[above - 1] += part * (1.0 - s);
+        sums[above] += part * s;
+    }
+}

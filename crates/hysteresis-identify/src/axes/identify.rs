@@ -1,0 +1,302 @@
+//! The way from records to a stage of several axes: linear at first, then with operators, coarse and fine.
+
+use super::bank::{Bank, Kind};
+use super::data::{AxesRecord, Data, Stretch};
+use super::descent::{Fit, descend, errors};
+use super::pass::{missed, reaches};
+use super::point::{Free, Point};
+use super::result::{AxesIdentification, AxesTrial, findings};
+use super::subspace::{Observability, fewest_samples};
+use crate::error::Error;
+use crate::records::signal::as_f64;
+
+/// A kind of hysteresis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AxesHysteresis {
+    /// None: linear dynamics.
+    None,
+    /// Sums of plays.
+    Plays,
+    /// Free Duhem operators.
+    Duhem,
+}
+
+impl AxesHysteresis {
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Plays => "plays",
+            Self::Duhem => "duhem",
+        }
+    }
+}
+
+/// Where hysteresis stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AxesPlace {
+    /// In front of the dynamics: an operator sees its drive.
+    InFront,
+    /// Inside them: it sees a combination of states and drives.
+    Inside,
+}
+
+impl AxesPlace {
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::InFront => "in_front",
+            Self::Inside => "inside",
+        }
+    }
+}
+
+/// How a stage of several axes is identified. By default everything is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AxesOptions {
+    /// The number of states. None takes what held-out samples ask for.
+    pub order: Option<usize>,
+    /// The kind of hysteresis. None takes what held-out samples ask for.
+    pub hysteresis: Option<AxesHysteresis>,
+    /// Where it stands. None takes what held-out samples ask for.
+    pub place: Option<AxesPlace>,
+    /// Leading samples of each record that are simulated but not fitted.
+    pub skip: usize,
+}
+
+/// The orders that are tried.
+const ORDERS: [usize; 14] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 28, 36];
+
+/// More states, and other structures, must lower the error of held-out samples to this share.
+const BETTER: f64 = 0.98;
+
+/// Steps of a descent: of numbers that enter linearly, to compare, and to the end.
+const LINEAR_STEPS: usize = 4;
+const COARSE_STEPS: usize = 15;
+const FINE_STEPS: usize = 40;
+
+/// Thresholds or knots at first, and at last.
+fn sizes(kind: Kind) -> (usize, usize) {
+    if kind == Kind::Duhem { (3, 5) } else { (4, 8) }
+}
+
+/// How far beyond what was reached knots lie.
+const MARGIN: f64 = 1.05;
+
+/// Identifies x+ = A x + B u + Bw w, q = Cq x + Dq u, w = H\[q\], y = C x + D u + offset from records of m drives and
+/// p positions that begin at rest.
+///
+/// It begins at the best linear model: a subspace method for A and C, least squares for the rest, the order by
+/// held-out samples, and Gauss-Newton (Levenberg-Marquardt) steps for all numbers. Then every drive gets an operator,
+/// plays or a Duhem operator, in front of the dynamics at first; then it may see the states. All numbers descend by
+/// forward tangents. Each structure is fitted to a part of the records and judged by a free simulation of the others
+/// (the last 30 % of several records, or of the samples of one). The best gets finer operators, if
+/// that pays, and is fitted to all.
+///
+/// # Errors
+/// [`Error::Record`] for signals of a wrong length or with numbers that are not finite; [`Error::Core`] for an option
+/// outside its domain, a column that does not vary, or records from which no model that runs comes;
+/// [`Error::TooFewSamples`].
+///
+/// ```
+/// use hysteresis_identify::{AxesOptions, AxesRecord, identify_axes};
+/// // One drive, one position: a lag of one sample.
+/// let mut seed = 1_u32;
+/// let mut random = || {
+///     seed = seed.wrapping_mul(1_664_525).wrapping_add(1);
+///     f64::from(seed >> 16)
+/// };
+/// let u: Vec<f64> = (0..2000).map(|_| random()).collect();
+/// let mut y = vec![0.0; 2000];
+/// for k in 1..2000 { y[k] = 0.8 * y[k - 1] + 0.1 * u[k - 1]; }
+/// let found = identify_axes(&[AxesRecord { u: &u, y: &y }], 1, 1, 1e-3, &AxesOptions::default())?;
+/// assert_eq!(found.model.operators().len(), 0);
+/// assert!(found.errors[0] < 1e-3 * 8000.0);
+/// # Ok::<(), hysteresis_identify::Error>(())
+/// ```
+pub fn identify_axes(
+    records: &[AxesRecord<'_>],
+    drives: usize,
+    positions: usize,
+    dt: f64,
+    options: &AxesOptions,
+) -> Result<AxesIdentification, Error> {
+    if !(dt > 0.0 && hysteresis_core::is_admissible(dt)) {
+        return Err(Error::domain("dt", None, "a finite number of seconds above 0", dt));
+    }
+    let data = Data::new(records, drives, positions, options.skip)?;
+    let (fitted, held_out) = data.split();
+    let mut search = Search { data: &data, fitted, held_out, tried: Vec::new(), passes: 0 };
+    let linear = search.linear(options.order)?;
+    let best = search.with_operators(&linear, options);
+    search.finish(&linear, best, dt)
+}
+
+/// A structure that was tried.
+#[derive(Clone)]
+pub(super) struct Candidate {
+    pub(super) fit: Fit,
+    pub(super) hysteresis: AxesHysteresis,
+    pub(super) place: Option<AxesPlace>,
+    /// The mean over the positions of errors over standard deviations, of held-out samples.
+    pub(super) held_out: f64,
+    pub(super) errors: Vec<f64>,
+}
+
+struct Search<'a> {
+    data: &'a Data,
+    fitted: Vec<Stretch>,
+    held_out: Vec<Stretch>,
+    tried: Vec<AxesTrial>,
+    passes: usize,
+}
+
+impl Search<'_> {
+    /// Descends, judges and notes.
+    fn tried(&mut self, start: &Point, free: Free, steps: usize, name: &str) -> Option<Candidate> {
+        let fit = descend(start, self.data, &self.fitted, free, steps)?;
+        self.passes += fit.passes;
+        let errors = errors(&missed(&fit.point, self.data, &self.held_out)?, self.data.positions);
+        let held_out = errors.iter().sum::<f64>() / as_f64(errors.len());
+        let samples = self.fitted.iter().map(|(_, range)| range.len()).sum::<usize>() * self.data.positions;
+        self.tried.push(AxesTrial {
+            name: name.to_owned(),
+            states: fit.point.states,
+            parameters: fit.point.clone().numbers_mut(free).len(),
+            fitted: (fit.squares / as_f64(samples)).sqrt(),
+            held_out,
+        });
+        Some(Candidate { fit, hysteresis: AxesHysteresis::None, place: None, held_out, errors })
+    }
+
+    /// The best linear model.
+    fn linear(&mut self, order: Option<usize>) -> Result<Candidate, Error> {
+        let expected = fewest_samples(self.data.drives, self.data.positions, self.fitted.len());
+        let got = self.fitted.iter().map(|(_, range)| range.len()).sum();
+        let few = || Error::TooFewSamples { expected, got };
+        let seen = Observability::new(self.data, &self.fitted).ok_or_else(few)?;
+        let most = seen.most_states();
+        if let Some(got) = order.filter(|order| !(1..=most).contains(order)) {
+            return Err(Error::whole("order", "a number of states that the records can tell, 1 to 40", got));
+        }
+        let bare = Free { dynamics: false, query: false };
+        let mut best: Option<Candidate> = None;
+        let mut worse = 0;
+        let asked = order.map(|order| [order]);
+        for order in asked.as_ref().map_or(&ORDERS[..], |order| order).iter().filter(|order| **order <= most) {
+            let start = seen.dynamics(*order);
+            let found = start.and_then(|start| self.tried(&start, bare, LINEAR_STEPS, "linear, by subspace"));
+            let Some(found) = found else { continue };
+            if best.as_ref().is_none_or(|best| found.held_out < BETTER * best.held_out) {
+                (best, worse) = (Some(found), 0);
+            } else {
+                worse += 1;
+            }
+            if worse == 3 {
+                break;
+            }
+        }
+        let expected = "records from which stable linear dynamics follow";
+        let best = best.ok_or_else(|| Error::whole("y", expected, self.data.records.len()))?;
+        let all = Free { dynamics: true, query: false };
+        let descended = self.tried(&best.fit.point, all, COARSE_STEPS, "linear");
+        Ok(descended.filter(|found| found.held_out < best.held_out).unwrap_or(best))
+    }
+
+    /// The best model with operators, as was asked for.
+    fn with_operators(&mut self, linear: &Candidate, options: &AxesOptions) -> Option<Candidate> {
+        let kinds: &[(Kind, AxesHysteresis)] = match options.hysteresis {
+            Some(AxesHysteresis::None) => &[],
+            Some(AxesHysteresis::Plays) => &[(Kind::Plays, AxesHysteresis::Plays)],
+            Some(AxesHysteresis::Duhem) => &[(Kind::Duhem, AxesHysteresis::Duhem)],
+            None => &[(Kind::Plays, AxesHysteresis::Plays), (Kind::Duhem, AxesHysteresis::Duhem)],
+        };
+        let mut best: Option<(Kind, Candidate)> = None;
+        for (kind, hysteresis) in kinds {
+            for found in self.places(*kind, &linear.fit.point, options.place) {
+                if best.as_ref().is_none_or(|(_, best)| found.held_out < BETTER * best.held_out) {
+                    best = Some((*kind, Candidate { hysteresis: *hysteresis, ..found }));
+                }
+            }
+        }
+        let (kind, best) = best?;
+        // What does as well without memory is told, and is no stage.
+        self.places(Kind::Curve, &linear.fit.point, best.place);
+        Some(self.refined(kind, best))
+    }
+
+    /// In front of the dynamics, then inside them.
+    fn places(&mut self, kind: Kind, linear: &Point, place: Option<AxesPlace>) -> Vec<Candidate> {
+        let size = sizes(kind).0;
+        let name = |place: &str| match kind {
+            Kind::Plays => format!("plays {place}"),
+            Kind::Curve => format!("curves without memory {place}"),
+            Kind::Duhem => format!("Duhem {place}"),
+        };
+        let start = linear.with_banks(|drive| Bank::new(kind, size, MARGIN * self.data.reach(drive)));
+        let free = Free { dynamics: true, query: false };
+        let front = self.tried(&start, free, COARSE_STEPS, &name("in front"));
+        let Some(front) = front.map(|found| Candidate { place: Some(AxesPlace::InFront), ..found }) else {
+            return Vec::new();
+        };
+        if place == Some(AxesPlace::InFront) {
+            return vec![front];
+        }
+        let free = Free { dynamics: true, query: true };
+        let inside = self.tried(&front.fit.point, free, COARSE_STEPS, &name("inside"));
+        let inside = inside.map(|found| Candidate { place: Some(AxesPlace::Inside), ..found });
+        if place.is_some() { inside.into_iter().collect() } else { std::iter::once(front).chain(inside).collect() }
+    }
+
+    /// More thresholds or knots over what is reached, and steps to the end, if that pays.
+    fn refined(&mut self, kind: Kind, coarse: Candidate) -> Candidate {
+        let free = Free { dynamics: true, query: coarse.place == Some(AxesPlace::Inside) };
+        let mut best = coarse;
+        for (size, name) in [(sizes(kind).0, "coarse, placed anew"), (sizes(kind).1, "fine")] {
+            let Some(reached) = reaches(&best.fit.point, self.data, &self.fitted) else { break };
+            let mut start = best.fit.point.clone();
+            for (bank, reach) in start.banks.iter_mut().zip(reached) {
+                *bank = bank.refined(size, MARGIN * reach);
+            }
+            if let Some(found) = self.tried(&start, free, FINE_STEPS, name)
+                && found.held_out < best.held_out
+            {
+                best = Candidate { hysteresis: best.hysteresis, place: best.place, ..found };
+            }
+        }
+        best
+    }
+
+    /// Fits the chosen model to all, and says how good it is.
+    fn finish(mut self, linear: &Candidate, best: Option<Candidate>, dt: f64) -> Result<AxesIdentification, Error> {
+        let chosen = match best {
+            Some(best) if best.held_out < linear.held_out => best,
+            _ => linear.clone(),
+        };
+        let data = self.data;
+        let all = data.all();
+        let free = Free { dynamics: true, query: chosen.place == Some(AxesPlace::Inside) };
+        let last = descend(&chosen.fit.point, data, &all, free, COARSE_STEPS);
+        let last = last.unwrap_or_else(|| chosen.fit.clone());
+        self.passes += last.passes;
+        let unable = || Error::whole("y", "records from which a model follows that can be run", data.records.len());
+        let model = last.point.stage(data, dt)?.ok_or_else(unable)?;
+        let residuals = missed(&last.point, data, &all).ok_or_else(unable)?;
+        let scaled = |errors: &[f64]| errors.iter().zip(&data.position_scale).map(|(e, s)| e * s).collect::<Vec<_>>();
+        let relative = errors(&residuals, data.positions);
+        Ok(AxesIdentification {
+            model,
+            hysteresis: chosen.hysteresis.name().to_owned(),
+            place: chosen.place.map_or("none", AxesPlace::name).to_owned(),
+            errors: scaled(&relative),
+            held_out_errors: scaled(&chosen.errors),
+            linear_errors: scaled(&linear.errors),
+            deviations: data.position_scale.clone(),
+            warnings: findings(&self.tried, linear, &chosen, &residuals, data),
+            tried: self.tried,
+            evaluations: self.passes,
+        })
+    }
+}

@@ -1,0 +1,19 @@
+//! A stage of several axes with hysteresis in front of or inside its dynamics: from records with several drives and
+//! positions to x+ = A x + B u + Bw w, q = Cq x + Dq u, w = H\[q\], y = C x + D u.
+//!
+//! `data` are records in units of their own size. `subspace` finds the best linear dynamics, `point` is what is
+//! searched, `bank` an operator with its derivatives, `pass` the normal equations of a point, `descent` the way to a
+//! better one. `identify` goes from the linear model to ever more, and `result` is what comes out.
+
+mod bank;
+mod data;
+mod descent;
+mod identify;
+mod pass;
+mod point;
+mod result;
+mod subspace;
+
+pub use data::AxesRecord;
+pub use identify::{AxesHysteresis, AxesOptions, AxesPlace, identify_axes};
+pub use result::{AxesIdentification, AxesTrial};

@@ -1,0 +1,184 @@
+"""Several axes with hysteresis in front of or inside shared dynamics: equations, identification."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import mpi_hyst as mh
+import numpy as np
+import pytest
+from reference import axes as reference
+from reference import duhem as reference_duhem
+from support import Array
+
+DT = 1e-3
+MATRICES: dict[str, Any] = {
+    "a": [[0.6, 0.3, 0.0], [-0.3, 0.6, 0.1], [0.0, 0.0, 0.5]],
+    "b": [[0.2, 0.0], [0.1, 0.3], [0.0, 0.4]],
+    "bw": [[0.05, 0.0], [0.0, -0.04], [0.02, 0.03]],
+    "c": [[1.0, 0.0, 0.2], [0.0, 1.0, -0.1]],
+    "d": [[0.0, 0.01], [0.02, 0.0]],
+    "cq": [[0.3, 0.0, 0.0], [0.0, 0.2, 0.1]],
+    "dq": [[1.0, 0.0], [0.0, 0.8]],
+}
+PLAYS = ([0.1, 0.4], [0.7, -0.2])
+KNOTS = ([-1.0, 0.0, 1.0], [1.4, 1.0, 0.6], [0.6, 1.0, 1.4])
+OFFSET = [0.5, -0.5]
+
+
+def stage(**changes: Any) -> mh.MultiAxisStage:
+    operators = [PLAYS, mh.Duhem(*KNOTS)]
+    parts = {**MATRICES, "operators": operators, "output_offset": OFFSET, "dt": DT, **changes}
+    return mh.MultiAxisStage(**parts)
+
+
+def drive(samples: int, seed: int) -> Array:
+    noise = np.random.default_rng(seed).standard_normal((samples, 2))
+    return np.column_stack([np.convolve(one, np.ones(8) / 3.0, "same") for one in noise.T])
+
+
+def expected(u: Array) -> Array:
+    operators: list[Any] = [reference.Plays(*PLAYS), reference_duhem.Duhem(*KNOTS)]
+    found: Any = reference.positions(MATRICES, operators, OFFSET, u.tolist())
+    return np.asarray(found)
+
+
+def test_positions_are_those_of_the_equations() -> None:
+    u = drive(400, 1)
+    forward = stage().forward()
+    y = forward.run(u)
+    assert np.abs(y - expected(u)).max() < 1e-13
+    one, out = stage().forward(), np.empty(2)
+    for row, wanted in zip(u, y, strict=True):
+        assert one.step(row, out=out) is out and (out == wanted).all()
+    forward.reset()
+    filled = np.empty((400, 2))
+    assert forward.run(u, out=filled) is filled and (filled == y).all()
+
+
+def test_a_saved_state_goes_on_bit_for_bit() -> None:
+    u = drive(60, 2)
+    one, other = stage().forward(), stage().forward()
+    one.run(u[:30])
+    other.state = one.state
+    assert (one.run(u[30:]) == other.run(u[30:])).all()
+
+
+def test_a_stage_in_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "axes.json"
+    stage().save(path)
+    assert mh.MultiAxisStage.load(path) == stage()
+    path.write_text("{}", "utf-8")
+    with pytest.raises(ValueError, match=r'axes\.json: schema: expected "mpi_hyst/multi_axis'):
+        mh.MultiAxisStage.load(path)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: stage(b=[[1.0, 0.0]]), "b: expected as many rows as a, got 1"),
+        (lambda: stage(a=[1.0]), r"a: expected a matrix, got shape \(1,\)"),
+        (lambda: stage(a=np.eye(3)), "a: expected eigenvalues inside the unit circle, got 1.0"),
+        (lambda: stage(dt=0.0), "dt: expected a finite number above 0 .*, got 0.0"),
+        (lambda: stage(operators=[PLAYS, 3.0]), r"operators\[1\]: expected a mh.Duhem, or a pair"),
+        (
+            lambda: stage(operators=[PLAYS, ([-1.0], [1.0])]),
+            r"operators\[1\]: .*thresholds\[0\]: expected a number from 0 to 1e50, got -1.0",
+        ),
+        (lambda: stage().forward().step([1.0]), r"u: expected an array of shape \(2,\), got"),
+        (
+            lambda: stage().forward().run([[1.0, 2.0]], out=np.empty((1, 3))),
+            "out: expected a C-cont",
+        ),
+    ],
+)
+def test_wrong_arguments_are_named(call: Callable[[], object], message: str) -> None:
+    with pytest.raises((ValueError, TypeError), match=message):
+        call()
+
+
+def plant(u: Array, hysteresis: bool) -> Array:
+    """Two coupled modes behind plays, or without them, written without the package."""
+    bw = np.array(MATRICES["bw"]) * (8.0 if hysteresis else 0.0)
+    matrices = {**MATRICES, "bw": bw.tolist(), "cq": np.zeros((2, 3)).tolist()}
+    operators = [reference.Plays([0.3, 0.8, 1.5], [0.5, 0.4, 0.3]) for _ in range(2)]
+    found: Any = reference.positions(matrices, operators, OFFSET, u.tolist())
+    return np.asarray(found)
+
+
+def records(hysteresis: bool) -> tuple[list[Array], list[Array]]:
+    u = [drive(1500, seed) for seed in (3, 4, 5)]
+    noise = np.random.default_rng(6)
+    return u, [plant(one, hysteresis) + 1e-3 * noise.standard_normal((1500, 2)) for one in u]
+
+
+def test_plays_are_found_and_predict() -> None:
+    u, y = records(hysteresis=True)
+    found = mh.identify_axes(u, y, dt=DT, order=3, skip=20)
+    assert found.hysteresis != "none"
+    assert (found.held_out_errors < 0.3 * found.linear_errors).all()
+    test = drive(1000, 7)
+    missed = found.model.forward().run(test) - plant(test, hysteresis=True)
+    assert (missed[20:].std(axis=0) < 0.02 * found.deviations).all()
+    assert "hysteresis_inside_not_told" not in {finding.code for finding in found.warnings}
+    assert "Tried" in found.summary()
+
+
+def test_a_linear_stage_has_no_hysteresis() -> None:
+    u, y = records(hysteresis=False)
+    found = mh.identify_axes(u, y, dt=DT)
+    assert found.verdict == "amber"
+    assert {finding.code for finding in found.warnings} == {"hysteresis_inside_not_told"}
+    assert (found.errors < 1.2e-3).all()
+    assert max(abs(np.linalg.eigvals(found.model.a))) < 1.0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"y": np.zeros(30)}, r"y: expected an array of shape \(samples, channels\), got shape"),
+        ({"y": np.zeros((29, 1))}, "y: expected 30 samples, got 29"),
+        ({"u": [np.zeros((30, 1))] * 2}, "y: expected as many records as u has, 2, got 1"),
+        ({"dt": -1.0}, "dt: expected a finite number of seconds above 0, got -1.0"),
+        ({"skip": 30}, "skip"),
+        ({"order": 99}, "samples|order"),
+        ({"hysteresis": "many"}, 'hysteresis: expected "auto", "none", "plays" or "duhem"'),
+        ({"place": 3}, 'place: expected "auto", "in_front" or "inside"'),
+    ],
+)
+def test_wrong_records_are_named(change: dict[str, Any], message: str) -> None:
+    ramp = np.arange(30.0)[:, None]
+    arguments: dict[str, Any] = {"u": ramp, "y": ramp, "dt": DT, **change}
+    with pytest.raises((ValueError, TypeError), match=message):
+        mh.identify_axes(**arguments)
+
+
+def test_a_reference_is_followed_by_the_plant() -> None:
+    """Open loop, on a plant written without the package, by the drives of an identified model."""
+    u, y = records(hysteresis=True)
+    model = mh.identify_axes(u, y, dt=DT, order=3, skip=20, hysteresis="plays").model
+    linear = mh.identify_axes(u, y, dt=DT, order=3, skip=20, hysteresis="none").model
+    time = np.arange(1200) * DT
+    soft = np.clip((time - 0.1) / 0.1, 0.0, 1.0) ** 2
+    wanted = np.column_stack([soft * np.sin(30.0 * time), 0.6 * soft * np.sin(50.0 * time)])
+
+    def missed(stage: mh.MultiAxisStage) -> Array:
+        reference = model.output_offset + wanted
+        drives, told = stage.precompensate(reference)
+        assert (told < 5e-3 * wanted.std(axis=0)).all()
+        error = plant(drives, hysteresis=True) - reference
+        # Offsets of records from rest are told apart from the plays' by few samples alone.
+        return np.asarray((error - error.mean(axis=0)).std(axis=0) / wanted.std(axis=0))
+
+    assert (missed(model) < 0.05).all()
+    assert (missed(linear) > 0.1).all()
+
+
+def test_only_square_stages_have_an_inverse() -> None:
+    wide = stage(c=[[1.0, 0.0, 0.2]], d=[[0.0, 0.01]], output_offset=[0.0])
+    with pytest.raises(ValueError, match="reference: expected a stage with as many drives"):
+        wide.precompensate(np.zeros((10, 1)))
+    with pytest.raises(ValueError, match=r"reference: expected an array of shape \(samples, 2\)"):
+        stage().precompensate(np.zeros((10, 1)))
