@@ -322,7 +322,9 @@ def test_load_cell_from_known_loads() -> None:
 def test_lengths_of_the_wrong_sign_are_refused() -> None:
     u, y, pairs = simulated()
     lengths = [(one[0], one[1], one[2], -one[3]) for one in lengths_of(y, [(50, 150)])]
-    with pytest.raises(ValueError, match=r"lengths\[0\]: expected a distance that rises with the drive"):
+    with pytest.raises(
+        ValueError, match=r"lengths\[0\]: expected a distance that rises with the drive"
+    ):
         mh.identify_places(u, pairs, lengths, dt=0.005)
 
 

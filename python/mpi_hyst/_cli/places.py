@@ -120,9 +120,7 @@ class Request:
         metavar="SECONDS",
         help="Time constant by which the position is behind the temperature.  [default: fitted]",
     )
-    corrected: Path | None = option(
-        help="Trace of the last scan on an even grid, to write (.npy)."
-    )
+    corrected: Path | None = option(help="Trace of the last scan on an even grid, to write (.npy).")
     report_path: Path | None = report()
     sampled: Sampled = group(Sampled, what="drive")
 
@@ -187,7 +185,12 @@ def run(request: Request) -> str:
 
 def _names(request: Request) -> dict[str, str]:
     """Return the options and files that stand for arguments of the library."""
-    names = {**flags(Request), "drives": str(request.drives[0]), "at": "--before", "positions": "--before"}
+    names = {
+        **flags(Request),
+        "drives": str(request.drives[0]),
+        "at": "--before",
+        "positions": "--before",
+    }
     lengths = "--fringes" if request.lengths is None else str(request.lengths)
     return names | {"dt": "--rate", "lengths": lengths}
 

@@ -166,7 +166,7 @@ impl TermSearch<'_> {
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Option<Candidate>, Error> {
         let mut better: Option<Candidate> = None;
-        if !self.leaves_something(from)? || !self.variety.amplitudes && self.left(from) < LEAST_LEFT_OF_LIKE_LOOPS {
+        if !self.leaves_something(from) || !self.variety.amplitudes && self.left(from) < LEAST_LEFT_OF_LIKE_LOOPS {
             return Ok(None);
         }
         for row in TABLE.iter().filter(|row| row.is_costly == costly) {
@@ -323,12 +323,9 @@ impl TermSearch<'_> {
     }
 
     /// Whether a fit leaves more than rounding or white noise, which no term explains.
-    fn leaves_something(&self, one: &Candidate) -> Result<bool, Error> {
-        if one.fit.is_exact() {
-            return Ok(false);
-        }
+    fn leaves_something(&self, one: &Candidate) -> bool {
         let problem = self.problem(&one.options, &one.basis);
-        Ok(problem.colour(&problem.at(&one.place.space, &one.place.point)?).is_coloured())
+        !one.fit.is_exact() && problem.colour_in(&one.place.space, &one.fit).is_coloured()
     }
 
     /// The root mean square of what a candidate leaves, as a share of the range.

@@ -51,19 +51,26 @@ impl JointFit {
 
     /// What it predicts; `dt` for records that have no sampling interval.
     pub(crate) fn chain(&self, dt: f64) -> Chain {
-        Chain {
-            operators: self.space.operators(&self.fit.point),
-            weights: self.fit.weights.clone(),
-            linear: self.space.linear_part(&self.fit.point),
-            underway: self.fit.underway.clone(),
-            creep_underway: self.space.underway().clone(),
-            dt,
-        }
+        self.fit.chain(&self.space, dt)
     }
 
     /// The dead time in samples of the fastest record.
     pub(crate) fn dead_time_samples(&self) -> f64 {
         self.fit.point.get(Parameter::DeadTime) / self.space.intervals().smallest()
+    }
+}
+
+impl ProjectedFit {
+    /// What it predicts in the space that it was fitted in; `dt` for records that have no sampling interval.
+    fn chain(&self, space: &Space, dt: f64) -> Chain {
+        Chain {
+            operators: space.operators(&self.point),
+            weights: self.weights.clone(),
+            linear: space.linear_part(&self.point),
+            underway: self.underway.clone(),
+            creep_underway: space.underway().clone(),
+            dt,
+        }
     }
 }
 
@@ -128,10 +135,19 @@ impl JointProblem<'_> {
 impl JointProblem<'_> {
     /// How the residuals of all records follow from each other.
     pub(crate) fn colour(&self, found: &JointFit) -> Colour {
+        self.colour_of(self.residuals(found))
+    }
+
+    /// The same of a fit in a space.
+    pub(crate) fn colour_in(&self, space: &Space, fit: &ProjectedFit) -> Colour {
+        self.colour_of(self.residuals_in(space, fit))
+    }
+
+    fn colour_of(&self, residuals: impl Iterator<Item = Vec<f64>>) -> Colour {
         let of_record = |(record, residual): (&Record<'_>, Vec<f64>)| {
             (Colour::new(&residual, record.output_range()), as_f64(record.fitted_samples()))
         };
-        Colour::pooled(&self.records.iter().zip(self.residuals(found)).map(of_record).collect::<Vec<_>>())
+        Colour::pooled(&self.records.iter().zip(residuals).map(of_record).collect::<Vec<_>>())
     }
 
     /// By how many variances of the noise of each record one fit lowers the sums of squares of another, all together.
@@ -157,10 +173,15 @@ impl JointProblem<'_> {
 
     /// What a fit leaves of the fitted samples of every record.
     pub(crate) fn residuals(&self, found: &JointFit) -> impl Iterator<Item = Vec<f64>> {
-        let chain = found.chain(1.0);
+        self.residuals_in(&found.space, &found.fit)
+    }
+
+    /// The same of a fit in a space.
+    fn residuals_in(&self, space: &Space, fit: &ProjectedFit) -> impl Iterator<Item = Vec<f64>> {
+        let chain = fit.chain(space, 1.0);
         self.records.iter().enumerate().map(move |(place, record)| {
-            let predicted = chain.response_in(place, record.input(), found.space.intervals().of_record(place));
-            let left = |k: usize| record.output()[k] - predicted[k] - found.fit.output_offsets[place];
+            let predicted = chain.response_in(place, record.input(), space.intervals().of_record(place));
+            let left = |k: usize| record.output()[k] - predicted[k] - fit.output_offsets[place];
             record.fitted().map(left).collect()
         })
     }

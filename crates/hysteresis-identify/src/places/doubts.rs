@@ -111,9 +111,10 @@ pub(crate) fn missed_lengths(given: &Given<'_>, errors: &[f64]) -> Option<Findin
     let way = |instant: f64, drive: usize| value_at(given.drives[drive], instant);
     let steps: Vec<f64> =
         given.lengths.iter().map(|known| way(known.to, known.drive) - way(known.from, known.drive)).collect();
-    let (both, square) = steps.iter().zip(given.lengths).fold((0.0, 0.0), |(both, square), (step, known)| {
-        (both + step * known.length, square + step * step)
-    });
+    let (both, square) = steps
+        .iter()
+        .zip(given.lengths)
+        .fold((0.0, 0.0), |(both, square), (step, known)| (both + step * known.length, square + step * step));
     let slope = if square > 0.0 { both / square } else { 0.0 };
     let of_line: Vec<f64> = steps.iter().zip(given.lengths).map(|(step, known)| slope * step - known.length).collect();
     let value = rms(errors) / rms(&of_line);
@@ -131,7 +132,8 @@ pub(crate) fn missed_lengths(given: &Given<'_>, errors: &[f64]) -> Option<Findin
 pub(crate) fn untold_positions(given: &Given<'_>, spread: &Spread, range: f64) -> Option<Finding> {
     let of_drive = |drive: &&[f64]| rms(&spread.of(drive, given.dt));
     let value = given.drives.iter().map(of_drive).fold(0.0, f64::max) / range;
-    let message = format!("the standard error of positions along the drives is {:.2} % of the range, rms", 100.0 * value);
+    let message =
+        format!("the standard error of positions along the drives is {:.2} % of the range, rms", 100.0 * value);
     (value > MOST_UNTOLD).then(|| Finding::new(FindingCode::PositionsNotTold, value, MOST_UNTOLD, message))
 }
 
@@ -152,7 +154,9 @@ fn beginning(given: &Given<'_>, weighed: &Weighed) -> Option<Finding> {
         let message = format!(
             "pairs of drive {number} with an instant before sample {end:.0} are missed by {early:.3e} rms, later ones by {late:.3e}"
         );
-        let hint = format!("leave out pairs and lengths before sample {end:.0}, or give the drive before its first sample, too");
+        let hint = format!(
+            "leave out pairs and lengths before sample {end:.0}, or give the drive before its first sample, too"
+        );
         let finding = Finding::new(FindingCode::StartUpTransient, early / late, MOST_AT_THE_BEGINNING, message);
         finding.try_next(hint)
     };

@@ -1,0 +1,129 @@
+"""Stages of twelve kinds, each simulated by a few lines of its own, and records of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import mpi_hyst as mh
+import numpy as np
+from support import Array
+
+DT = 2e-3  # s
+NOISE = 5e-4  # of the range
+
+
+@dataclass(frozen=True)
+class Stage:
+    name: str
+    low: float
+    high: float
+    position: Callable[[Array], Array]
+
+
+def plays(u: Array, thresholds: Array, weights: Array) -> Array:
+    return mh.PrandtlIshlinskii(weights, thresholds).forward().run(u)
+
+
+def usual(u: Array, half: float = 50.0) -> Array:
+    """Plays of a piezo stack over a range of twice half."""
+    thresholds = np.linspace(0.0, 0.9 * half, 19)
+    return plays(u, thresholds, np.r_[0.6, 0.04 * np.exp(-thresholds[1:] / (0.5 * half))])
+
+
+def lagged(x: Array, time: float) -> Array:
+    """Return x behind a lag of first order, at rest at its first value."""
+    share, out, last = -np.expm1(-DT / time), np.empty(x.size), x[0]
+    for k, now in enumerate(x.tolist()):
+        out[k] = last
+        last += share * (now - last)
+    return out
+
+
+def ringing(x: Array, frequency: float, damping: float) -> Array:
+    """Return x behind a mode, in small steps of a held input."""
+    w, n = 2.0 * np.pi * frequency, 40
+    h, p, v, out = DT / n, x[0], 0.0, np.empty(x.size)
+    for k, now in enumerate(x.tolist()):
+        out[k] = p
+        for _ in range(n):
+            v += h * (w * w * (now - p) - 2.0 * damping * w * v)
+            p += h * v
+    return out
+
+
+def bouc_wen(u: Array) -> Array:
+    h, last, out = 0.0, float(u[0]), np.empty(u.size)
+    for k, now in enumerate(u.tolist()):
+        steps = max(1, int(abs(now - last) / 0.2))
+        du = (now - last) / steps
+        for _ in range(steps):
+            h += du - 0.03 * abs(du) * h - 0.012 * du * abs(h)
+        last = now
+        out[k] = 0.8 * now - 0.4 * h
+    return out
+
+
+def preisach(u: Array) -> Array:
+    """Relays of random thresholds that are drawn once, and a line."""
+    rng = np.random.default_rng(8)
+    up = rng.uniform(-50.0, 50.0, 400)
+    down = up - rng.exponential(25.0, 400)
+    state, out = np.where(u[0] >= up, 1.0, -1.0), np.empty(u.size)
+    for k, now in enumerate(u.tolist()):
+        state = np.where(now >= up, 1.0, np.where(now <= down, -1.0, state))
+        out[k] = state.mean()
+    return 20.0 * out + 0.5 * u
+
+
+def curved(x: Array) -> Array:
+    return x + 2.5e-3 * x**2 + 2e-5 * x**3
+
+
+def creeping(u: Array) -> Array:
+    x = usual(u)
+    return x + sum(0.012 * lagged(x, time) for time in (0.1, 1.0, 10.0))
+
+
+STAGES = [
+    Stage("plays", -50.0, 50.0, usual),
+    Stage("plays to one side", 0.0, 100.0, usual),
+    Stage("Bouc-Wen", -50.0, 50.0, bouc_wen),
+    Stage("relays", -50.0, 50.0, preisach),
+    Stage("saturating drive", -50.0, 50.0, lambda u: usual(45.0 * np.tanh(u / 45.0))),
+    Stage("curved position", -50.0, 50.0, lambda u: curved(usual(u))),
+    Stage("creep of three decades", -50.0, 50.0, creeping),
+    Stage("lag behind", -50.0, 50.0, lambda u: lagged(usual(u), 8e-3)),
+    Stage("lag in front", -50.0, 50.0, lambda u: usual(lagged(u, 1.2e-2))),
+    Stage("mode", -50.0, 50.0, lambda u: ringing(usual(u), 40.0, 0.05)),
+    Stage("mode of a square", 0.0, 100.0, lambda u: ringing(usual(u) ** 2 / 60.0, 40.0, 0.05)),
+    Stage("one side curved", -50.0, 50.0, lambda u: usual(u) + 0.002 * np.maximum(u, 0.0) ** 2),
+]
+
+
+def loops(stage: Stage, sizes: list[float]) -> Array:
+    """Return straight loops about the middle, at 2 Hz for a full one."""
+    middle, half = 0.5 * (stage.low + stage.high), 0.5 * (stage.high - stage.low)
+    corners = [0.0]
+    for size in sizes:
+        corners += [middle + half * size, middle - half * size]
+    step = 8.0 * half * DT
+    ways = [
+        np.linspace(a, b, max(2, round(abs(b - a) / step)), endpoint=False)
+        for a, b in pairwise(corners)
+    ]
+    return np.concatenate([*ways, [corners[-1]]])
+
+
+def alike(stage: Stage) -> Array:
+    return loops(stage, [1.0] * 3)
+
+
+def varied(stage: Stage) -> Array:
+    return loops(stage, [1.0, 0.8, 0.6, 0.4, 0.2, 0.5, 0.9, 0.3, 0.7])
+
+
+def measured(stage: Stage, u: Array, seed: int = 3) -> Array:
+    y = stage.position(u)
+    return y + np.random.default_rng(seed).normal(0.0, NOISE * np.ptp(y), u.size)

@@ -1,0 +1,87 @@
+"""A law: `identify` by default is not worse than the same call with any one setting fixed.
+
+What is left open is chosen by how stretches of the records are predicted, so a fixed setting may
+fit a little better: by chance, or by less than a term must gain. Where loops vary that is a tenth
+of the error, and what chance adds; then other loops tell the same. Where loops are all alike one
+predicts the other with any term that fits, so there a term must halve the error: a map that fits
+relays 1.5 times as well as the default predicts other loops 2.3 times as badly.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mpi_hyst as mh
+import numpy as np
+import pytest
+from law_stages import DT, STAGES, Stage, alike, loops, measured, varied
+from support import Array
+
+FIXED: dict[str, dict[str, Any]] = {
+    "no dynamics": {"dynamics": None},
+    "split weights": {"weights": "split"},
+    "map in front": {"input_map": "smooth"},
+    "map behind": {"output_map": "smooth"},
+    "smoothness": {"smoothness": 1e-3},
+}
+
+# Errors that are nothing, in % of the range, where the noise is 0.05.
+NOTHING = 0.02
+
+# By which factor a fixed setting is better than the default where the law is broken today, in
+# sample and on other loops: the search with the smoothness left open ends elsewhere than the one
+# with a usual smoothness from the beginning, which a map stands in for.
+KNOWN: dict[tuple[str, str], float] = {
+    ("relays", "map in front"): 1.4,  # 0.49 % for 0.38 %
+    ("relays", "smoothness"): 1.4,  # 0.49 % for 0.37 %
+    ("mode of a square", "map behind"): 1.7,  # 0.16 % for 0.10 %
+    ("mode of a square", "smoothness"): 2.5,  # 0.16 % for 0.07 %
+}
+
+# Of the other stages `make test-random` tells.
+FEW = {"plays", "relays", "mode", "mode of a square"}
+EACH = [
+    pytest.param(stage, id=stage.name, marks=[] if stage.name in FEW else pytest.mark.slow)
+    for stage in STAGES
+]
+
+
+def errors(stage: Stage, u: Array, y: Array, setting: dict[str, Any]) -> Array:
+    """Return what a fit leaves in sample, and of other loops without noise, in % of the range."""
+    found = mh.identify(u, y, dt=DT, **setting)
+    other = loops(stage, [0.95, 0.5, 0.8, 0.35, 0.7])
+    off = np.std(np.asarray(found.predict(other, dt=DT)) - stage.position(other))
+    return np.array([found.fit.rmse, off]) * 100.0 / np.ptp(y)
+
+
+def broken(stage: Stage, u: Array, names: list[str], limit: float, judged: int) -> list[str]:
+    """Return which settings are better than the default, of so many of the errors."""
+    y = measured(stage, u)
+    default, told = errors(stage, u, y, {}), []
+    for name in names:
+        fixed = errors(stage, u, y, FIXED[name])
+        factor = KNOWN.get((stage.name, name), limit)
+        if (default > factor * fixed + NOTHING)[:judged].any():
+            told.append(f"{default.round(3)} % by default, {fixed.round(3)} % with {name}")
+    return told
+
+
+@pytest.mark.parametrize("stage", EACH)
+def test_loops_that_vary(stage: Stage) -> None:
+    assert broken(stage, varied(stage), list(FIXED), 1.25, 2) == []
+
+
+@pytest.mark.parametrize("stage", EACH)
+def test_loops_that_are_all_alike(stage: Stage) -> None:
+    names = ["no dynamics", "split weights", "smoothness"]
+    assert broken(stage, alike(stage), names, 2.0, 1) == []
+
+
+def test_the_measured_stack() -> None:
+    major, decaying = (mh.datasets.piezo_stack(f"{name}_loops") for name in ("major", "decaying"))
+    records = [(major.u[:8000:5], major.y[:8000:5]), (decaying.u[:3850:5], decaying.y[:3850:5])]
+    left = {
+        name: mh.identify(records, dt=0.025, skip=[200, 80], **setting).fit.rmse
+        for name, setting in {"default": {}, **FIXED}.items()
+    }
+    assert left["default"] <= 1.25 * min(left.values()), left
