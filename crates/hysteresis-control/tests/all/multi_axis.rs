@@ -154,7 +154,11 @@ fn drives_that_are_no_numbers_count_as_the_last() {
 fn drives_of_a_reference_are_followed() {
     let samples = 600;
     let bump = |k: usize, at: usize| {
-        if k.abs_diff(at) < 100 { 0.5 + 0.5 * (k.abs_diff(at) as f64 * 0.0314).cos() } else { 0.0 }
+        if k.abs_diff(at) < 100 {
+            0.5 + 0.5 * (f64::from(u32::try_from(k.abs_diff(at)).unwrap()) * 0.0314).cos()
+        } else {
+            0.0
+        }
     };
     let reference: Vec<f64> = (0..samples).flat_map(|k| [0.5 + bump(k, 200), -0.5 - 0.6 * bump(k, 300)]).collect();
     let found = stage().precompensate(&reference).unwrap();
