@@ -21,6 +21,7 @@ pub mod binary;
 mod checks;
 pub mod feedforward;
 pub mod filters;
+mod json_file;
 pub mod learning;
 pub mod linear;
 pub mod multi_axis;

@@ -49,13 +49,11 @@ impl MultiAxisForward {
             .flat_map(|j| a.column(j).iter().chain(&c.column(j)).chain(&cq.column(j)).copied().collect::<Vec<_>>());
         let from_drives = (0..b.ncols())
             .flat_map(|j| b.column(j).iter().chain(&d.column(j)).chain(&dq.column(j)).copied().collect::<Vec<_>>());
-        let operators = stage.operators().iter().map(OperatorStream::new).collect::<Result<Vec<_>, Error>>();
         Self {
             through: from_states.chain(from_drives).collect(),
             bw: bw.as_slice().into(),
             output_offset: stage.output_offset().into(),
-            // They were checked where they were made.
-            operators: operators.unwrap_or_default(),
+            operators: stage.operators().iter().map(OperatorStream::new).collect(),
             from: vec![0.0; a.ncols() + b.ncols()].into(),
             to: vec![0.0; a.nrows() + c.nrows() + cq.nrows()].into(),
             states: a.nrows(),

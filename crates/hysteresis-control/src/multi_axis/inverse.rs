@@ -133,7 +133,7 @@ impl MultiAxisStage {
                 let missed = self.missed(&drives, reference)?;
                 return Ok(Precompensation { drives, missed, sweeps: sweep, converged });
             }
-            w = self.operators_under(&drives, samples, length)?;
+            w = self.operators_under(&drives, samples, length);
             before = drives;
         }
         Err(singular())
@@ -189,9 +189,9 @@ impl MultiAxisStage {
 
     /// What w is beside slopes times q, under whole drives from rest, led back to 0 behind the reference: there the
     /// end joins the beginning.
-    fn operators_under(&self, drives: &[Vec<f64>], samples: usize, length: usize) -> Result<Vec<Vec<f64>>, Error> {
+    fn operators_under(&self, drives: &[Vec<f64>], samples: usize, length: usize) -> Vec<Vec<f64>> {
         let Matrices { a, b, bw, cq, dq, .. } = self.matrices();
-        let mut operators = self.operators().iter().map(OperatorStream::new).collect::<Result<Vec<_>, Error>>()?;
+        let mut operators: Vec<_> = self.operators().iter().map(OperatorStream::new).collect();
         let mut all = vec![Vec::with_capacity(length); operators.len()];
         let mut x = nalgebra::DVector::zeros(a.nrows());
         let back = (length - samples) / 2;
@@ -209,7 +209,7 @@ impl MultiAxisStage {
             }
             x = a * x + b * u + bw * w;
         }
-        Ok(all)
+        all
     }
 
     fn missed(&self, drives: &[f64], reference: &[f64]) -> Result<Vec<f64>, Error> {

@@ -8,7 +8,8 @@ mod inverse;
 mod model;
 mod operator;
 
+pub use crate::json_file::FileError;
 pub use forward::{MultiAxisForward, MultiAxisState};
 pub use inverse::Precompensation;
-pub use model::{FileError, Matrices, MultiAxisStage, SCHEMA};
+pub use model::{Matrices, MultiAxisStage, SCHEMA};
 pub use operator::{OperatorState, ScalarOperator};

@@ -1,7 +1,5 @@
 //! The parameters of a stage of several axes, their checks, and its file.
 
-use std::fmt;
-
 use hysteresis_core::{Error, check_all_finite};
 use nalgebra::DMatrix;
 use nalgebra::linalg::Schur;
@@ -10,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::operator::ScalarOperator;
 use crate::checks::check_positive;
+use crate::json_file::{self, FileError};
 
 /// The schema of a saved stage of several axes.
 pub const SCHEMA: &str = "mpi_hyst/multi_axis_stage/1";
@@ -163,12 +162,7 @@ impl MultiAxisStage {
     /// # Errors
     /// [`FileError`] for another schema, an unknown or missing field, or numbers that no stage may have.
     pub fn from_json(text: &str) -> Result<Self, FileError> {
-        let header: Header = serde_json::from_str(text)?;
-        if header.schema.as_deref() != Some(SCHEMA) {
-            return Err(FileError::Schema(header.schema));
-        }
-        let file: File = serde_json::from_str(text)?;
-        Self::try_from(file).map_err(FileError::Value)
+        json_file::read::<File, Self>(text, SCHEMA)
     }
 }
 
@@ -218,43 +212,6 @@ fn check_stable(parameter: &'static str, expected: &'static str, matrix: &DMatri
     let eigenvalues = schur.map(|schur| schur.complex_eigenvalues());
     let largest = eigenvalues.map_or(f64::INFINITY, |all| all.iter().map(|one| one.norm()).fold(0.0, f64::max));
     if largest < 1.0 { Ok(()) } else { Err(Error::domain(parameter, None, expected, largest)) }
-}
-
-/// Why a saved stage of several axes cannot be read.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum FileError {
-    /// It is no JSON of this form.
-    Json(serde_json::Error),
-    /// It is of another schema, if of any.
-    Schema(Option<String>),
-    /// It holds numbers that no stage may have.
-    Value(Error),
-}
-
-impl fmt::Display for FileError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Json(error) => error.fmt(f),
-            Self::Schema(Some(got)) => write!(f, "schema: expected {SCHEMA:?}, got {got:?}"),
-            Self::Schema(None) => write!(f, "schema: expected {SCHEMA:?}, got none"),
-            Self::Value(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for FileError {}
-
-impl From<serde_json::Error> for FileError {
-    fn from(error: serde_json::Error) -> Self {
-        Self::Json(error)
-    }
-}
-
-/// Read first, alone.
-#[derive(Deserialize)]
-struct Header {
-    schema: Option<String>,
 }
 
 /// Matrices are lists of rows.

@@ -22,8 +22,8 @@ const LARGEST: f64 = 1e50;
 pub enum ScalarOperator {
     /// w = sum of weights times plays.
     Plays {
-        /// Their thresholds, half the width of their loops, in the unit of q.
-        thresholds: Vec<f64>,
+        /// The plays; their thresholds, half the width of their loops, have the unit of q.
+        plays: Vec<Play>,
         /// Their weights, in the unit of w over q; of any sign.
         weights: Vec<f64>,
     },
@@ -42,7 +42,9 @@ enum Table {
 impl From<ScalarOperator> for Table {
     fn from(operator: ScalarOperator) -> Self {
         match operator {
-            ScalarOperator::Plays { thresholds, weights } => Self::Plays { thresholds, weights },
+            ScalarOperator::Plays { plays, weights } => {
+                Self::Plays { thresholds: plays.iter().map(Play::r).collect(), weights }
+            }
             ScalarOperator::Duhem(duhem) => {
                 let [knots, rising, falling] = tables(&duhem);
                 Self::Duhem { knots, rising, falling }
@@ -80,7 +82,8 @@ impl ScalarOperator {
         if let Some(i) = weights.iter().position(|weight| weight.abs() > LARGEST) {
             return Err(Error::domain("weights", Some(i), "a number of at most 1e50 in magnitude", weights[i]));
         }
-        Ok(Self::Plays { thresholds: thresholds.to_vec(), weights: weights.to_vec() })
+        let plays = thresholds.iter().map(|r| Play::new(*r)).collect::<Result<_, Error>>()?;
+        Ok(Self::Plays { plays, weights: weights.to_vec() })
     }
 
     /// A Duhem operator.
@@ -93,9 +96,9 @@ impl ScalarOperator {
     #[must_use]
     pub fn slopes(&self) -> (f64, f64) {
         match self {
-            Self::Plays { thresholds, weights } => {
-                let always = |(r, w): (&f64, &f64)| if *r == 0.0 { *w } else { 0.0 };
-                let (stuck, all) = (thresholds.iter().zip(weights).map(always).sum(), weights.iter().sum());
+            Self::Plays { plays, weights } => {
+                let always = |(play, w): (&Play, &f64)| if play.r() == 0.0 { *w } else { 0.0 };
+                let (stuck, all) = (plays.iter().zip(weights).map(always).sum(), weights.iter().sum());
                 (f64::min(stuck, all), f64::max(stuck, all))
             }
             Self::Duhem(duhem) => (duhem.min_slope(), duhem.max_slope()),
@@ -123,13 +126,12 @@ pub(super) enum OperatorStream {
 
 impl OperatorStream {
     /// At rest.
-    pub(super) fn new(operator: &ScalarOperator) -> Result<Self, Error> {
+    pub(super) fn new(operator: &ScalarOperator) -> Self {
         match operator {
-            ScalarOperator::Plays { thresholds, weights } => {
-                let play = |(r, weight): (&f64, &f64)| Ok((Play::new(*r)?, *weight, 0.0));
-                thresholds.iter().zip(weights).map(play).collect::<Result<_, Error>>().map(Self::Plays)
+            ScalarOperator::Plays { plays, weights } => {
+                Self::Plays(plays.iter().zip(weights).map(|(play, weight)| (*play, *weight, 0.0)).collect())
             }
-            ScalarOperator::Duhem(duhem) => Ok(Self::Duhem(Box::new(DuhemForward::new(**duhem)))),
+            ScalarOperator::Duhem(duhem) => Self::Duhem(Box::new(DuhemForward::new(**duhem))),
         }
     }
 

@@ -12,7 +12,8 @@ mod forward;
 mod inverse;
 mod model;
 
+pub use crate::json_file::FileError;
 pub use drive::Hold;
 pub use forward::{OscillatorForward, OscillatorState};
 pub use inverse::Motion;
-pub use model::{FileError, HystereticOscillator, SCHEMA, tables, usual_sub_steps};
+pub use model::{HystereticOscillator, SCHEMA, tables, usual_sub_steps};

@@ -1,12 +1,11 @@
 //! The parameters of an oscillator, their checks, and its file.
 
-use std::fmt;
-
 use hysteresis_core::{Duhem, Error, Fingerprint, MAX_KNOTS};
 use serde::{Deserialize, Serialize};
 
 use super::equation::Equation;
 use crate::checks::check_positive;
+use crate::json_file::{self, FileError};
 
 /// The schema of a saved oscillator.
 pub const SCHEMA: &str = "mpi_hyst/oscillator/1";
@@ -41,43 +40,6 @@ pub struct HystereticOscillator {
     damping: f64,
     stiffness: f64,
     hysteresis: Duhem<MAX_KNOTS>,
-}
-
-/// Why a saved oscillator cannot be read.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum FileError {
-    /// It is no JSON of this form.
-    Json(serde_json::Error),
-    /// It is of another schema, if of any.
-    Schema(Option<String>),
-    /// It holds a number that no oscillator may have.
-    Value(Error),
-}
-
-impl fmt::Display for FileError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Json(error) => error.fmt(f),
-            Self::Schema(Some(got)) => write!(f, "schema: expected {SCHEMA:?}, got {got:?}"),
-            Self::Schema(None) => write!(f, "schema: expected {SCHEMA:?}, got none"),
-            Self::Value(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for FileError {}
-
-impl From<serde_json::Error> for FileError {
-    fn from(error: serde_json::Error) -> Self {
-        Self::Json(error)
-    }
-}
-
-/// Read first, alone.
-#[derive(Deserialize)]
-struct Header {
-    schema: Option<String>,
 }
 
 #[derive(Clone, Serialize, Deserialize)]
@@ -206,12 +168,7 @@ impl HystereticOscillator {
     /// # Errors
     /// [`FileError`] for another schema, an unknown or missing field, or a number that no oscillator may have.
     pub fn from_json(text: &str) -> Result<Self, FileError> {
-        let header: Header = serde_json::from_str(text)?;
-        if header.schema.as_deref() != Some(SCHEMA) {
-            return Err(FileError::Schema(header.schema));
-        }
-        let file: File = serde_json::from_str(text)?;
-        Self::try_from(file).map_err(FileError::Value)
+        json_file::read::<File, Self>(text, SCHEMA)
     }
 }
 

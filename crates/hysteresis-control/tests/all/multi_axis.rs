@@ -103,7 +103,7 @@ fn a_file_has_every_bit() {
     let text = stage().to_json().unwrap();
     assert_eq!(MultiAxisStage::from_json(&text).unwrap(), stage());
     let other = text.replace("multi_axis_stage/1", "multi_axis_stage/9");
-    assert!(matches!(MultiAxisStage::from_json(&other), Err(FileError::Schema(Some(_)))));
+    assert!(matches!(MultiAxisStage::from_json(&other), Err(FileError::Schema { got: Some(_), .. })));
     let message = MultiAxisStage::from_json(&text.replacen("0.6", "1.6", 1)).unwrap_err().to_string();
     assert!(message.starts_with("a: expected eigenvalues inside the unit circle, got 1."), "{message}");
 }

@@ -138,10 +138,10 @@ fn a_file_gives_back_every_bit() {
     let text = oscillator.to_json().unwrap();
     assert_eq!(HystereticOscillator::from_json(&text).unwrap(), oscillator);
     let refused = |from: &str, to: &str| HystereticOscillator::from_json(&text.replace(from, to)).unwrap_err();
-    assert!(matches!(refused("oscillator/1", "oscillator/2"), FileError::Schema(Some(_))));
+    assert!(matches!(refused("oscillator/1", "oscillator/2"), FileError::Schema { got: Some(_), .. }));
     assert!(matches!(refused("\"damping\"", "\"friction\""), FileError::Json(_)));
     assert!(matches!(refused("\"damping\": 0.0", "\"damping\": -1.0"), FileError::Value(_)));
-    assert!(matches!(HystereticOscillator::from_json("{}").unwrap_err(), FileError::Schema(None)));
+    assert!(matches!(HystereticOscillator::from_json("{}").unwrap_err(), FileError::Schema { got: None, .. }));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hysteresis_control::multi_axis::{self, FileError, Matrices, ScalarOperator};
-use hysteresis_core::DuhemForward;
+use hysteresis_core::{DuhemForward, Play};
 use hysteresis_python_macros::methods;
 use nalgebra::DMatrix;
 use numpy::ndarray::{Dim, Ix1, Ix2};
@@ -224,7 +224,9 @@ impl MultiAxisStage {
         let all = PyList::empty(py);
         for operator in self.0.operators() {
             match operator {
-                ScalarOperator::Plays { thresholds, weights } => all.append((thresholds, weights))?,
+                ScalarOperator::Plays { plays, weights } => {
+                    all.append((plays.iter().map(Play::r).collect::<Vec<_>>(), weights))?;
+                }
                 ScalarOperator::Duhem(duhem) => all.append(Bound::new(py, Duhem(DuhemForward::new(**duhem)))?)?,
             }
         }
