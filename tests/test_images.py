@@ -156,6 +156,16 @@ def test_uncertainties_are_those_of_places_where_the_pixel_is_said() -> None:
     np.testing.assert_array_equal(small[:, :3], plain[:, :3])
 
 
+def test_a_slope_alone_is_matched_with_nothing() -> None:
+    # A wave longer than the scan, in noise: windows are slopes, and any of them fits any other.
+    there = np.linspace(-1.0, 1.0, 128)
+    shown = 0.5 * np.sin(np.pi * there)
+    noise = np.random.default_rng(3).normal(0.0, 0.05, (2, 32, 128))
+    assert len(mh.images.match(shown + noise[0], shown[::-1] + noise[1])) == 0
+    finer = shown + 0.5 * np.sin(40.0 * there)
+    assert len(mh.images.match(finer + noise[0], finer[::-1] + noise[1])) > 10
+
+
 def test_fringes_count_places() -> None:
     turn = np.concatenate(
         [np.linspace(0, 1, 400), np.linspace(1, 0.2, 300), np.linspace(0.2, 0.8, 300)]

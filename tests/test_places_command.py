@@ -117,6 +117,18 @@ def test_images_give_a_corrected_image_and_a_report(room: Path) -> None:
     assert after < 0.2 * before
 
 
+def test_images_that_show_nothing_in_common_are_named(room: Path) -> None:
+    pytest.importorskip("skimage", reason="the extra `images` is not installed")
+    write_scan(room)
+    shape = np.load(room / "trace.npy").shape
+    np.save(room / "trace.npy", np.random.default_rng(4).normal(size=shape))
+    images = ["--trace", str(room / "trace.npy"), "--retrace", str(room / "retrace.csv")]
+    result = run(*given(room), *images, "--before", "128")
+    assert result.exit_code == 2, result.output
+    assert "trace.npy: expected marks that are in" in result.stderr
+    assert "retrace.csv, too, lines in the order of time; found none" in result.stderr
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [

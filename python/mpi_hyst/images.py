@@ -33,6 +33,9 @@ def __dir__() -> list[str]:
 # A match worse than that is none: noise alone correlates by less over a window.
 _WORST = 0.7
 
+# Beside a straight line in each row: what is seen must have a shape, seven times what chance gives.
+_LEAST_AGREEMENT = 0.5
+
 # What the parabola itself errs by, in pixels, rms: without noise, on waves of 16 pixels and more.
 _PARABOLA = 0.05
 
@@ -132,7 +135,7 @@ def match(
     The standard deviation of a match is that of a shift under white noise, s^2 = (1 - c^2) /
     (-c c'' n), in pixels: c the correlation, c'' its second difference, n the pixels of the
     window; and 0.05 pixels of the parabola. A window that correlates by less than 0.7 gives no
-    pair.
+    pair, nor one that does by less than 0.5 beside a straight line: a slope looks like any other.
 
     Parameters
     ----------
@@ -269,9 +272,20 @@ def _match(
     bend = before - 2.0 * peak + after
     if not (peak > 0.0 and bend < 0.0):
         return none
+    if _agreement(template, mirrored[:, low + best : low + best + width]) < _LEAST_AGREEMENT:
+        return none
     found = low + best + 0.5 * (before - after) / bend + 0.5 * (width - 1)
     noise = max(1.0 - peak**2, 1e-6) / (-peak * bend * template.size)
     return float(peak), found, float(np.hypot(np.sqrt(noise), _PARABOLA)), stretch
+
+
+def _agreement(one: Matrix, other: Matrix) -> float:
+    """Return the correlation beside a straight line in each row: a slope alone fits any slope."""
+    about = np.arange(one.shape[1]) - 0.5 * (one.shape[1] - 1)
+    line = np.stack([np.ones_like(about) / np.sqrt(about.size), about / np.linalg.norm(about)])
+    left = [image - image @ line.T @ line for image in (one, other)]
+    scale = float(np.linalg.norm(left[0]) * np.linalg.norm(left[1]))
+    return float(np.vdot(*left)) / scale if scale > 0.0 else 0.0
 
 
 def fringes(

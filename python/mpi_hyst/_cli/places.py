@@ -169,6 +169,11 @@ def run(request: Request) -> str:
             at = tuple(one + first for one in mh.images.instants(*scan.trace.shape))
             pixel = float(np.ptp(drives[number][first:end])) / (scan.trace.shape[1] - 1)
             matched.append(_match(scan, number, (at[0], at[1]), pixel))
+            if not matched[-1].size:
+                raise CommandError(
+                    f"{request.trace[number]}: expected marks that are in "
+                    f"{request.retrace[number]}, too, lines in the order of time; found none"
+                )
         found = mh.identify_places(
             drives,
             _joined(pairs, matched),
