@@ -14,7 +14,7 @@ const LARGEST: f64 = 1e50;
 /// ```
 /// use hysteresis_control::multi_axis::ScalarOperator;
 /// let plays = ScalarOperator::plays(&[0.0, 0.5], &[1.0, 2.0])?;
-/// assert_eq!(plays.slopes(), (0.0, 3.0));
+/// assert_eq!(plays.slopes(), (1.0, 3.0)); // a threshold of 0 always slides
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
