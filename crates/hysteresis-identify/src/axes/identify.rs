@@ -1,57 +1,15 @@
 //! The way from records to a stage of several axes: linear at first, then with operators, coarse and fine.
 
 use super::bank::{Bank, Kind};
+use super::candidate::{AxesHysteresis, AxesPlace, Candidate};
 use super::data::{AxesRecord, Data, Stretch};
-use super::descent::{Fit, descend, errors};
+use super::descent::{descend, errors};
 use super::pass::{missed, reaches};
 use super::point::{Free, Point};
 use super::result::{AxesIdentification, AxesTrial, findings};
 use super::subspace::{Observability, fewest_samples};
 use crate::error::Error;
 use crate::records::signal::as_f64;
-
-/// A kind of hysteresis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AxesHysteresis {
-    /// None: linear dynamics.
-    None,
-    /// Sums of plays.
-    Plays,
-    /// Free Duhem operators.
-    Duhem,
-}
-
-impl AxesHysteresis {
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Plays => "plays",
-            Self::Duhem => "duhem",
-        }
-    }
-}
-
-/// Where hysteresis stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AxesPlace {
-    /// In front of the dynamics: an operator sees its drive.
-    InFront,
-    /// Inside them: it sees a combination of states and drives.
-    Inside,
-}
-
-impl AxesPlace {
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::InFront => "in_front",
-            Self::Inside => "inside",
-        }
-    }
-}
 
 /// How a stage of several axes is identified. By default everything is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -132,17 +90,6 @@ pub fn identify_axes(
     let linear = search.linear(options.order)?;
     let best = search.with_operators(&linear, options);
     search.finish(&linear, best, dt)
-}
-
-/// A structure that was tried.
-#[derive(Clone)]
-pub(super) struct Candidate {
-    pub(super) fit: Fit,
-    pub(super) hysteresis: AxesHysteresis,
-    pub(super) place: Option<AxesPlace>,
-    /// The mean over the positions of errors over standard deviations, of held-out samples.
-    pub(super) held_out: f64,
-    pub(super) errors: Vec<f64>,
 }
 
 struct Search<'a> {

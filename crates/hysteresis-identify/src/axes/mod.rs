@@ -3,9 +3,11 @@
 //!
 //! `data` are records in units of their own size. `subspace` finds the best linear dynamics, `point` is what is
 //! searched, `bank` an operator with its derivatives, `pass` the normal equations of a point, `descent` the way to a
-//! better one. `identify` goes from the linear model to ever more, and `result` is what comes out.
+//! better one. A `candidate` is a structure, `identify` goes from the linear one to ever
+//! more, and `result` is what comes out.
 
 mod bank;
+mod candidate;
 mod data;
 mod descent;
 mod identify;
@@ -14,6 +16,7 @@ mod point;
 mod result;
 mod subspace;
 
+pub use candidate::{AxesHysteresis, AxesPlace};
 pub use data::AxesRecord;
-pub use identify::{AxesHysteresis, AxesOptions, AxesPlace, identify_axes};
+pub use identify::{AxesOptions, identify_axes};
 pub use result::{AxesIdentification, AxesTrial};

@@ -2,8 +2,8 @@
 
 use hysteresis_control::multi_axis::MultiAxisStage;
 
+use super::candidate::{AxesHysteresis, Candidate};
 use super::data::Data;
-use super::identify::{AxesHysteresis, Candidate};
 use crate::judge::finding::{Finding, Verdict};
 use crate::judge::finding_code::FindingCode;
 use crate::judge::residual::poor_fit;
