@@ -45,6 +45,7 @@ mod result;
 #[cfg(feature = "serde")]
 mod saved;
 mod terms;
+mod threads;
 mod uncertainty;
 
 pub use axes::{AxesHysteresis, AxesIdentification, AxesOptions, AxesPlace, AxesRecord, AxesTrial, identify_axes};

@@ -321,3 +321,23 @@ impl Argument<'_> for SampleCount {
         arguments::samples(name, value).map(Self)
     }
 }
+
+/// A count, or "auto".
+pub(crate) struct CountOrAuto(Option<usize>);
+
+#[py("int | Literal['auto']")]
+impl Argument<'_> for CountOrAuto {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if arguments::is_word(value, "auto") {
+            Ok(Self(None))
+        } else {
+            arguments::count(name, value).map(|count| Self(Some(count)))
+        }
+    }
+}
+
+impl From<CountOrAuto> for Option<usize> {
+    fn from(CountOrAuto(count): CountOrAuto) -> Self {
+        count
+    }
+}

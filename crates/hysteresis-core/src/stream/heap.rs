@@ -152,7 +152,7 @@ impl Forward {
     /// [`Error::OtherModel`] for a state of another model, [`Error::State`] for one that this stream cannot be in (by turning points:
     /// operator outputs of a bank that no drive leads to), [`Error::Domain`] for a number that is not finite; the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
-        state.check_model(self.fingerprint)?;
+        check_model(self.fingerprint, state.model)?;
         check_input("state.last_input", state.last_input)?;
         check_output("state.last_output", state.last_output)?;
         self.core.memory.restore(&state.memory, state.last_input, state.last_output)?;
@@ -429,7 +429,7 @@ impl Inverse {
     /// operator outputs of a bank that no drive leads to), also one whose drive lies outside the limits, [`Error::Domain`] for a number
     /// that is not finite; the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
-        state.check_model(self.fingerprint)?;
+        check_model(self.fingerprint, state.model)?;
         check_output("state.last_input", state.last_input)?;
         let (low, high) = self.core.reach;
         if !(low <= state.last_output && state.last_output <= high) {
@@ -533,12 +533,6 @@ pub struct StreamState {
     /// What the operators remember.
     #[cfg_attr(feature = "serde", serde(with = "memory_form"))]
     pub memory: MemoryState,
-}
-
-impl StreamState {
-    pub(super) fn check_model(&self, expected: u64) -> Result<(), Error> {
-        check_model(expected, self.model)
-    }
 }
 
 /// An admissible input in a saved state, relative to an offset that is admissible too.

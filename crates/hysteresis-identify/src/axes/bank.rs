@@ -75,8 +75,8 @@ impl Bank {
                     *weight = before[j * before.len() / count] * as_f64(before.len()) / as_f64(count);
                 }
             }
-            (Self::Duhem { knots, slopes }, before) => {
-                if let Ok(duhem) = before.duhem() {
+            (Self::Duhem { knots, slopes }, Self::Duhem { knots: before, slopes: f }) => {
+                if let Ok(duhem) = duhem(before, f) {
                     let (rising, falling) = slopes.split_at_mut(knots.len());
                     for ((z, up), down) in knots.iter().zip(rising).zip(falling) {
                         (*up, *down) = (duhem.slope(*z, true), duhem.slope(*z, false));
@@ -129,16 +129,6 @@ impl Bank {
         }
     }
 
-    fn duhem(&self) -> Result<Duhem<MAX_KNOTS>, Error> {
-        match self {
-            Self::Duhem { knots, slopes } => {
-                let (rising, falling) = slopes.split_at(knots.len());
-                Ok(Duhem::new(knots, rising, falling)?)
-            }
-            _ => Ok(Duhem::new(&[-1.0, 1.0], &[1.0; 2], &[1.0; 2])?),
-        }
-    }
-
     /// The operator of q where this one takes q times `gain`: w is the same. None for what has no memory.
     pub(super) fn operator(&self, gain: f64) -> Result<Option<ScalarOperator>, Error> {
         match self {
@@ -150,8 +140,7 @@ impl Bank {
             Self::Curve { .. } => Ok(None),
             Self::Duhem { knots, slopes } => {
                 let slopes: Vec<f64> = slopes.iter().map(|f| f * gain).collect();
-                let (rising, falling) = slopes.split_at(knots.len());
-                Ok(Some(ScalarOperator::duhem(Duhem::new(knots, rising, falling)?)))
+                Ok(Some(ScalarOperator::duhem(duhem(knots, &slopes)?)))
             }
         }
     }
@@ -165,11 +154,18 @@ impl Bank {
             Self::Curve { thresholds, weights } => {
                 BankStream::Curve { thresholds: thresholds.clone(), weights: weights.clone() }
             }
-            Self::Duhem { knots, .. } => {
-                BankStream::Duhem { knots: knots.clone(), forward: Box::new(DuhemForward::new(self.duhem()?)) }
+            Self::Duhem { knots, slopes } => {
+                let forward = Box::new(DuhemForward::new(duhem(knots, slopes)?));
+                BankStream::Duhem { knots: knots.clone(), forward }
             }
         })
     }
+}
+
+/// The operator of f+, then f-, at the knots.
+fn duhem(knots: &[f64], slopes: &[f64]) -> Result<Duhem<MAX_KNOTS>, Error> {
+    let (rising, falling) = slopes.split_at(knots.len());
+    Ok(Duhem::new(knots, rising, falling)?)
 }
 
 /// An operator that runs.

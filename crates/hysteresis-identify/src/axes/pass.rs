@@ -14,7 +14,7 @@ use super::bank::{Bank, BankStream, Follows};
 use super::data::{Data, Stretch};
 use super::point::{Free, Point};
 use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, load, splat};
-use crate::many::search::Shared;
+use crate::threads::Shared;
 
 /// Samples in a block.
 const BLOCK: usize = 256;
@@ -162,16 +162,17 @@ pub(super) fn residuals(point: &Point, data: &Data, (record, range): &Stretch) -
     Some(all)
 }
 
-/// All stretches in turn, each on a thread that is free.
-fn shared<T: Send>(stretches: &[Stretch], work: impl Fn(&Stretch) -> T + Sync) -> Vec<T> {
+/// All stretches in turn, each on a thread that is free. None where the work of one of them is.
+fn shared<T: Send>(stretches: &[Stretch], work: impl Fn(&Stretch) -> Option<T> + Sync) -> Option<Vec<T>> {
     let threads = thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let mut go_on = |_| ControlFlow::Continue(());
-    Shared::new(threads, &mut go_on).all(stretches.len(), false, |i, _| work(&stretches[i])).unwrap_or_default()
+    let all = Shared::new(threads, &mut go_on).all(stretches.len(), false, |i, _| work(&stretches[i]))?;
+    all.into_iter().collect()
 }
 
 /// What is missed of all stretches, one after the other.
 pub(super) fn missed(point: &Point, data: &Data, stretches: &[Stretch]) -> Option<Vec<Vec<f64>>> {
-    shared(stretches, |stretch| residuals(point, data, stretch)).into_iter().collect()
+    shared(stretches, |stretch| residuals(point, data, stretch))
 }
 
 /// The largest magnitude of each q.
@@ -210,10 +211,9 @@ pub(super) struct Normal {
 /// The normal equations of a point. None if the motion leaves all bounds.
 pub(super) fn linearise(point: &Point, data: &Data, stretches: &[Stretch], free: Free) -> Option<Normal> {
     let columns = columns(point, free);
-    let mut parts = shared(stretches, |stretch| of_stretch(point, data, stretch, &columns)).into_iter();
-    let mut sum = parts.next()??;
+    let mut parts = shared(stretches, |stretch| of_stretch(point, data, stretch, &columns))?.into_iter();
+    let mut sum = parts.next()?;
     for part in parts {
-        let part = part?;
         sum.matrix += &part.matrix;
         sum.vector.iter_mut().zip(part.vector).for_each(|(sum, part)| *sum += part);
         sum.squares += part.squares;

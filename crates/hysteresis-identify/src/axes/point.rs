@@ -82,7 +82,7 @@ impl Point {
         self.cq.iter().all(|entry| *entry == 0.0)
     }
 
-    /// The searched numbers, in the order of [`Layout`](super::pass::Layout).
+    /// The searched numbers, in the order of `columns` in `pass`.
     pub(super) fn numbers_mut(&mut self, free: Free) -> Vec<&mut f64> {
         let (n, m, h) = (self.states, self.drives, self.banks.len());
         let mut all = Vec::new();

@@ -110,9 +110,9 @@ pub(super) fn findings(
         let rivals = tried.iter().filter(|trial| trial.name.starts_with(name)).map(|trial| trial.held_out);
         rivals.fold(f64::INFINITY, f64::min)
     };
-    let with_hysteresis = f64::min(rival("plays"), rival("Duhem")).min(chosen.held_out);
-    let is_judged = tried.iter().any(|trial| trial.name.starts_with("plays") || trial.name.starts_with("Duhem"));
-    if is_judged {
+    let coarse = f64::min(rival("plays"), rival("Duhem"));
+    if coarse.is_finite() {
+        let with_hysteresis = coarse.min(chosen.held_out);
         let message = format!(
             "over samples that were not fitted it is {} off, a linear model {}",
             percent(with_hysteresis),

@@ -21,10 +21,11 @@ use crate::fit::progress::{SearchMonitor, Stop};
 use crate::fit::projection::levels;
 use crate::fit::space::Space;
 use crate::many::records::{ManyIdentifications, ManyRecords};
-use crate::many::search::{MOST_WEIGHTS, Shared, fit_each, fit_sharing};
+use crate::many::search::{MOST_WEIGHTS, fit_each, fit_sharing};
 use crate::options::{Loss, Options, Setting};
 use crate::terms::duhem::DuhemModel;
 use crate::terms::weights::WeightLaw;
+use crate::threads::Shared;
 
 /// Fits a model of hysteresis and a dead time to each of many actuators, on up to `threads` threads.
 ///

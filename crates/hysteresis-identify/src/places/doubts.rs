@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
 use crate::places::given::Given;
-use crate::places::rows::{Rows, between, value_at};
+use crate::places::rows::{Rows, between};
 use crate::places::weighing::Weighed;
 use crate::records::course::turns;
 use crate::records::signal;
@@ -49,7 +49,7 @@ const NAMED: usize = 20;
 
 /// The pairs that say nothing: those whose row is all but zero in the columns of the operators, so many.
 pub(crate) fn uninformative(given: &Given<'_>, rows: &Rows, columns: usize) -> Vec<usize> {
-    let (low, high) = signal::bounds_of(given.drives.iter().map(|drive| signal::bounds(drive)));
+    let (low, high) = given.drive_bounds();
     let says_nothing = |row: &[f64]| row.iter().all(|value| value.abs() <= SAYS_NOTHING * (high - low));
     let pairs = rows.iter().take(given.pairs.len()).enumerate();
     pairs.filter(|(_, row)| says_nothing(&row[..columns])).map(|(place, _)| place).collect()
@@ -91,7 +91,7 @@ pub(crate) fn findings(
 
 /// Refuses a length that clearly goes the other way than all operators: no weights that are not negative can have it.
 pub(crate) fn check_signs(given: &Given<'_>, rows: &Rows, columns: usize) -> Result<(), Error> {
-    let (low, high) = signal::bounds_of(given.drives.iter().map(|drive| signal::bounds(drive)));
+    let (low, high) = given.drive_bounds();
     let of_lengths = rows.iter().skip(given.pairs.len());
     for (place, (row, known)) in of_lengths.zip(given.lengths).enumerate() {
         let sign = known.length.signum();
@@ -108,9 +108,7 @@ pub(crate) fn check_signs(given: &Given<'_>, rows: &Rows, columns: usize) -> Res
 /// The finding about known lengths without pairs that the model hardly misses by less than a straight line does: one of them is wrong, or the
 /// stage did not begin virgin.
 pub(crate) fn missed_lengths(given: &Given<'_>, errors: &[f64]) -> Option<Finding> {
-    let way = |instant: f64, drive: usize| value_at(given.drives[drive], instant);
-    let steps: Vec<f64> =
-        given.lengths.iter().map(|known| way(known.to, known.drive) - way(known.from, known.drive)).collect();
+    let steps: Vec<f64> = given.drive_steps().skip(given.pairs.len()).collect();
     let (both, square) = steps
         .iter()
         .zip(given.lengths)
@@ -191,7 +189,7 @@ fn named(places: &[usize]) -> String {
 
 /// Whether all strokes on which informative pairs and lengths lie are of one size.
 fn one_loop_size(given: &Given<'_>, uninformative: &[usize]) -> Option<Finding> {
-    let (low, high) = signal::bounds_of(given.drives.iter().map(|drive| signal::bounds(drive)));
+    let (low, high) = given.drive_bounds();
     let turns: Vec<Vec<usize>> = given.drives.iter().map(|drive| turns(drive, LOOP * (high - low))).collect();
     let mut smallest = f64::INFINITY;
     let mut largest: f64 = 0.0;

@@ -4,6 +4,7 @@ use hysteresis_core::{Ratios, is_admissible};
 
 use crate::error::Error;
 use crate::options::Setting;
+use crate::places::rows::value_at;
 use crate::records::record::{check_finite, check_interval, check_varies};
 use crate::records::signal;
 use crate::terms::creep::CreepModel;
@@ -228,6 +229,17 @@ impl<'a> Given<'a> {
     pub(crate) fn equations(&self) -> impl Iterator<Item = (usize, [f64; 2])> {
         let pairs = self.pairs.iter().map(|pair| (pair.drive, [pair.first, pair.second]));
         pairs.chain(self.lengths.iter().map(|known| (known.drive, [known.from, known.to])))
+    }
+
+    /// By how much the drive differs between the two instants of each equation.
+    pub(crate) fn drive_steps(&self) -> impl Iterator<Item = f64> {
+        let at = |drive: usize, instant: f64| value_at(self.drives[drive], instant);
+        self.equations().map(move |(drive, [first, second])| at(drive, second) - at(drive, first))
+    }
+
+    /// The least and the largest sample of all drives.
+    pub(crate) fn drive_bounds(&self) -> (f64, f64) {
+        signal::bounds_of(self.drives.iter().map(|drive| signal::bounds(drive)))
     }
 
     /// How long the longest drive lasts, and the shortest, in seconds.

@@ -109,7 +109,8 @@ pub fn identify_places(
         Setting::Fit => SEARCH_SMOOTHNESS,
     };
     let equations = Equations::new(&given);
-    let mut search = PlaceSearch { unit: drive_squares(&given), system: System::new(given), equations, smoothness };
+    let unit = given.drive_steps().map(|step| step * step).sum();
+    let mut search = PlaceSearch { unit, system: System::new(given), equations, smoothness };
     let mut found: Vec<FoundPlace> = Vec::new();
     for (model, creep, drift) in models(options, &given) {
         let space = PlaceSpace::new(&given, options, model, (&creep, drift))?;
@@ -138,12 +139,6 @@ fn as_options(options: &PlacesOptions) -> Options {
         dt: Some(options.dt),
         ..Options::default()
     }
-}
-
-/// The sum of squares of the drive differences of all equations.
-fn drive_squares(given: &Given<'_>) -> f64 {
-    let at = |drive: usize, instant: f64| rows::value_at(given.drives[drive], instant);
-    given.equations().map(|(drive, [first, second])| (at(drive, second) - at(drive, first)).powi(2)).sum()
 }
 
 /// The models to try, the simplest first. Creep that the drives are too short for is not tried. Lengths alone are not taken to drift: they
@@ -285,7 +280,7 @@ fn result(
         },
         creep_amplitudes: point.creep.clone(),
         dt: given.dt,
-        drive_range: signal::bounds_of(given.drives.iter().map(|drive| signal::bounds(drive))),
+        drive_range: given.drive_bounds(),
         position_range: (low + output_offset, high + output_offset),
         mismatches: weighed.mismatches.iter().zip(&search.system.pair_deviations).map(|(e, r)| e * r).collect(),
         mismatch: if given.pairs.is_empty() { signal::rms(&weighed.length_errors) } else { weighed.shares.scale },

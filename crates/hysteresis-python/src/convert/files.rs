@@ -1,5 +1,6 @@
 //! Files: read here, written by the Python part of the package.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use hysteresis_control::stage::read_file;
@@ -13,6 +14,17 @@ use super::errors;
 pub(crate) fn write_file(py: Python<'_>, path: PathBuf, text: &str) -> PyResult<()> {
     let files = py.import(intern!(py, "mpi_hyst._files"))?;
     files.call_method1(intern!(py, "write_file"), (path, text)).map(drop)
+}
+
+/// Writes JSON to a file, as lines.
+pub(crate) fn write_json(py: Python<'_>, path: PathBuf, mut json: String) -> PyResult<()> {
+    json.push('\n');
+    write_file(py, path, &json)
+}
+
+/// What a file of JSON holds.
+pub(crate) fn load<T, E: Display>(path: &Path, from_json: impl FnOnce(&str) -> Result<T, E>) -> PyResult<T> {
+    from_json(&read(path)?).map_err(|error| errors::file(path, &error))
 }
 
 /// The text of a file.

@@ -1,7 +1,7 @@
 //! Identification of a stage of several axes: records with several drives and positions in, a result out.
 
 use hysteresis_identify::{self as identification, AxesHysteresis, AxesOptions, AxesPlace, AxesRecord};
-use hysteresis_python_macros::{function, methods, py};
+use hysteresis_python_macros::{function, methods};
 use numpy::ndarray::Ix2;
 use numpy::{PyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -9,8 +9,7 @@ use pyo3::types::{PyList, PyTuple};
 use pythonize::pythonize;
 
 use super::diagnose::Finding;
-use crate::argument::{Argument, SampleCount, Words};
-use crate::convert::arguments::{count, is_word};
+use crate::argument::{CountOrAuto, SampleCount, Words};
 use crate::convert::arrays::{array, check_room, copy, read_only};
 use crate::convert::errors::{self, Place};
 use crate::stage::multi_axis_stage::MultiAxisStage;
@@ -137,22 +136,6 @@ impl AxesIdentification {
 /// Bytes for each number of a record that a fit needs: copies in other units.
 const FIT_AXES: usize = 64;
 
-/// A count, or "auto".
-struct States(Option<usize>);
-
-#[py("int | Literal['auto']")]
-impl Argument<'_> for States {
-    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if is_word(value, "auto") { Ok(Self(None)) } else { count(name, value).map(|count| Self(Some(count))) }
-    }
-}
-
-impl From<States> for Option<usize> {
-    fn from(States(count): States) -> Self {
-        count
-    }
-}
-
 /// A kind of hysteresis, or "auto".
 #[derive(Clone, Copy, PartialEq)]
 struct AnyHysteresis(Option<AxesHysteresis>);
@@ -275,7 +258,7 @@ pub(crate) fn identify_axes(
     #[py("ArrayLike | Sequence[ArrayLike]")] u: &Bound<'_, PyAny>,
     #[py("ArrayLike | Sequence[ArrayLike]")] y: &Bound<'_, PyAny>,
     #[py(*)] dt: f64,
-    #[py(field = "auto")] order: States,
+    #[py(field = "auto")] order: CountOrAuto,
     #[py(field = "auto")] hysteresis: AnyHysteresis,
     #[py(field = "auto")] place: AnyPlace,
     #[py(= 0)] skip: SampleCount,

@@ -2,14 +2,13 @@
 
 use hysteresis_control::oscillator::Hold;
 use hysteresis_identify::{self as identification, OscillatorOptions};
-use hysteresis_python_macros::{function, methods, py};
+use hysteresis_python_macros::{function, methods};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pythonize::pythonize;
 
 use super::diagnose::Finding;
-use crate::argument::{Argument, SampleCount, Words};
-use crate::convert::arguments::{count, is_word};
+use crate::argument::{CountOrAuto, SampleCount, Words};
 use crate::convert::arrays::{check_room, numbers, read_only};
 use crate::convert::errors;
 use crate::plant::oscillator::HystereticOscillator;
@@ -161,22 +160,6 @@ impl OscillatorIdentification {
 /// drives on the half steps of up to 32 sub-steps, which resolve the fastest oscillator of the scan.
 const FIT_INSIDE: usize = 1024 + 32 * 32;
 
-/// A count, or "auto".
-struct Count(Option<usize>);
-
-#[py("int | Literal['auto']")]
-impl Argument<'_> for Count {
-    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if is_word(value, "auto") { Ok(Self(None)) } else { count(name, value).map(|count| Self(Some(count))) }
-    }
-}
-
-impl From<Count> for Option<usize> {
-    fn from(Count(count): Count) -> Self {
-        count
-    }
-}
-
 /// What a drive does between samples, or "auto".
 #[derive(Clone, Copy, PartialEq)]
 enum AnyHold {
@@ -256,9 +239,9 @@ pub(crate) fn identify_oscillator(
     #[py("ArrayLike")] u: &Bound<'_, PyAny>,
     #[py("ArrayLike")] y: &Bound<'_, PyAny>,
     #[py(*)] dt: f64,
-    #[py(field = "auto")] periods: Count,
+    #[py(field = "auto")] periods: CountOrAuto,
     #[py(field = "auto")] hold: AnyHold,
-    #[py(field = "auto")] knots: Count,
+    #[py(field = "auto")] knots: CountOrAuto,
     #[py(= 0)] skip: SampleCount,
 ) -> PyResult<OscillatorIdentification> {
     // A copy: other threads may change the arrays while the interpreter is let go.

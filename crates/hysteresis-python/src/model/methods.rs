@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use super::models::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 use crate::convert::arguments::{unknown, word};
 use crate::convert::errors::raise;
-use crate::convert::files::write_file;
+use crate::convert::files::write_json;
 use crate::stream::bracket::Bracket;
 use crate::stream::streams::{Forward, Inverse, Made, method_name};
 
@@ -72,9 +72,7 @@ pub(crate) fn method_asked_for(method: Option<&Bound<'_, PyAny>>, has_initial: b
 }
 
 fn save(py: Python<'_>, model: &Model, path: PathBuf) -> PyResult<()> {
-    let mut text = model.to_json();
-    text.push('\n');
-    write_file(py, path, &text)
+    write_json(py, path, model.to_json())
 }
 
 // What both models offer.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteresis_control::oscillator::{self, FileError, Hold, Motion, tables};
+use hysteresis_control::oscillator::{self, Hold, Motion, tables};
 use hysteresis_core::{DuhemForward, Process};
 use hysteresis_python_macros::methods;
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -198,9 +198,8 @@ impl HystereticOscillator {
 
     /// Writes the oscillator to a JSON file; the file appears only when it is complete.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let mut text = self.0.to_json().map_err(|error| errors::file(&path, &error))?;
-        text.push('\n');
-        files::write_file(py, path, &text)
+        let json = self.0.to_json().map_err(|error| errors::file(&path, &error))?;
+        files::write_json(py, path, json)
     }
 
     /// The oscillator that `save` wrote, bit for bit.
@@ -208,9 +207,7 @@ impl HystereticOscillator {
     /// Raises OSError if the file cannot be read, ValueError if it holds no oscillator.
     #[classmethod]
     fn load(_: &Bound<'_, PyType>, path: PathBuf) -> PyResult<Self> {
-        let text = files::read(&path)?;
-        let read = oscillator::HystereticOscillator::from_json(&text);
-        read.map(Self).map_err(|error: FileError| errors::file(&path, &error))
+        files::load(&path, oscillator::HystereticOscillator::from_json).map(Self)
     }
 
     fn __eq__(&self, other: &Self) -> bool {

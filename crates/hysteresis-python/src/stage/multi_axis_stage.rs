@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteresis_control::multi_axis::{self, FileError, Matrices, ScalarOperator};
+use hysteresis_control::multi_axis::{self, Matrices, ScalarOperator};
 use hysteresis_core::{DuhemForward, Play};
 use hysteresis_python_macros::methods;
 use nalgebra::DMatrix;
@@ -281,9 +281,8 @@ impl MultiAxisStage {
 
     /// Writes the stage to a JSON file; the file appears only when it is complete.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let mut text = self.0.to_json().map_err(|error| errors::file(&path, &error))?;
-        text.push('\n');
-        files::write_file(py, path, &text)
+        let json = self.0.to_json().map_err(|error| errors::file(&path, &error))?;
+        files::write_json(py, path, json)
     }
 
     /// The stage that `save` wrote, bit for bit.
@@ -291,9 +290,7 @@ impl MultiAxisStage {
     /// Raises OSError if the file cannot be read, ValueError if it holds no stage of several axes.
     #[classmethod]
     fn load(_: &Bound<'_, PyType>, path: PathBuf) -> PyResult<Self> {
-        let text = files::read(&path)?;
-        let read = multi_axis::MultiAxisStage::from_json(&text);
-        read.map(Self).map_err(|error: FileError| errors::file(&path, &error))
+        files::load(&path, multi_axis::MultiAxisStage::from_json).map(Self)
     }
 
     fn __eq__(&self, other: &Self) -> bool {

@@ -337,9 +337,7 @@ impl Stage {
 
     /// Writes the stage to a JSON file; the file appears only when it is complete.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let mut text = self.0.to_json();
-        text.push('\n');
-        files::write_file(py, path, &text)
+        files::write_json(py, path, self.0.to_json())
     }
 
     /// A copy with other arguments of the constructor; of what was identified it keeps what still holds.
