@@ -28,16 +28,6 @@ FIXED: dict[str, dict[str, Any]] = {
 # Errors that are nothing, in % of the range, where the noise is 0.05.
 NOTHING = 0.02
 
-# By which factor a fixed setting is better than the default where the law is broken today, in
-# sample and on other loops: the search with the smoothness left open ends elsewhere than the one
-# with a usual smoothness from the beginning, which a map stands in for.
-KNOWN: dict[tuple[str, str], float] = {
-    ("relays", "map in front"): 1.4,  # 0.49 % for 0.38 %
-    ("relays", "smoothness"): 1.4,  # 0.49 % for 0.37 %
-    ("mode of a square", "map behind"): 1.7,  # 0.16 % for 0.10 %
-    ("mode of a square", "smoothness"): 2.5,  # 0.16 % for 0.07 %
-}
-
 # Of the other stages `make test-random` tells.
 FEW = {"plays", "relays"}
 EACH = [
@@ -60,8 +50,7 @@ def broken(stage: Stage, u: Array, names: list[str], limit: float, judged: int) 
     default, told = errors(stage, u, y, {}), []
     for name in names:
         fixed = errors(stage, u, y, FIXED[name])
-        factor = KNOWN.get((stage.name, name), limit)
-        if (default > factor * fixed + NOTHING)[:judged].any():
+        if (default > limit * fixed + NOTHING)[:judged].any():
             told.append(f"{default.round(3)} % by default, {fixed.round(3)} % with {name}")
     return told
 

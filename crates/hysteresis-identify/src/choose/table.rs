@@ -1,8 +1,8 @@
 //! The table of the terms that are judged by stretches of the records, and the one search over it.
 //!
 //! From what was found the search goes to the neighbour that predicts best: a model with a term more, a term less, or another variant of
-//! one, each fitted roughly from where it starts. It ends where no neighbour predicts better than chance and its cost let expect. So a
-//! term that was tried before another one was there is tried again.
+//! one, each fitted roughly from where it starts. Where two predict alike it follows both. It ends where no neighbour predicts better than
+//! chance and its cost let expect. So a term that was tried before another one was there is tried again.
 
 use std::sync::Arc;
 
@@ -29,9 +29,10 @@ use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::{MapModel, OutputMap};
 use crate::terms::weights::WeightBasis;
 
-/// A term, and by which factor a variant of it must lower the mean square error of prediction.
+/// A term, and what it costs.
 struct Row {
-    must_gain: f64,
+    /// For how many terms a variant of it must lower the error of prediction.
+    terms: i32,
     /// Whether its variants are searches of their own: then they are tried where no other term is better.
     is_costly: bool,
     term: &'static dyn Term,
@@ -49,14 +50,12 @@ trait Term: Sync {
 }
 
 /// The terms. What makes a stage harder to read must gain a tenth of the error: more unknowns cost something.
-///
-/// Of two neighbours that are both better than a model the one of the earlier row is taken, unless the other gains as much over it as
-/// over the model.
-const TABLE: [Row; 4] = [
-    Row { must_gain: MUST_GAIN, is_costly: false, term: &CurveInFront },
-    Row { must_gain: MUST_GAIN, is_costly: false, term: &CurveBehind },
-    Row { must_gain: 1.0, is_costly: false, term: &NoDynamics },
-    Row { must_gain: MUST_GAIN, is_costly: true, term: &DynamicsBehindMap },
+const TABLE: [Row; 5] = [
+    Row { terms: 1, is_costly: false, term: &CurveInFront },
+    Row { terms: 1, is_costly: false, term: &CurveBehind },
+    Row { terms: 0, is_costly: false, term: &NoDynamics },
+    Row { terms: 2, is_costly: true, term: &BothCurves },
+    Row { terms: 1, is_costly: true, term: &DynamicsBehindMap },
 ];
 
 /// By which factor a term must lower the mean square error of prediction.
@@ -111,6 +110,14 @@ pub(crate) struct Candidate {
     shifted: Option<CrossValidation>,
 }
 
+/// What a search has seen on its way.
+struct Way<'a, 'b> {
+    tries: usize,
+    /// The best map that is not there, as a loop shift would predict as well.
+    untold: Option<UntoldMap>,
+    monitor: &'a mut SearchMonitor<'b>,
+}
+
 /// What the search over the table ends with.
 pub(crate) struct Chosen {
     pub(crate) candidate: Candidate,
@@ -134,57 +141,72 @@ impl TermSearch<'_> {
     /// The model that no neighbour predicts better than, from what was found; none where there is no map and there can be none.
     pub(crate) fn choose(&self, found: &Found, monitor: &mut SearchMonitor<'_>) -> Result<Option<Chosen>, Error> {
         let Some(given) = self.with_given_maps(found) else { return Ok(None) };
-        let (mut path, mut untold, mut tries) = (vec![self.tried(given, PASSES_OF_FIRST, 0, monitor)?], None, 0);
-        while path.len() <= MOST_CHANGES {
-            let best = &path[path.len() - 1];
-            let mut better = None;
-            for costly in [false, true] {
-                if better.is_none() {
-                    better = self.best_neighbour(best, costly, &mut untold, &mut tries, monitor)?;
-                }
-            }
-            if better.is_none() {
-                better = self.simpler(best, &mut tries, monitor)?;
-            }
-            let Some(better) = better else { break };
-            path.push(better);
-        }
+        let mut way = Way { tries: 0, untold: None, monitor };
+        let first = self.tried(given, PASSES_OF_FIRST, 0, way.monitor)?;
+        let end = self.end_of(&first, MOST_CHANGES, &mut way)?;
         // Without a map the dynamics are those that `linear_part` weighed.
-        let has_map = path[path.len() - 1].place.space.has_map();
-        let candidate = path.swap_remove(if has_map { path.len() - 1 } else { 0 });
-        let untold = untold.filter(|_| !candidate.place.space.has_map());
+        let candidate = end.filter(|end| end.place.space.has_map()).unwrap_or(first);
+        let untold = way.untold.filter(|_| !candidate.place.space.has_map());
         Ok(Some(Chosen { candidate, untold }))
     }
 
-    /// The best of the neighbours that are better than a candidate, if there are any.
-    fn best_neighbour(
-        &self,
-        from: &Candidate,
-        costly: bool,
-        untold: &mut Option<UntoldMap>,
-        tries: &mut usize,
-        monitor: &mut SearchMonitor<'_>,
-    ) -> Result<Option<Candidate>, Error> {
-        let mut better: Option<Candidate> = None;
-        if !self.leaves_something(from) || !self.variety.amplitudes && self.left(from) < LEAST_LEFT_OF_LIKE_LOOPS {
+    /// Where the search ends from a candidate, if not there: of several neighbours that are better than it, and none of them than another,
+    /// each is followed, and of where they lead the best is taken; of two that are alike, the one of fewer maps or of the earlier row.
+    fn end_of(&self, from: &Candidate, changes: usize, way: &mut Way<'_, '_>) -> Result<Option<Candidate>, Error> {
+        if changes == 0 {
             return Ok(None);
         }
-        for row in TABLE.iter().filter(|row| row.is_costly == costly) {
-            for variant in row.term.variants(self, from, monitor)? {
-                let must_gain = self.must_gain(row.must_gain, variant.adds);
-                let Some(one) = self.tried_if_promising(variant, from, tries, monitor)? else { continue };
-                if !is_better(&one.alone, &from.alone, must_gain) {
-                    continue;
-                }
-                let is_told = from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain));
-                if is_told && better.as_ref().is_none_or(|other| is_better(&one.alone, &other.alone, must_gain)) {
-                    better = Some(one);
-                } else if !is_told && one.place.space.has_map() && !from.place.space.has_map() {
-                    *untold = Some(self.untold(&one, from));
+        let mut ends = Vec::new();
+        for next in self.better_neighbours(from, way)? {
+            ends.push(self.end_of(&next, changes - 1, way)?.unwrap_or(next));
+        }
+        ends.sort_by_key(|end| end.place.space.maps());
+        let better = |best: Candidate, end: Candidate| {
+            if is_better(&end.alone, &best.alone, self.must_gain(1, true)) { end } else { best }
+        };
+        Ok(ends.into_iter().reduce(better))
+    }
+
+    /// The neighbours that are better than a candidate, those of them left out that another is better than: what is quick to try comes
+    /// first, then what is costly, then what is simpler.
+    fn better_neighbours(&self, from: &Candidate, way: &mut Way<'_, '_>) -> Result<Vec<Candidate>, Error> {
+        if self.leaves_something(from) && (self.variety.amplitudes || self.left(from) >= LEAST_LEFT_OF_LIKE_LOOPS) {
+            for costly in [false, true] {
+                let better = self.better_of_rows(TABLE.iter().filter(|row| row.is_costly == costly), from, way)?;
+                if !better.is_empty() {
+                    return Ok(better);
                 }
             }
         }
-        Ok(better)
+        Ok(self.simpler(from, way)?.into_iter().collect())
+    }
+
+    /// The same of some rows of the table.
+    fn better_of_rows<'r>(
+        &self,
+        rows: impl Iterator<Item = &'r Row>,
+        from: &Candidate,
+        way: &mut Way<'_, '_>,
+    ) -> Result<Vec<Candidate>, Error> {
+        let mut better: Vec<(f64, Candidate)> = Vec::new();
+        for row in rows {
+            for variant in row.term.variants(self, from, way.monitor)? {
+                let must_gain = self.must_gain(row.terms, variant.adds);
+                let Some(one) = self.tried_if_promising(variant, from, way)? else { continue };
+                if !is_better(&one.alone, &from.alone, must_gain) {
+                    continue;
+                }
+                if from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain)) {
+                    better.push((must_gain, one));
+                } else if one.place.space.has_map() && !from.place.space.has_map() {
+                    way.untold = Some(self.untold(&one, from));
+                }
+            }
+        }
+        let is_beaten =
+            |one: &Candidate| better.iter().any(|(must_gain, other)| is_better(&other.alone, &one.alone, *must_gain));
+        let beaten: Vec<bool> = better.iter().map(|(_, one)| is_beaten(one)).collect();
+        Ok(better.into_iter().zip(beaten).filter(|(_, beaten)| !beaten).map(|((_, one), _)| one).collect())
     }
 
     /// Where a variant of a candidate leads, if it promises something and its dynamics are its own.
@@ -192,29 +214,24 @@ impl TermSearch<'_> {
         &self,
         variant: Variant,
         from: &Candidate,
-        tries: &mut usize,
-        monitor: &mut SearchMonitor<'_>,
+        way: &mut Way<'_, '_>,
     ) -> Result<Option<Candidate>, Error> {
         if variant.adds && !self.is_promising(&variant, from) {
             return Ok(None);
         }
-        *tries += 1;
-        let one = to_compare(self.tried(variant, PASSES, *tries, monitor))?;
+        way.tries += 1;
+        let one = to_compare(self.tried(variant, PASSES, way.tries, way.monitor))?;
         Ok(one.filter(Candidate::has_own_dynamics))
     }
 
-    /// By which factor a model must lower the mean square error of one with less or other terms.
-    fn must_gain(&self, usual: f64, adds: bool) -> f64 {
-        if adds && !self.variety.amplitudes { MUST_GAIN_OF_LIKE_LOOPS } else { usual }
+    /// By which factor a model must lower the mean square error of one with so many terms less, or with others.
+    fn must_gain(&self, terms: i32, adds: bool) -> f64 {
+        let of_one = if adds && !self.variety.amplitudes { MUST_GAIN_OF_LIKE_LOOPS } else { MUST_GAIN };
+        of_one.powi(terms)
     }
 
     /// The same without a map that the dynamics behind it made needless: with it the model does not predict better by its cost.
-    fn simpler(
-        &self,
-        from: &Candidate,
-        tries: &mut usize,
-        monitor: &mut SearchMonitor<'_>,
-    ) -> Result<Option<Candidate>, Error> {
+    fn simpler(&self, from: &Candidate, way: &mut Way<'_, '_>) -> Result<Option<Candidate>, Error> {
         if !from.was_sought {
             return Ok(None);
         }
@@ -222,10 +239,10 @@ impl TermSearch<'_> {
         let input = (asked.input_map == MapModel::Auto && space.has_input_map()).then(|| space.without_input_map());
         let output = (asked.output_map == MapModel::Auto && space.has_output_map()).then(|| space.without_output_map());
         for without in [input, output].into_iter().flatten() {
-            *tries += 1;
+            way.tries += 1;
             let variant = from.with(without, vec![from.place.point]);
-            let Some(one) = to_compare(self.tried(variant, PASSES, *tries, monitor))? else { continue };
-            if !is_better(&from.alone, &one.alone, self.must_gain(MUST_GAIN, true)) {
+            let Some(one) = to_compare(self.tried(variant, PASSES, way.tries, way.monitor))? else { continue };
+            if !is_better(&from.alone, &one.alone, self.must_gain(1, true)) {
                 return Ok(Some(one));
             }
         }
@@ -415,6 +432,25 @@ impl Candidate {
 pub(crate) fn is_better(one: &CrossValidation, other: &CrossValidation, must_gain: f64) -> bool {
     let pair = [other.clone(), one.clone()];
     one.rmse < other.rmse && CrossValidation::good(&pair, must_gain).all(|place| place != 0)
+}
+
+/// Both maps at once: loops that bend at both ends, as those of relays do, are told by neither alone.
+struct BothCurves;
+
+impl Term for BothCurves {
+    fn variants(
+        &self,
+        search: &TermSearch<'_>,
+        from: &Candidate,
+        _: &mut SearchMonitor<'_>,
+    ) -> Result<Vec<Variant>, Error> {
+        let are_open = search.asked.input_map == MapModel::Auto && search.asked.output_map == MapModel::Auto;
+        if !are_open || from.place.space.has_map() {
+            return Ok(Vec::new());
+        }
+        let space = from.place.space.with_output_map(search.output_range(&from.place.space, &from.fit));
+        Ok(vec![from.with_curve(space.with_input_map())])
+    }
 }
 
 /// A map of the position behind the hysteresis.

@@ -153,7 +153,12 @@ impl Space {
 
     /// Whether there is a map in front of the hysteresis or behind it.
     pub(crate) fn has_map(&self) -> bool {
-        self.has_input_map || self.output_map.is_some()
+        self.maps() > 0
+    }
+
+    /// How many maps there are.
+    pub(crate) fn maps(&self) -> usize {
+        usize::from(self.has_input_map) + usize::from(self.output_map.is_some())
     }
 
     /// The creep that may be under way when a record begins.
