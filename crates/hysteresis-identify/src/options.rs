@@ -18,10 +18,6 @@ use crate::terms::weights::{WeightBasis, WeightLaw};
 /// The most operators: no record tells more thresholds apart.
 const MAX_OPERATORS: usize = 4096;
 
-/// How smooth the weights are while everything else is searched, where their smoothness is left open: ragged weights follow what a term
-/// that is not there yet leaves.
-const USUAL_SMOOTHNESS: f64 = 1e-3;
-
 /// A parameter that is searched, or known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -155,11 +151,11 @@ impl Options {
         WeightBasis::new(self.weights, &self.thresholds, shifts)
     }
 
-    /// How smooth the weights are while everything else is searched: as asked, or as usual until cross-validation chooses that.
-    pub(crate) fn smoothness_of_search(&self) -> f64 {
+    /// The smoothness that was given; none while it is left to cross-validation.
+    pub(crate) fn given_smoothness(&self) -> f64 {
         match self.smoothness {
             Setting::Fixed(smoothness) => smoothness,
-            Setting::Fit => USUAL_SMOOTHNESS,
+            Setting::Fit => 0.0,
         }
     }
 

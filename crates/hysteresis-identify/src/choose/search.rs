@@ -4,7 +4,7 @@ use crate::choose::duhem::with_duhem;
 use crate::choose::found::{Found, LinearEvidence, Place, Structure};
 use crate::choose::linear_part::{FoundJoint, search_joint};
 use crate::choose::quiet_record::{Told, told_by_quietest};
-use crate::choose::structure::{restructured, with_operators_chosen};
+use crate::choose::structure::{USUAL_SMOOTHNESS, restructured, with_operators_chosen};
 use crate::choose::table::{Candidate, Chosen, TermSearch};
 use crate::choose::told::Variety;
 use crate::error::Error;
@@ -14,8 +14,9 @@ use crate::fit::point::Point;
 use crate::fit::progress::{SearchMonitor, Span};
 use crate::fit::projection::levels;
 use crate::fit::space::Space;
-use crate::options::Options;
+use crate::options::{Options, Setting};
 use crate::records::record::Record;
+use crate::terms::creep::CreepModel;
 use crate::terms::dynamics::DynamicsModel;
 
 /// The best of everything that was asked for; `asked` leaves nothing open that the records cannot tell.
@@ -198,7 +199,7 @@ fn search_beside(
 ) -> Result<Found, Error> {
     let space = beside(Space::new(records, options)?);
     let basis = options.weight_basis(space.shift_len());
-    let smoothness = options.smoothness_of_search();
+    let smoothness = options.given_smoothness();
     let levels = levels(records, &space, &basis, smoothness, false)?;
     let searched = match monitor.kept() {
         Some(_) => Err(Error::Interrupted),
@@ -253,7 +254,7 @@ fn with_structure(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
     monitor.begin_structure();
-    let smoothness = asked.smoothness_of_search();
+    let smoothness = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
     let search = TermSearch { records, asked, smoothness, plain, variety: Variety::of(records) };
     let chosen = match search.choose(&found, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
@@ -263,5 +264,8 @@ fn with_structure(
         let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
         return restructured(records, asked, found, place, monitor);
     };
+    // An amplitude for every decade was chosen for good.
+    let settled = if options.creep == CreepModel::EveryDecade { options.creep.clone() } else { asked.creep.clone() };
+    let asked = &Options { creep: settled, ..asked.clone() };
     restructured(records, asked, Found { options, linear, untold_map: untold, ..found }, place, monitor)
 }

@@ -21,6 +21,10 @@ use crate::terms::weights::WeightLaw;
 /// The laws that cross-validation chooses from, those with fewer unknowns first.
 const LAWS: [WeightLaw; 3] = [WeightLaw::Quadratic, WeightLaw::Free, WeightLaw::Split];
 
+/// How smooth the weights are while the terms are chosen, where their smoothness is left open: ragged weights follow what
+/// a term leaves.
+pub(crate) const USUAL_SMOOTHNESS: f64 = 1e-3;
+
 /// How smooth the weights are where all loops are alike.
 const SMOOTHNESS_OF_LIKE_LOOPS: f64 = 1e-2;
 
@@ -44,7 +48,7 @@ impl StructureProblem<'_> {
         let laws = self.laws(&space)?;
         let laws: Vec<_> = laws.iter().map(|options| (options, options.weight_basis(shifts))).collect();
         let Some((_, widest)) = laws.last() else { return Ok(Structure::default()) };
-        let usual = asked.smoothness_of_search();
+        let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { asked.given_smoothness() };
         let projection = rough(records, &space, widest, usual)?;
         let fit = projection.fit(self.point, None);
         let stretches = Stretches::new(&projection, &fit);

@@ -24,6 +24,7 @@ use crate::judge::finding_code::FindingCode;
 use crate::options::Options;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
+use crate::terms::creep::CreepModel;
 use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::{MapModel, OutputMap};
@@ -50,9 +51,10 @@ trait Term: Sync {
 }
 
 /// The terms. What makes a stage harder to read must gain a tenth of the error: more unknowns cost something.
-const TABLE: [Row; 5] = [
+const TABLE: [Row; 6] = [
     Row { terms: 1, is_costly: false, term: &CurveInFront },
     Row { terms: 1, is_costly: false, term: &CurveBehind },
+    Row { terms: 1, is_costly: false, term: &CreepOfEveryDecade },
     Row { terms: 0, is_costly: false, term: &NoDynamics },
     Row { terms: 2, is_costly: true, term: &BothCurves },
     Row { terms: 1, is_costly: true, term: &DynamicsBehindMap },
@@ -144,8 +146,8 @@ impl TermSearch<'_> {
         let mut way = Way { tries: 0, untold: None, monitor };
         let first = self.tried(given, PASSES_OF_FIRST, 0, way.monitor)?;
         let end = self.end_of(&first, MOST_CHANGES, &mut way)?;
-        // Without a map the dynamics are those that `linear_part` weighed.
-        let candidate = end.filter(|end| end.place.space.has_map()).unwrap_or(first);
+        // With nothing more the dynamics are those that `linear_part` weighed.
+        let candidate = end.filter(Candidate::has_more).unwrap_or(first);
         let untold = way.untold.filter(|_| !candidate.place.space.has_map());
         Ok(Some(Chosen { candidate, untold }))
     }
@@ -272,10 +274,12 @@ impl TermSearch<'_> {
         })
     }
 
-    /// Whether a map may be added, and there is anything left that it may explain.
+    /// Whether a term may be added, and there is anything left that it may explain.
     fn is_open(&self, found: &Found) -> bool {
-        let is_open = [&self.asked.input_map, &self.asked.output_map].contains(&&MapModel::Auto);
-        is_open && !found.fit.fit.is_exact() && found.problem(self.records).colour(&found.fit).is_coloured()
+        let maps = [&self.asked.input_map, &self.asked.output_map].contains(&&MapModel::Auto);
+        (maps || has_two_amplitudes(self.asked, &found.options))
+            && !found.fit.fit.is_exact()
+            && found.problem(self.records).colour(&found.fit).is_coloured()
     }
 
     /// Where a variant leads, and how that predicts, with weights as smooth as suit it: those that are too smooth spoil one more than
@@ -334,7 +338,7 @@ impl TermSearch<'_> {
     fn is_promising(&self, variant: &Variant, from: &Candidate) -> bool {
         let basis = variant.options.weight_basis(variant.space.shift_len());
         let Ok(projection) = rough(self.records, &variant.space, &basis, self.smoothness) else { return false };
-        let (fit, linearised) = projection.at(&from.place.point);
+        let (fit, linearised) = projection.at(&variant.starts[0]);
         let step = linearised.step(&variant.space.step_bounds(&fit.point, REACH), &basis);
         step.objective * MUST_PROMISE < from.fit.objective
     }
@@ -410,6 +414,11 @@ impl Candidate {
             })
     }
 
+    /// Whether it has a term that is sought here alone.
+    fn has_more(&self) -> bool {
+        self.place.space.has_map() || self.options.creep == CreepModel::EveryDecade
+    }
+
     fn typical(&self) -> f64 {
         self.alone.typical_error()
     }
@@ -432,6 +441,32 @@ impl Candidate {
 pub(crate) fn is_better(one: &CrossValidation, other: &CrossValidation, must_gain: f64) -> bool {
     let pair = [other.clone(), one.clone()];
     one.rmse < other.rmse && CrossValidation::good(&pair, must_gain).all(|place| place != 0)
+}
+
+/// Creep with an amplitude for every decade, in place of the two that the linear part has: creep by a power of time.
+struct CreepOfEveryDecade;
+
+impl Term for CreepOfEveryDecade {
+    fn variants(
+        &self,
+        search: &TermSearch<'_>,
+        from: &Candidate,
+        _: &mut SearchMonitor<'_>,
+    ) -> Result<Vec<Variant>, Error> {
+        let Place { space, point } = &from.place;
+        if !has_two_amplitudes(search.asked, &from.options) || space.creep_amplitudes() == 0 {
+            return Ok(Vec::new());
+        }
+        let creep = CreepModel::EveryDecade;
+        let Some((space, point)) = to_compare(space.with_creep(&creep, point))? else { return Ok(Vec::new()) };
+        let options = Options { creep, ..from.options.clone() };
+        Ok(vec![Variant { options, ..from.with(space, vec![point]) }])
+    }
+}
+
+/// Whether creep is left open, and has the amplitudes of the linear part so far.
+fn has_two_amplitudes(asked: &Options, options: &Options) -> bool {
+    asked.creep == CreepModel::Auto && options.creep == CreepModel::SlowAndFast
 }
 
 /// Both maps at once: loops that bend at both ends, as those of relays do, are told by neither alone.

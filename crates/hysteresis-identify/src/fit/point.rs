@@ -229,7 +229,12 @@ pub(crate) fn linear_axes(
         let (lower, upper) = (DAMPINGS.0.ln(), DAMPINGS.1.ln());
         axes.push(Axis { parameter: Parameter::LogDamping, lower, upper, scale: 4.0 });
     }
-    let amplitude = |number| Axis { parameter: Parameter::Creep(number), lower: 0.0, upper: largest_creep, scale: 0.1 };
-    axes.extend((0..creep.directions.len()).map(amplitude));
+    axes.extend(creep_axes(creep, largest_creep));
     axes
+}
+
+/// Those of the amplitudes of creep.
+pub(crate) fn creep_axes(creep: &CreepBasis, largest: f64) -> impl Iterator<Item = Axis> {
+    let amplitude = move |number| Axis { parameter: Parameter::Creep(number), lower: 0.0, upper: largest, scale: 0.1 };
+    (0..creep.directions.len()).map(amplitude)
 }

@@ -10,13 +10,13 @@ use hysteresis_core::Ratios;
 use crate::error::Error;
 use crate::fit::own_columns::OwnColumns;
 use crate::fit::point::{
-    Axis, Parameter, Point, bandwidth_axis, duhem_axes, gain_axes, linear_axes, map_axes, mode_axes,
+    Axis, Parameter, Point, bandwidth_axis, creep_axes, duhem_axes, gain_axes, linear_axes, map_axes, mode_axes,
 };
 use crate::fit::response::OperatorsAt;
 use crate::fit::rows::{Slope, Tangent};
 use crate::options::{Options, Setting};
 use crate::records::record::{Intervals, Record};
-use crate::terms::creep::CreepBasis;
+use crate::terms::creep::{CreepBasis, CreepModel};
 use crate::terms::duhem::{DuhemSpace, DuhemTable};
 use crate::terms::dynamics::{AmplifierModel, LinearPart, Mode, Order};
 use crate::terms::loop_shift::{LoopShiftModel, ShiftColumns};
@@ -597,6 +597,19 @@ impl Space {
         let (center, half_range) = (0.5 * (low + high), 0.5 * (high - low));
         let shift = (low < high).then_some(ShiftColumns { center, half_range, powers: 2, filters: Vec::new() });
         Self { shift, ..self.clone() }
+    }
+
+    /// The same with other creep, and a point in it that creeps alike.
+    pub(crate) fn with_creep(&self, creep: &CreepModel, point: &Point) -> Result<(Self, Point), Error> {
+        let basis = creep.basis(self.intervals.longest_record(), self.intervals.smallest())?;
+        let LinearPart { time_constants, amplitudes, .. } = self.linear_part(point);
+        let rest = self.axes.iter().filter(|axis| !matches!(axis.parameter, Parameter::Creep(_)));
+        let axes = rest.copied().chain(creep_axes(&basis, creep.largest())).collect();
+        let gathered = basis.gathered(&time_constants, &amplitudes).into_iter().enumerate();
+        let point = gathered.fold(*point, |point, (number, amplitude)| {
+            point.with(Parameter::Creep(number), amplitude.clamp(0.0, creep.largest()))
+        });
+        Ok((Self { axes, creep: basis, ..self.clone() }, point))
     }
 
     /// The same with the first amplitudes of creep alone.

@@ -76,7 +76,7 @@ impl<'a> SharedDrive<'a> {
         let mut courses = vec![course(SCAN_SAMPLES_PER_UNKNOWN * unknowns)];
         courses.extend(REFINE_SAMPLES.into_iter().filter(|rows| samples / rows > 1).map(course));
         courses.push(course(samples));
-        let (input, smoothness, scan) = (record.input(), options.smoothness_of_search(), course(SCAN_ROWS));
+        let (input, smoothness, scan) = (record.input(), options.given_smoothness(), course(SCAN_ROWS));
         Ok(Self { input, options, smoothness, space, basis, scan, courses })
     }
 

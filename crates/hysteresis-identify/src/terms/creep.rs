@@ -27,6 +27,10 @@ const SLOW: f64 = 0.1;
 /// Terms a decade apart: the longest time constant, as a share of the record. A term that is slower is a drift.
 const SLOWEST_SHARE: f64 = 1.0 / 3.0;
 
+/// The time constants of creep that has an amplitude for every decade, and how much longer than the longest record they may be.
+const DECADES: [f64; 5] = [0.01, 0.1, 1.0, 10.0, 100.0];
+const SLOWEST_OF_DECADES: f64 = 3.0;
+
 /// How many amplitudes are searched at most.
 pub(crate) const MAX_AMPLITUDES: usize = 12;
 
@@ -45,8 +49,8 @@ pub enum CreepModel {
     None,
     /// No creep in the model; but a record whose start is not fitted may still creep from what was before it.
     UnderWay,
-    /// [`SlowAndFast`](Self::SlowAndFast), [`Slow`](Self::Slow) or [`UnderWay`](Self::UnderWay), as cross-validation over
-    /// stretches of the records asks for; none without a sampling interval.
+    /// [`EveryDecade`](Self::EveryDecade), [`SlowAndFast`](Self::SlowAndFast), [`Slow`](Self::Slow) or [`UnderWay`](Self::UnderWay), as
+    /// cross-validation over stretches of the records asks for; none without a sampling interval.
     #[default]
     Auto,
     /// Log-type creep from 0.1 s on: [`Logarithmic`](Self::Logarithmic) without its terms below. Those are hard to tell from a
@@ -54,6 +58,9 @@ pub enum CreepModel {
     Slow,
     /// The same with terms from 10 ms to 0.1 s, which share an amplitude of their own.
     SlowAndFast,
+    /// Creep of any course from 10 ms to 100 s, as by a power of time: a term at 10 ms, 100 ms, 1 s, ..., each with an amplitude of its
+    /// own, as far as the records are long enough for it and sampled often enough.
+    EveryDecade,
     /// Log-type creep, y(t) = h (1 + gamma log10(t / t0)) after a step: terms of equal amplitude at time constants evenly
     /// spaced on a logarithmic axis, as [`Creep::logarithmic`] has them. One parameter, gamma, is searched. The span is
     /// 10 ms to 100 s, but not beyond ten times the longest record, and not below three samples.
@@ -78,6 +85,28 @@ pub(crate) struct CreepBasis {
 }
 
 impl CreepBasis {
+    /// Terms that each have an amplitude of their own.
+    fn apart(time_constants: Vec<f64>) -> Self {
+        let terms = time_constants.len();
+        let unit = |i: usize| (0..terms).map(|j| f64::from(u8::from(i == j))).collect();
+        Self { directions: (0..terms).map(unit).collect(), time_constants }
+    }
+
+    /// The amplitudes of terms that are apart, each the sum of those of another basis that are nearest to it.
+    pub(crate) fn gathered(&self, time_constants: &[f64], amplitudes: &[f64]) -> Vec<f64> {
+        let distance = |own: f64, tau: f64| (own / tau).ln().abs();
+        let mut gathered = vec![0.0; self.time_constants.len()];
+        for (tau, amplitude) in time_constants.iter().zip(amplitudes) {
+            let nearest = (0..gathered.len()).min_by(|i, j| {
+                distance(self.time_constants[*i], *tau).total_cmp(&distance(self.time_constants[*j], *tau))
+            });
+            if let Some(nearest) = nearest {
+                gathered[nearest] += amplitude;
+            }
+        }
+        gathered
+    }
+
     /// Log-type creep from `start` on, and not below three samples, to 100 s, but not beyond ten times the longest record.
     fn logarithmic(start: f64, terms: Option<usize>, seconds: f64, dt: f64) -> Result<Self, Error> {
         let domain = |expected, got| Error::domain("creep", None, expected, got);
@@ -144,7 +173,7 @@ impl CreepModel {
     /// than that, for operators that the model lacks.
     pub(crate) fn largest(&self) -> f64 {
         match self {
-            Self::Auto | Self::Slow | Self::SlowAndFast => 0.2,
+            Self::Auto | Self::Slow | Self::SlowAndFast | Self::EveryDecade => 0.2,
             _ => 1.0,
         }
     }
@@ -154,7 +183,7 @@ impl CreepModel {
     pub(crate) fn underway(&self, seconds: f64, dt: f64) -> CreepBasis {
         let of = |model: &Self| model.basis(seconds, dt).unwrap_or_default();
         match self {
-            Self::Auto | Self::UnderWay | Self::Slow | Self::SlowAndFast => of(&Self::Slow),
+            Self::Auto | Self::UnderWay | Self::Slow | Self::SlowAndFast | Self::EveryDecade => of(&Self::Slow),
             Self::Logarithmic { .. } => of(self),
             Self::None | Self::Decades(_) | Self::TimeConstants(_) => CreepBasis::default(),
         }
@@ -162,14 +191,16 @@ impl CreepModel {
 
     /// The terms for a longest record of so many seconds and the shortest sampling interval.
     pub(crate) fn basis(&self, seconds: f64, dt: f64) -> Result<CreepBasis, Error> {
-        let own = |time_constants: Vec<f64>| {
-            let terms = time_constants.len();
-            let unit = |i: usize| (0..terms).map(|j| f64::from(u8::from(i == j))).collect();
-            CreepBasis { directions: (0..terms).map(unit).collect(), time_constants }
-        };
+        let own = CreepBasis::apart;
         match self {
             Self::None | Self::UnderWay | Self::Auto => Ok(CreepBasis::default()),
             Self::Logarithmic { terms } => CreepBasis::logarithmic(SPAN.0, *terms, seconds, dt),
+            Self::EveryDecade => {
+                let is_told = |tau: &f64| (FASTEST_SAMPLES * dt..=SLOWEST_OF_DECADES * seconds).contains(tau);
+                let decades: Vec<f64> = DECADES.into_iter().filter(is_told).collect();
+                let expected = "records of thirty samples and a third of ten milliseconds at least";
+                if decades.is_empty() { Err(Error::domain("creep", None, expected, seconds)) } else { Ok(own(decades)) }
+            }
             Self::Slow => CreepBasis::logarithmic(SLOW, None, seconds, dt),
             Self::SlowAndFast => {
                 let slow = CreepBasis::logarithmic(SLOW, None, seconds, dt)?;
