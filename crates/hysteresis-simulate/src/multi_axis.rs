@@ -104,8 +104,7 @@ impl<'a> MultiAxisTask<'a> {
         }
         let step = |plant: &mut P, k: usize, measured: &[f64], put_out: &mut [f64]| {
             let targets = targets.map(|targets| &targets[k * self.axes..][..self.axes]);
-            let command =
-                AxesCommand { references: self.row(k + ahead), targets, corrections: None, feedforward: None };
+            let command = AxesCommand { targets, ..self.row(k + ahead).into() };
             act(axes, plant, Some(k), (command, measured), (&mut drives, put_out))
         };
         let runs = self.run_with(plant, step, watch)?;

@@ -105,7 +105,20 @@ impl MultiAxisForward {
         Ok(())
     }
 
-    fn advance(&mut self, drives: &[f64], positions: &mut [f64]) {
+    /// x, then the last drives.
+    #[inline]
+    pub(super) fn held(&self) -> &[f64] {
+        &self.from
+    }
+
+    /// The operators with their memory.
+    #[inline]
+    pub(super) fn operators(&self) -> &[OperatorStream] {
+        &self.operators
+    }
+
+    #[inline]
+    pub(super) fn advance(&mut self, drives: &[f64], positions: &mut [f64]) {
         let Self { through, bw, output_offset, operators, from, to, states, rejected } = self;
         for (last, drive) in from.iter_mut().skip(*states).zip(drives) {
             if is_admissible(*drive) {
