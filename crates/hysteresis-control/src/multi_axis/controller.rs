@@ -53,9 +53,8 @@ use crate::checks::check_whole;
 /// let (mut plant, mut drives, mut y) = (MultiAxisForward::new(&stage), [0.0; 2], [0.0; 2]);
 /// for k in 0..500 {
 ///     controller.step((&wanted(k + ahead)).into(), &y, &mut drives)?;
-///     plant.step(&drives, &mut y)?;
-///     // D = 0: these positions do not depend on the drives yet.
-///     assert!(k < 100 || (0..2).all(|i| (y[i] - wanted(k)[i]).abs() < 1e-2));
+///     plant.advance(&drives, &mut y)?;
+///     assert!(k < 100 || (0..2).all(|i| (y[i] - wanted(k + 1)[i]).abs() < 1e-3));
 /// }
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```

@@ -319,7 +319,7 @@ impl Tracking {
         }
         states.iter_mut().zip(&**next).for_each(|(state, next)| *state = *next);
         let mut positions = [0.0; MOST];
-        model.advance(own, &mut positions);
+        model.walk(own, &mut positions);
         if goes_on {
             self.push(asked);
         } else {
@@ -372,7 +372,7 @@ impl Tracking {
     pub(super) fn follow(&mut self, drives: &[f64]) {
         let mut positions = [0.0; MOST];
         for row in drives.chunks_exact(self.axes().max(1)) {
-            self.model.advance(row, &mut positions);
+            self.model.walk(row, &mut positions);
         }
         self.beside.fill(0.0);
         self.rest();
