@@ -93,7 +93,8 @@ impl<'a> MultiAxisTask<'a> {
         targets: Option<&[f64]>,
         watch: impl FnMut(usize) -> Result<(), E>,
     ) -> Result<Vec<Run>, E> {
-        check_length("controllers", self.axes, axes.controller().controllers().len()).expect("a controller for each axis");
+        check_length("controllers", self.axes, axes.controller().controllers().len())
+            .expect("a controller for each axis");
         check_length("targets", self.reference.len(), targets.map_or(self.reference.len(), <[f64]>::len))
             .expect("a target for each reference");
         let (filling, ahead) = axes.controller().controllers().first().map_or((0, 0), lead_in);

@@ -263,7 +263,7 @@ impl Tracking {
         let (newer, older) = self.window.split_at_checked(self.oldest).unwrap_or((&[], &self.window));
         let mut base = [0.0; MOST];
         let of_held = tables.by_held.chunks_exact(held.len().max(1));
-        let of_references = tables.by_reference.chunks_exact((tables.ahead + 1) * p);
+        let of_references = tables.by_reference.chunks_exact(tables.ahead.saturating_add(1).saturating_mul(p).max(1));
         for ((base, by_held), by_reference) in base.iter_mut().zip(of_held).zip(of_references) {
             *base = product(by_held, held);
             let references = older.chunks_exact(p).chain(newer.chunks_exact(p)).chain(core::iter::once(&newest[..]));
@@ -307,7 +307,9 @@ impl Tracking {
         for (beside, row) in beside.iter_mut().zip(tables.correction.chunks_exact(axes.max(1))) {
             *beside += product(row, &asked.missed);
         }
-        let (states, disturbance) = beside.split_at_mut(beside.len().saturating_sub(axes));
+        let Some((states, disturbance)) = beside.split_at_mut_checked(beside.len().saturating_sub(axes)) else {
+            return;
+        };
         let mut more = [0.0; MOST];
         for (((more, own), out), disturbance) in more.iter_mut().zip(own).zip(out).zip(disturbance) {
             *more = out - own + *disturbance;

@@ -27,6 +27,15 @@ const FREQUENCY_DOUBT: f64 = 0.02;
 /// What a disturbance of the drives moves from sample to sample, over what of it comes and goes at once: variances.
 const WANDERS: f64 = 0.1;
 
+/// The largest noise of the drives beside that of measurements, both in units of the gain: variances. Beyond it faster
+/// filters add more noise than they take disturbances away. So many filters are tried in a decade, and in all.
+const LARGEST_NOISE: f64 = 100.0;
+const PER_DECADE: f64 = 8.0;
+const POWERS: u32 = 113;
+
+/// The peak of the sensitivity unless told: in every direction of the positions a disturbance is at most doubled.
+const PEAK_SENSITIVITY: f64 = 2.0;
+
 /// Frequencies at which the sensitivity is looked at, beside those of the modes.
 const FREQUENCIES: usize = 128;
 
@@ -41,7 +50,7 @@ pub struct TrackingOptions {
 
 impl Default for TrackingOptions {
     fn default() -> Self {
-        Self { ahead: None, peak_sensitivity: crate::stage::PEAK_SENSITIVITY }
+        Self { ahead: None, peak_sensitivity: PEAK_SENSITIVITY }
     }
 }
 
@@ -77,7 +86,12 @@ impl TrackingGains {
         let peak = options.peak_sensitivity;
         check_number("peak_sensitivity", (1.05..=5.0).contains(&peak), "1.05 to 5", peak)?;
         let range = "1 to 512 samples";
-        check_whole("ahead", options.ahead.is_none_or(|n| (1..=FARTHEST).contains(&n)), range, options.ahead.unwrap_or(0))?;
+        check_whole(
+            "ahead",
+            options.ahead.is_none_or(|n| (1..=FARTHEST).contains(&n)),
+            range,
+            options.ahead.unwrap_or(0),
+        )?;
         let slopes: Vec<f64> = stage.operators().iter().map(middle).collect();
         let (a, b) = stage.matrices().with_slopes(&slopes);
         let singular = || Error::domain("stage", None, "a stage whose drives move all positions", 0.0);
@@ -176,8 +190,11 @@ struct Watched<'a> {
     /// C, of the states alone: the disturbance is taken away at once.
     output: DMatrix<f64>,
     /// z, and the stage there, with the flattest, the middle and the steepest slopes, slower and faster.
-    frequencies: Vec<(Complex<f64>, Vec<DMatrix<Complex<f64>>>)>,
+    frequencies: Vec<(Complex<f64>, Responses)>,
 }
+
+/// Of the stages that may be, at one frequency.
+type Responses = Vec<DMatrix<Complex<f64>>>;
 
 impl<'a> Watched<'a> {
     fn new(stage: &'a MultiAxisStage, linear: &'a Linear) -> Self {
@@ -194,7 +211,7 @@ impl<'a> Watched<'a> {
         let at = |angle: f64| {
             let offs = [1.0 - FREQUENCY_DOUBT, 1.0, 1.0 + FREQUENCY_DOUBT];
             let all = members.iter().flat_map(|member| offs.map(|off| response(member, linear, (angle * off).min(PI))));
-            Some((Complex::cis(angle), all.collect::<Option<Vec<_>>>()?))
+            Some((Complex::cis(angle), all.collect::<Option<Responses>>()?))
         };
         let frequencies = angles.into_iter().filter_map(at).collect();
         Self { stage, linear, whole, output, frequencies }
@@ -216,21 +233,15 @@ impl<'a> Watched<'a> {
 
     /// The fastest filter that keeps the sensitivity within a bound, or nothing.
     ///
-    /// Filters that are as slow as one likes do. On the way from there to faster ones a loop becomes unstable only where
-    /// its sensitivity has no bound.
+    /// Not the fastest below the first that does not: between slow and fast ones a mode that hardly shows may be amplified
+    /// more than by either.
     fn correction(&self, peak: f64) -> Option<DMatrix<f64>> {
-        let fits = |power: f64| self.gain(10.0_f64.powf(power)).filter(|gain| self.is_within(gain, peak));
-        let (mut power, mut step) = (-12.0, 1.0);
-        let mut best = fits(power)?;
-        while step > 0.03 && power < 12.0 {
-            match fits(power + step) {
-                Some(gain) => (power, best) = (power + step, gain),
-                None => step *= 0.5,
-            }
-        }
-        Some(best)
+        let gains = (0..POWERS).map(|i| self.gain(LARGEST_NOISE * 10.0_f64.powf(-f64::from(i) / PER_DECADE)));
+        gains.flatten().find(|gain| self.is_within(gain, peak))
     }
 
+    /// Whether the loop is stable with all slopes, and its sensitivity bounded for all of them and for frequencies that
+    /// are off. On the way to those a loop becomes unstable only where its sensitivity has no bound.
     fn is_within(&self, gain: &DMatrix<f64>, peak: f64) -> bool {
         let (n, size) = (self.linear.a.nrows(), self.whole.nrows());
         let mut held = DMatrix::identity(size, size);
@@ -238,7 +249,8 @@ impl<'a> Watched<'a> {
         let kept = DMatrix::identity(size, size) - gain * &self.output;
         let stable = slopes_of(self.stage).iter().all(|slopes| self.closed(slopes, gain, &held, &kept) < 1.0);
         let complex = |matrix: &DMatrix<f64>| matrix.map(Complex::from);
-        let (free, fed, kept, gain) = (complex(&(&held * &kept)), complex(&(&held * gain)), complex(&kept), complex(gain));
+        let (free, fed, kept, gain) =
+            (complex(&(&held * &kept)), complex(&(&held * gain)), complex(&kept), complex(gain));
         stable
             && self.frequencies.iter().all(|(z, stages)| {
                 let remembered = (DMatrix::from_diagonal_element(size, size, *z) - &free).lu().solve(&fed);
@@ -282,7 +294,8 @@ fn response((a, b): &(DMatrix<f64>, DMatrix<f64>), linear: &Linear, angle: f64) 
 fn largest_gain(linear: &Linear) -> Option<f64> {
     let member = (linear.a.clone(), linear.b.clone());
     let modes = linear.a.complex_eigenvalues();
-    let angles = modes.iter().map(|one| one.arg().abs()).chain((0..=FREQUENCIES).map(|i| PI * as_f64(i) / as_f64(FREQUENCIES)));
+    let angles =
+        modes.iter().map(|one| one.arg().abs()).chain((0..=FREQUENCIES).map(|i| PI * as_f64(i) / as_f64(FREQUENCIES)));
     let gains = angles.map(|angle| Some(response(&member, linear, angle)?.norm()));
     gains.collect::<Option<Vec<_>>>().map(|all| all.into_iter().fold(0.0, f64::max))
 }

@@ -78,7 +78,8 @@ fn a_bad_reference_holds_all_drives_and_limits_hold() {
     let before = drives;
     controller.step((&[f64::NAN, 0.0]).into(), &[0.0; 2], &mut drives).unwrap();
     assert_eq!(drives, before);
-    let counted = |one: &hysteresis_core::HybridController| (one.counters().rejected_count, one.counters().missing_count);
+    let counted =
+        |one: &hysteresis_core::HybridController| (one.counters().rejected_count, one.counters().missing_count);
     assert!(controller.controller().controllers().iter().map(counted).all(|counts| counts == (1, 200)));
     let error = controller.step((&[0.0]).into(), &[0.0; 2], &mut drives).unwrap_err();
     assert_eq!(error, Error::Length { parameter: "references", expected: 2, got: 1 });

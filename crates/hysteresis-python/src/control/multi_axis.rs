@@ -196,7 +196,7 @@ impl MultiAxisController {
         #[py("ArrayLike | None" = None)] decoupling: Option<&Bound<'_, PyAny>>,
         #[py(*, = None)] stage: Option<Bound<'_, MultiAxisStage>>,
         #[py(= None)] ahead: Option<SampleCount>,
-        #[py(= 1.7)] peak_sensitivity: f64,
+        #[py(= 2.0)] peak_sensitivity: f64,
     ) -> PyResult<Self> {
         let given = list_of::<HybridController>("controllers", "HybridController", controllers)?;
         let decoupling = decoupling.map(|matrix| square("decoupling", matrix, given.len())).transpose()?;
@@ -445,13 +445,23 @@ impl MultiAxisController {
     ///
     /// A change of one actuator drops what is planned for all. What is refused leaves all as it was.
     fn set_gains(slf: &Bound<'_, Self>, axis: usize, kp: f64, ki: f64) -> PyResult<()> {
-        exclusive(slf)?.controller.controller_mut().controller_mut(axis).and_then(|one| one.set_gains(kp, ki)).map_err(raise)
+        exclusive(slf)?
+            .controller
+            .controller_mut()
+            .controller_mut(axis)
+            .and_then(|one| one.set_gains(kp, ki))
+            .map_err(raise)
     }
 
     /// Changes the filters of actuator `axis`, counted from 0, without a jump: as `HybridController.set_filters`.
     fn set_filters(slf: &Bound<'_, Self>, axis: usize, filters: Filters) -> PyResult<()> {
         let sections = filters.sections(shared(slf)?.dt())?;
-        exclusive(slf)?.controller.controller_mut().controller_mut(axis).and_then(|one| one.set_filters(&sections)).map_err(raise)
+        exclusive(slf)?
+            .controller
+            .controller_mut()
+            .controller_mut(axis)
+            .and_then(|one| one.set_filters(&sections))
+            .map_err(raise)
     }
 
     /// Actuator `axis`, counted from 0, goes on with the weights and the output offset of another model of the same operators,
@@ -478,7 +488,11 @@ impl MultiAxisController {
     fn set_model(slf: &Bound<'_, Self>, axis: usize, #[py("Model")] model: &Bound<'_, PyAny>) -> PyResult<()> {
         let compiled = compiled_of("model", model)?;
         let mut this = exclusive(slf)?;
-        this.controller.controller_mut().controller_mut(axis).and_then(|one| one.set_model(&compiled)).map_err(raise)?;
+        this.controller
+            .controller_mut()
+            .controller_mut(axis)
+            .and_then(|one| one.set_model(&compiled))
+            .map_err(raise)?;
         shared(this.made_of[axis].bind(slf.py()))?.remember_model(model)
     }
 
@@ -491,7 +505,11 @@ impl MultiAxisController {
         let dt = shared(slf)?.dt();
         let (feedforward, source) = source(feedforward, dt)?;
         let mut this = exclusive(slf)?;
-        this.controller.controller_mut().controller_mut(axis).and_then(|one| one.set_feedforward(feedforward)).map_err(raise)?;
+        this.controller
+            .controller_mut()
+            .controller_mut(axis)
+            .and_then(|one| one.set_feedforward(feedforward))
+            .map_err(raise)?;
         exclusive(this.made_of[axis].bind(slf.py()))?.source = source;
         Ok(())
     }

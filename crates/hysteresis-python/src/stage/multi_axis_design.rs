@@ -73,7 +73,7 @@ impl MultiAxisStage {
         #[py("ArrayLike")] limits: &Bound<'py, PyAny>,
         #[py(*, = None)] slew: Option<f64>,
         #[py(= None)] ahead: Option<SampleCount>,
-        #[py(= 1.7)] peak_sensitivity: f64,
+        #[py(= 2.0)] peak_sensitivity: f64,
         #[py(= 0.005)] bumpless_time: f64,
         #[py(= 10)] max_missing: u32,
     ) -> PyResult<MultiAxisController> {
