@@ -7,7 +7,7 @@ from pathlib import Path
 import mpi_hyst as mh
 import numpy as np
 import pytest
-from commands import assert_refused, run
+from commands import assert_refused, names_in, run
 
 DT = 1e-3
 PLANT = mh.MultiAxisStage(
@@ -68,9 +68,10 @@ def test_records_give_a_stage_and_a_page(room: Path) -> None:
         (["--positions", "left_v,x_um"], "--positions: expected no column of --drives, got left_v"),
         (["--positions", "x_um,z_um"], "z_um"),
         (["--order", "0"], "a whole number of at least 1"),
-        (["--skip", "900"], "--skip"),
+        (["--skip", "900"], "skip: expected fewer than the 900 samples"),
         (["--rate", "-5"], "--rate"),
     ],
 )
 def test_wrong_input_is_refused(room: Path, change: list[str], message: str) -> None:
-    assert_refused(run(*given(room), *change), message)
+    before = names_in(room)
+    assert_refused(run(*given(room), *change, "-o", str(room / "no.json")), room, before, message)

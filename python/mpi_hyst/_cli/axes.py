@@ -112,8 +112,7 @@ def run(request: Request) -> str:
         raise CommandError(f"--positions: expected no column of --drives, got {both[0]}")
     read = [_columns(path, request) for path in request.data]
     for columns in read:
-        for assumed in columns.assumed:
-            note(f"{columns.source}: {assumed}")
+        _tell(columns)
     dt = _interval(request, read)
     u, y = (
         [np.column_stack([columns[name] for name in names]) for columns in read]
@@ -138,6 +137,16 @@ def _columns(path: Path, request: Request) -> Columns:
         thousands=request.text.thousands,
     )
     return with_time_unit(columns, request.time_unit)
+
+
+def _tell(columns: Columns) -> None:
+    """Say what was assumed in reading a record; what something in it speaks against is refused."""
+    for one in columns.assumed:
+        said = f"{columns.source}: {one.text}"
+        if one.level == "doubtful":
+            raise CommandError(said)
+        if one.level == "assumed":
+            note(said)
 
 
 def _interval(request: Request, read: Sequence[Columns]) -> float:
