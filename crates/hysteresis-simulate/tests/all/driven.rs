@@ -130,7 +130,7 @@ fn axes_that_do_not_move_each_other_are_loops_of_their_own() {
         let mut single = controller();
         let Ok(own) = Tracking::of(&mut single).run(&task, &mut Benchmark::A1.plant(seed), |_| Ok::<_, Infallible>(()));
         assert_eq!(run, own);
-        assert_eq!(shown(&axes.controllers()[i].clone().into()), shown(&single));
+        assert_eq!(shown(&axes.controller().controllers()[i].clone().into()), shown(&single));
     }
 }
 
