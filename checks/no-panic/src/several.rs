@@ -6,8 +6,8 @@ use hysteresis_control::multi_axis::{
     Matrices, MultiAxisStage, MultiAxisStageController, ScalarOperator, TrackingOptions,
 };
 use hysteresis_core::{
-    ArrayController, ArrayOptions, ArraySample, BracketArray, CompiledModel, ControllerOptions, Duhem, Error, HybridController, Mode,
-    MultiAxisController, StreamArray,
+    ArrayController, ArrayOptions, ArraySample, BracketArray, CompiledModel, ControllerOptions, Duhem, Error,
+    HybridController, Mode, MultiAxisController, StreamArray,
 };
 use nalgebra::DMatrix;
 use no_panic::no_panic;
