@@ -11,12 +11,13 @@ from typing import Any, Literal
 import mpi_hyst as mh
 import pytest
 from click.testing import CliRunner
-from mpi_hyst._cli import excite, identify, places, precompensate, realtime
+from mpi_hyst._cli import axes, excite, identify, places, precompensate, realtime
 from mpi_hyst._cli.options import argument, command, flag, flags, group, numbers, option, passed
 
 CALLS: dict[str, Callable[..., Any]] = {
     "identify": mh.identify,
     "compare": mh.compare,
+    "identify_axes": mh.identify_axes,
     "identify_places": mh.identify_places,
     "stage": mh.Stage,
     "precompensate": mh.Stage.precompensate,
@@ -26,7 +27,7 @@ CALLS: dict[str, Callable[..., Any]] = {
 }
 
 
-@pytest.mark.parametrize("room", [excite, identify, places, precompensate, realtime])
+@pytest.mark.parametrize("room", [axes, excite, identify, places, precompensate, realtime])
 def test_what_is_passed_is_an_argument_of_the_library(room: Any) -> None:
     pairs = [
         (one.name, call) for one in fields(room.Request) for call in one.metadata.get("passed", ())

@@ -280,6 +280,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     reset(&mut filtered);
     controllers(&compiled, &Sections::new(&sections)?)?;
     several::actuators(&compiled)?;
+    several::led()?;
     let models = [compiled.clone(), compiled.clone(), compiled];
     let mut actuators = StreamArray::forward(&models);
     forward_array_step(&mut actuators, &samples[..3], &mut output[..3])?;

@@ -2,10 +2,14 @@
 
 use std::hint::black_box;
 
-use hysteresis_core::{
-    ArrayController, ArrayOptions, ArraySample, BracketArray, CompiledModel, Error, HybridController, Mode,
-    MultiAxisController, StreamArray,
+use hysteresis_control::multi_axis::{
+    Matrices, MultiAxisStage, MultiAxisStageController, ScalarOperator, TrackingOptions,
 };
+use hysteresis_core::{
+    ArrayController, ArrayOptions, ArraySample, BracketArray, CompiledModel, ControllerOptions, Duhem, Error,
+    HybridController, Mode, MultiAxisController, StreamArray,
+};
+use nalgebra::DMatrix;
 use no_panic::no_panic;
 
 #[no_panic]
@@ -55,6 +59,52 @@ pub(crate) fn axes(controller: &HybridController) -> Result<(), Error> {
         axes_changes(&mut axes, black_box(Mode::Feedforward), &[10.0, -20.0])?;
     }
     axes_reset(&mut axes);
+    Ok(())
+}
+
+#[no_panic]
+#[inline(never)]
+fn led_step(axes: &mut MultiAxisStageController, x: &[f64], y: &[f64], drives: &mut [f64]) -> Result<(), Error> {
+    axes.peek(x.into(), y, drives)?;
+    axes.step(x.into(), y, drives)
+}
+
+#[no_panic]
+#[inline(never)]
+fn led_plan(axes: &mut MultiAxisStageController, x: &[f64], y: &[f64], drives: &mut [f64]) -> Result<bool, Error> {
+    axes.plan(x.into(), y, drives)?;
+    Ok(axes.commit())
+}
+
+#[no_panic]
+#[inline(never)]
+fn led_run(axes: &mut MultiAxisStageController, x: &[f64], y: &[f64], drives: &mut [f64]) -> Result<(), Error> {
+    axes.run(x, y, drives)
+}
+
+/// Takes every path of a controller that a stage of several axes leads once.
+pub(crate) fn led() -> Result<(), Error> {
+    let diagonal = |x: f64| DMatrix::from_diagonal_element(2, 2, x);
+    let matrices = Matrices {
+        a: diagonal(0.5),
+        b: diagonal(0.4),
+        bw: diagonal(0.1),
+        c: diagonal(1.0),
+        d: diagonal(0.0),
+        cq: diagonal(0.1),
+        dq: diagonal(1.0),
+    };
+    let duhem = ScalarOperator::duhem(Duhem::from_bouc_wen(1.0, 1.0, 0.5, 0.1)?);
+    let operators = vec![ScalarOperator::plays(&[0.2], &[1.0])?, duhem];
+    let stage = MultiAxisStage::new(matrices, operators, vec![0.0; 2], 1e-3)?;
+    let options = ControllerOptions::new(1.0, 0.0, 1e-3, (-5.0, 5.0));
+    let mut axes = stage.controller(&[options; 2], &TrackingOptions::default())?;
+    for x in black_box([[0.0, f64::NAN], [3.0, -1.0], [1e90, f64::INFINITY]]) {
+        let mut drives = [0.0; 2];
+        led_step(&mut axes, &x, &[x[1], 0.5], &mut drives)?;
+        black_box(led_plan(&mut axes, &x, &[0.5, x[0]], &mut drives)?);
+        led_run(&mut axes, &x, &x, &mut drives)?;
+    }
     Ok(())
 }
 

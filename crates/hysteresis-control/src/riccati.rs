@@ -11,7 +11,23 @@ const COVARIANCE_SETTLED: f64 = 1e-13;
 /// The value of an optimal regulator: the stabilising solution of P = A'P A - A'P b (rho + b'P b)^-1 b'P A + Q; nothing where it
 /// is not found.
 pub(crate) fn regulator_value(a: &DMatrix<f64>, b: &DVector<f64>, q: DMatrix<f64>, rho: f64) -> Option<DMatrix<f64>> {
-    let (mut a, mut g, mut p) = (a.clone(), b * b.transpose() / rho, q);
+    value(a.clone(), b * b.transpose() / rho, q)
+}
+
+/// The same for several inputs: P = A'P A - A'P B (R + B'P B)^-1 B'P A + Q. With A', C', the covariance of the states'
+/// noise and that of the measurements it is the covariance of a Kalman filter, before a measurement.
+pub(crate) fn value_of_several(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: DMatrix<f64>,
+    r: &DMatrix<f64>,
+) -> Option<DMatrix<f64>> {
+    let weighed = r.clone().cholesky()?.solve(&b.transpose());
+    value(a.clone(), b * weighed, q)
+}
+
+/// The solution of P = A'P (1 + G P)^-1 A + Q that stabilises.
+fn value(mut a: DMatrix<f64>, mut g: DMatrix<f64>, mut p: DMatrix<f64>) -> Option<DMatrix<f64>> {
     // This many reach any state that fades within 2^60 samples.
     for _ in 0..60 {
         let [next, of_g, of_p] = doubled(&a, &g, &p)?;
@@ -85,6 +101,20 @@ mod tests {
         // What is not seen and does not decay has no solution that settles.
         let (a, b) = (DMatrix::from_element(1, 1, f64::NAN), DVector::from_element(1, 1.0));
         assert_eq!(regulator_value(&a, &b, DMatrix::zeros(1, 1), 1.0), None);
+    }
+
+    /// Two inputs that do not meet are two scalar cases.
+    #[test]
+    fn several_inputs_are_those_of_each() {
+        let a = DMatrix::from_diagonal(&DVector::from_vec(vec![0.5, 1.5]));
+        let b = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 2.0]));
+        let r = DMatrix::from_diagonal(&DVector::from_vec(vec![0.1, 3.0]));
+        let both = value_of_several(&a, &b, DMatrix::identity(2, 2), &r).unwrap();
+        for i in 0..2 {
+            let (a, b) = (DMatrix::from_element(1, 1, a[(i, i)]), DVector::from_element(1, b[(i, i)]));
+            let one = regulator_value(&a, &b, DMatrix::identity(1, 1), r[(i, i)]).unwrap()[0];
+            assert!((both[(i, i)] - one).abs() < 1e-14 * one, "{both} {one}");
+        }
     }
 
     /// A random walk that is measured: P = q / 2 + sqrt(q^2 / 4 + q).

@@ -10,6 +10,7 @@ use crate::control::array_controller::ArrayController;
 use crate::control::controller::HybridController;
 use crate::control::filters::Filter;
 use crate::control::learning::{IterativeLearning, RepetitiveControl};
+use crate::control::multi_axis::MultiAxisController;
 use crate::control::observer::Observer;
 use crate::control::shared_by_controllers::ControllerTerms;
 use crate::control::tuning::Margins;
@@ -86,6 +87,7 @@ impl Each {
     Inverse,
     InverseArray,
     IterativeLearning,
+    MultiAxisController,
     MultiAxisForward,
     Observer,
     OscillatorForward,

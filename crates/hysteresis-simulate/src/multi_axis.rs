@@ -1,6 +1,7 @@
 //! Controllers and plants of several axes, and a reference for each.
 
-use hysteresis_core::{AxesCommand, Error, HybridController, MultiAxisController, check_length};
+use hysteresis_control::multi_axis::MultiAxisStageController;
+use hysteresis_core::{AxesCommand, Error, HybridController, check_length};
 
 use crate::closed_loop::{WATCH_INTERVAL, lead_in};
 use crate::driven::DrivenAxes;
@@ -16,7 +17,7 @@ use crate::metrics::{LoopRecord, Run, check_reference};
 /// let gains = Benchmark::A1.gains();
 /// let options = ControllerOptions::new(gains.kp, gains.ki, 1e-4, (-560.0, 560.0));
 /// let controller = HybridController::new(table_2().forward().into(), None, &options)?;
-/// let mut axes = MultiAxisController::new(vec![controller; 2], None)?;
+/// let mut axes = MultiAxisController::new(vec![controller; 2], None)?.into();
 /// let mut plant = MultiAxisPlant::new(vec![Benchmark::A1.plant(0), Benchmark::A1.plant(1)], &[1.0, 0.0, 0.0, 1.0])?;
 /// let reference: Vec<f64> = (0..500).flat_map(|k| [2e-3 * f64::from(k), 0.0]).collect(); // um
 /// let task = MultiAxisTask::new(&reference, 2, None)?;
@@ -77,7 +78,7 @@ impl<'a> MultiAxisTask<'a> {
     }
 
     /// The loop with hybrid controllers, and the targets of their feed-forward where these are not the references. Previews
-    /// get their references early, as in [`Tracking::run`](crate::closed_loop::Tracking::run). Where a write of the plant fails,
+    /// get their references early, and a stage that leads its targets too, as in [`Tracking::run`](crate::closed_loop::Tracking::run). Where a write of the plant fails,
     /// no controller has taken the sample.
     ///
     /// # Errors
@@ -88,14 +89,16 @@ impl<'a> MultiAxisTask<'a> {
     pub fn track<E, P: DrivenAxes<E>>(
         &self,
         plant: &mut P,
-        axes: &mut MultiAxisController,
+        axes: &mut MultiAxisStageController,
         targets: Option<&[f64]>,
         watch: impl FnMut(usize) -> Result<(), E>,
     ) -> Result<Vec<Run>, E> {
-        check_length("controllers", self.axes, axes.controllers().len()).expect("a controller for each axis");
+        check_length("controllers", self.axes, axes.controller().controllers().len())
+            .expect("a controller for each axis");
         check_length("targets", self.reference.len(), targets.map_or(self.reference.len(), <[f64]>::len))
             .expect("a target for each reference");
-        let (filling, ahead) = axes.controllers().first().map_or((0, 0), lead_in);
+        let (filling, ahead) = axes.controller().controllers().first().map_or((0, 0), lead_in);
+        let early = axes.tracking().map_or(0, |_| ahead);
         let [mut measured, mut position, mut put_out, mut drives] = [0; 4].map(|_| vec![0.0; self.axes]);
         for k in 0..filling + ahead {
             plant.read(None, &mut measured, &mut position)?;
@@ -103,14 +106,14 @@ impl<'a> MultiAxisTask<'a> {
             act(axes, plant, None, sample, (&mut drives, &mut put_out))?;
         }
         let step = |plant: &mut P, k: usize, measured: &[f64], put_out: &mut [f64]| {
-            let targets = targets.map(|targets| &targets[k * self.axes..][..self.axes]);
-            let command =
-                AxesCommand { references: self.row(k + ahead), targets, corrections: None, feedforward: None };
+            let last = self.reference.len() / self.axes - 1;
+            let targets = targets.map(|targets| &targets[(k + early).min(last) * self.axes..][..self.axes]);
+            let command = AxesCommand { targets, ..self.row(k + ahead).into() };
             act(axes, plant, Some(k), (command, measured), (&mut drives, put_out))
         };
         let runs = self.run_with(plant, step, watch)?;
         let within = |(run, controller): (Run, &HybridController)| run.within(controller.options().limits);
-        Ok(runs.into_iter().zip(axes.controllers()).map(within).collect())
+        Ok(runs.into_iter().zip(axes.controller().controllers()).map(within).collect())
     }
 
     fn run_with<E, P: DrivenAxes<E>>(
@@ -144,7 +147,7 @@ impl<'a> MultiAxisTask<'a> {
 
 /// Writes the drives for a sample. The controllers move on only if the write succeeds.
 fn act<E, P: DrivenAxes<E>>(
-    axes: &mut MultiAxisController,
+    axes: &mut MultiAxisStageController,
     plant: &mut P,
     sample: Option<usize>,
     (command, measured): (AxesCommand<'_>, &[f64]),

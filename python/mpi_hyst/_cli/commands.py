@@ -11,6 +11,7 @@ import click
 from mpi_hyst_command.interrupted import NOTHING_WRITTEN, STATUS
 
 import mpi_hyst
+from mpi_hyst._cli.axes import axes
 from mpi_hyst._cli.demo import demo
 from mpi_hyst._cli.excite import excite
 from mpi_hyst._cli.export import export
@@ -81,6 +82,7 @@ for command in (
     excite,
     identify,
     places,
+    axes,
     precompensate,
     simulate,
     export,

@@ -8,7 +8,7 @@ use super::operator::{OperatorState, OperatorStream};
 use crate::checks::check_numbers;
 
 /// The positions of a stage of several axes, sample by sample: `step(u, y)` writes y(k), then holds u(k) for one
-/// interval.
+/// interval; `advance(u, y)` holds u(k), then writes y(k+1), as a plant in a loop.
 ///
 /// Begins at rest: x = 0 and w = 0. A drive that is not finite, or beyond 1e100, counts as the last one of its axis.
 /// One that would bring a state beyond 1e100 leaves the state as it is. Both are counted. Nothing is allocated.
@@ -86,7 +86,21 @@ impl MultiAxisForward {
     pub fn step(&mut self, drives: &[f64], positions: &mut [f64]) -> Result<(), Error> {
         check_length("u", self.drives(), drives.len())?;
         check_length("out", self.positions(), positions.len())?;
-        self.advance(drives, positions);
+        self.walk(drives, positions);
+        Ok(())
+    }
+
+    /// A plant in a loop: holds the drives u(k) for one interval, then writes the positions y(k+1) at its end, while they
+    /// are still held.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn advance(&mut self, drives: &[f64], positions: &mut [f64]) -> Result<(), Error> {
+        self.step(drives, positions)?;
+        self.to.fill(0.0);
+        add_columns(&self.through, &self.from, &mut self.to);
+        let outputs = self.to.iter().skip(self.states).zip(&self.output_offset);
+        positions.iter_mut().zip(outputs).for_each(|(position, (output, offset))| *position = output + offset);
         Ok(())
     }
 
@@ -100,12 +114,25 @@ impl MultiAxisForward {
         check_length("u", rows * m, drives.len())?;
         check_length("out", rows * p, positions.len())?;
         for (u, y) in drives.chunks_exact(m.max(1)).zip(positions.chunks_exact_mut(p.max(1))) {
-            self.advance(u, y);
+            self.walk(u, y);
         }
         Ok(())
     }
 
-    fn advance(&mut self, drives: &[f64], positions: &mut [f64]) {
+    /// x, then the last drives.
+    #[inline]
+    pub(super) fn held(&self) -> &[f64] {
+        &self.from
+    }
+
+    /// The operators with their memory.
+    #[inline]
+    pub(super) fn operators(&self) -> &[OperatorStream] {
+        &self.operators
+    }
+
+    #[inline]
+    pub(super) fn walk(&mut self, drives: &[f64], positions: &mut [f64]) {
         let Self { through, bw, output_offset, operators, from, to, states, rejected } = self;
         for (last, drive) in from.iter_mut().skip(*states).zip(drives) {
             if is_admissible(*drive) {
@@ -116,12 +143,13 @@ impl MultiAxisForward {
         }
         to.fill(0.0);
         add_columns(through, from, to);
-        let (next, rest) = to.split_at_mut(*states);
-        let mut outputs = rest.iter();
-        for ((position, output), offset) in positions.iter_mut().zip(&mut outputs).zip(&*output_offset) {
+        // As long as they were made: nothing is left out.
+        let Some((next, rest)) = to.split_at_mut_checked(*states) else { return };
+        let Some((outputs, queries)) = rest.split_at_checked(output_offset.len()) else { return };
+        for ((position, output), offset) in positions.iter_mut().zip(outputs).zip(&*output_offset) {
             *position = output + offset;
         }
-        for ((operator, q), column) in operators.iter_mut().zip(outputs).zip(bw.chunks_exact((*states).max(1))) {
+        for ((operator, q), column) in operators.iter_mut().zip(queries).zip(bw.chunks_exact((*states).max(1))) {
             let w = operator.step(*q);
             next.iter_mut().zip(column).for_each(|(next, entry)| *next += entry * w);
         }

@@ -8,7 +8,7 @@ use realfft::RealFftPlanner;
 
 use super::forward::MultiAxisForward;
 use super::model::{Matrices, MultiAxisStage};
-use super::operator::{OperatorStream, ScalarOperator};
+use super::operator::{OperatorStream, ScalarOperator, middle};
 use crate::as_f64;
 
 /// Gains below this share of the largest one are not inverted in full: reference and rounding have nothing there that
@@ -48,14 +48,14 @@ struct Gains {
 }
 
 impl Gains {
-    /// With the middle slopes of the operators taken to the linear part.
+    /// With the middle slopes of the operators taken to the linear part: so passes come to an end soonest.
     fn new(stage: &MultiAxisStage, length: usize) -> Option<Self> {
         let matrices = stage.matrices();
         let complex = |matrix: &DMatrix<f64>| matrix.map(Complex::from);
         let (n, m, h) = (stage.states(), stage.drives(), stage.operators().len());
-        let by_query = DMatrix::from_fn(n, h, |i, j| matrices.bw[(i, j)] * middle(&stage.operators()[j]));
-        let a = complex(&(&matrices.a + &by_query * &matrices.cq));
-        let b = complex(&(&matrices.b + by_query * &matrices.dq));
+        let slopes: Vec<f64> = stage.operators().iter().map(middle).collect();
+        let (a, b) = matrices.with_slopes(&slopes);
+        let (a, b) = (complex(&a), complex(&b));
         let (c, d, bw) = (complex(&matrices.c), complex(&matrices.d), complex(&matrices.bw));
         let (cq, dq) = (complex(&matrices.cq), complex(&matrices.dq));
         let states = |bin: usize| {
@@ -222,12 +222,6 @@ impl MultiAxisStage {
         };
         Ok((0..p).map(rms).collect())
     }
-}
-
-/// The slope of an operator that others are least far from: beside it w is smallest, and passes come to an end soonest.
-fn middle(operator: &ScalarOperator) -> f64 {
-    let (least, most) = operator.slopes();
-    0.5 * (least + most)
 }
 
 /// By how much its slopes differ from that.

@@ -36,6 +36,14 @@ pub struct Matrices {
     pub dq: DMatrix<f64>,
 }
 
+impl Matrices {
+    /// A and B of the linear dynamics with w = slopes times q.
+    pub(super) fn with_slopes(&self, slopes: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
+        let by_query = DMatrix::from_fn(self.bw.nrows(), slopes.len(), |i, j| self.bw[(i, j)] * slopes[j]);
+        (&self.a + &by_query * &self.cq, &self.b + by_query * &self.dq)
+    }
+}
+
 /// Several axes with hysteresis in front of or inside their dynamics, sampled every `dt` seconds.
 ///
 /// x(k+1) = A x(k) + B u(k) + Bw w(k), w_i = H_i\[q_i\], q = Cq x + Dq u, y = C x + D u + offset. It is causal: w acts
@@ -93,10 +101,7 @@ impl MultiAxisStage {
         check_positive("dt", None, dt)?;
         let slopes = operators.iter().map(ScalarOperator::slopes);
         let (least, most): (Vec<f64>, Vec<f64>) = slopes.unzip();
-        let feedback = |slopes: &[f64]| {
-            let gains = DMatrix::from_fn(matrices.bw.nrows(), slopes.len(), |i, j| matrices.bw[(i, j)] * slopes[j]);
-            &matrices.a + gains * &matrices.cq
-        };
+        let feedback = |slopes: &[f64]| matrices.with_slopes(slopes).0;
         check_stable("a", "eigenvalues inside the unit circle", &matrices.a)?;
         // In front of the dynamics operators change no eigenvalue.
         if matrices.cq.iter().any(|entry| *entry != 0.0) {
@@ -201,6 +206,12 @@ fn check_shapes(matrices: &Matrices, operators: usize, offsets: usize) -> Result
 }
 
 fn check_stable(parameter: &'static str, expected: &'static str, matrix: &DMatrix<f64>) -> Result<(), Error> {
+    let largest = spectral_radius(matrix);
+    if largest < 1.0 { Ok(()) } else { Err(Error::domain(parameter, None, expected, largest)) }
+}
+
+/// The largest magnitude of an eigenvalue; infinite if none are found.
+pub(super) fn spectral_radius(matrix: &DMatrix<f64>) -> f64 {
     const ITERATIONS: usize = 10_000;
     let mut balanced = matrix.clone();
     balance_parlett_reinsch(&mut balanced);
@@ -210,8 +221,7 @@ fn check_stable(parameter: &'static str, expected: &'static str, matrix: &DMatri
         None
     };
     let eigenvalues = schur.map(|schur| schur.complex_eigenvalues());
-    let largest = eigenvalues.map_or(f64::INFINITY, |all| all.iter().map(|one| one.norm()).fold(0.0, f64::max));
-    if largest < 1.0 { Ok(()) } else { Err(Error::domain(parameter, None, expected, largest)) }
+    eigenvalues.map_or(f64::INFINITY, |all| all.iter().map(|one| one.norm()).fold(0.0, f64::max))
 }
 
 /// Matrices are lists of rows.

@@ -106,6 +106,12 @@ impl ScalarOperator {
     }
 }
 
+/// The slope of an operator that others are least far from: beside it w is smallest.
+pub(super) fn middle(operator: &ScalarOperator) -> f64 {
+    let (least, most) = operator.slopes();
+    0.5 * (least + most)
+}
+
 /// Everything that an operator remembers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -144,6 +150,17 @@ impl OperatorStream {
                 sum + *weight * *output
             }),
             Self::Duhem(duhem) => duhem.step(q),
+        }
+    }
+
+    /// What [`step`](Self::step) would give.
+    #[inline]
+    pub(super) fn peek(&self, q: f64) -> f64 {
+        match self {
+            Self::Plays(plays) => {
+                plays.iter().fold(0.0, |sum, (play, weight, output)| sum + *weight * play.next(*output, q))
+            }
+            Self::Duhem(duhem) => duhem.peek(q),
         }
     }
 

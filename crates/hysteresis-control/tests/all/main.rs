@@ -11,6 +11,7 @@ mod learning_modes;
 mod linear;
 mod loop_shift;
 mod multi_axis;
+mod multi_axis_controller;
 mod no_allocation;
 mod observer;
 mod oscillator;

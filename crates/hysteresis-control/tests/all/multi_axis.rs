@@ -168,6 +168,20 @@ fn drives_of_a_reference_are_followed() {
     assert_eq!(error.to_string(), "reference: expected 1198 elements, got 1199");
 }
 
+/// What a row of a record is at the next sample, with the same drives once more.
+#[test]
+fn a_plant_in_a_loop_is_one_sample_later() {
+    let (mut plant, mut record) = (MultiAxisForward::new(&stage()), MultiAxisForward::new(&stage()));
+    let [mut later, mut now] = [[0.0; 2]; 2];
+    for k in 0..50 {
+        let u = [f64::from(k).sin(), f64::from(k).cos()];
+        plant.advance(&u, &mut later).unwrap();
+        record.step(&u, &mut now).unwrap();
+        record.clone().step(&u, &mut now).unwrap();
+        assert_eq!(now, later);
+    }
+}
+
 #[test]
 fn steps_allocate_nothing() {
     let mut forward = MultiAxisForward::new(&stage());

@@ -207,7 +207,7 @@ pub struct MultiAxisController {
 /// ```
 /// use hysteresis_core::AxesCommand;
 /// let references = [1.5, 0.0];
-/// let plain = AxesCommand { references: &[1.5, 0.0], targets: None, corrections: None, feedforward: None };
+/// let plain = AxesCommand { references: &[1.5, 0.0], targets: None, corrections: None, estimates: None, feedforward: None };
 /// assert_eq!(AxesCommand::from(&references), plain);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -218,6 +218,8 @@ pub struct AxesCommand<'a> {
     pub targets: Option<&'a [f64]>,
     /// What learning adds to the targets of the axes.
     pub corrections: Option<&'a [f64]>,
+    /// What the feedback of each actuator takes instead of its measurement (D y), as the estimate of an observer.
+    pub estimates: Option<&'a [f64]>,
     /// Volts of each actuator that replace the output of its feed-forward.
     pub feedforward: Option<&'a [f64]>,
 }
@@ -225,7 +227,7 @@ pub struct AxesCommand<'a> {
 impl<'a> From<&'a [f64]> for AxesCommand<'a> {
     #[inline]
     fn from(references: &'a [f64]) -> Self {
-        Self { references, targets: None, corrections: None, feedforward: None }
+        Self { references, targets: None, corrections: None, estimates: None, feedforward: None }
     }
 }
 
@@ -244,7 +246,7 @@ impl AxesCommand<'_> {
             reference: product(row, self.references),
             target: self.targets.map(|targets| product(row, targets)),
             correction: self.corrections.map_or(0.0, |corrections| product(row, corrections)),
-            estimate: None,
+            estimate: self.estimates.and_then(|estimates| estimates.get(i)).copied(),
             feedforward: self.feedforward.and_then(|volts| volts.get(i)).copied(),
         }
     }
@@ -349,6 +351,11 @@ impl MultiAxisController {
         true
     }
 
+    /// Forgets a plan.
+    pub fn discard_plan(&mut self) {
+        self.controllers.iter_mut().for_each(HybridController::discard_plan);
+    }
+
     #[inline]
     fn each(
         &mut self,
@@ -363,14 +370,28 @@ impl MultiAxisController {
         }
     }
 
-    fn check(&self, command: &AxesCommand<'_>, measurements: &[f64], drives: &[f64]) -> Result<(), Error> {
+    /// Checks that everything has an element for each axis.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn check(&self, command: &AxesCommand<'_>, measurements: &[f64], drives: &[f64]) -> Result<(), Error> {
         let axes = self.controllers.len();
         check_length("references", axes, command.references.len())?;
         check_length("measurements", axes, measurements.len())?;
         check_length("targets", axes, command.targets.map_or(axes, <[f64]>::len))?;
         check_length("corrections", axes, command.corrections.map_or(axes, <[f64]>::len))?;
+        check_length("estimates", axes, command.estimates.map_or(axes, <[f64]>::len))?;
         check_length("feedforward", axes, command.feedforward.map_or(axes, <[f64]>::len))?;
         check_length("drives", axes, drives.len())
+    }
+
+    /// What an actuator is to reach now, and what it measures, of the axes: (D r)_i, or what its preview has for now, and (D y)_i.
+    #[inline]
+    pub fn now<'a>(&'a self, references: &'a [f64], measurements: &'a [f64]) -> impl Iterator<Item = (f64, f64)> + 'a {
+        let actuators = self.controllers.iter().zip(self.decoupling.rows());
+        actuators.map(|(controller, row)| {
+            (controller.reference_of_now(product(row, references)), product(row, measurements))
+        })
     }
 
     /// The controller of every actuator.

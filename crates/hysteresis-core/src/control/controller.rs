@@ -371,6 +371,13 @@ impl<S: DriveSource> HybridController<S> {
         self.rules.bumpless_samples
     }
 
+    /// Whether the last sample was acted upon: not one that was held, rejected or waited for a measurement.
+    #[must_use]
+    #[inline]
+    pub fn is_under_way(&self) -> bool {
+        self.now.started
+    }
+
     /// The options, with the present gains.
     #[must_use]
     pub fn options(&self) -> &ControllerOptions {

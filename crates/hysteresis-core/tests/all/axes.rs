@@ -69,6 +69,7 @@ proptest! {
                 references: &references,
                 targets: all.then_some(&targets),
                 corrections: all.then_some(&corrections),
+                estimates: None,
                 feedforward: all.then_some(&volts),
             };
             let mut drives = [0.0; AXES];

@@ -67,6 +67,11 @@ impl Preview {
         Ok(Self { preview, plain: None, dt: Some(made.dt()), made: Some(made) })
     }
 
+    /// One that was made elsewhere, for a sampling interval in seconds.
+    pub(crate) fn of(preview: core::Preview, dt: f64) -> Self {
+        Self { preview, plain: None, made: None, dt: Some(dt) }
+    }
+
     /// The same with smoothed references.
     pub(crate) fn behind_smoothing(&self, seconds: f64) -> PyResult<Self> {
         let Some(dt) = self.dt else {

@@ -1,5 +1,6 @@
 //! A hybrid controller for each actuator of several axes, behind a static decoupling.
 
+use hysteresis_control::multi_axis::{MultiAxisStageController, MultiAxisStageState, Tracking, TrackingOptions};
 use hysteresis_core as core;
 use hysteresis_core::AxesCommand;
 use hysteresis_python_macros::methods;
@@ -9,6 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 use pythonize::pythonize;
 
+use crate::argument::SampleCount;
 use crate::control::controller::HybridController;
 use crate::control::filters::Filters;
 use crate::control::shared_by_controllers::{ControllerTerms, MODES, mode_name, mode_of, plain_state, source};
@@ -17,6 +19,7 @@ use crate::convert::errors::{self, Place, raise, unexpected};
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, shared};
 use crate::model::models::compiled_of;
 use crate::plant::plant::{as_matrix, list_of, square};
+use crate::stage::multi_axis_stage::MultiAxisStage;
 use crate::stream::blocks::{Block, apply};
 use crate::stream::stream_arrays::columns;
 
@@ -34,6 +37,11 @@ const ROWS: usize = 1 << 16;
 /// those of the single controllers. A measurement that is not finite (or beyond 1e100) is a missing one for all
 /// actuators that depend on it, by an entry of D that is not zero; such a reference is a bad one for them. The other actuators go on.
 ///
+/// A `MultiAxisStage` may lead the axes: `stage.controller(limits)` makes such a controller. Then the drives of the feed-forward
+/// are those with which its model follows the references best, and its observer tells what comes in with the drives that the
+/// model does not know. The single controllers take both, and multiply the second by -kp. References come `ahead` samples
+/// early, targets and corrections too.
+///
 /// Parameters
 /// ----------
 /// controllers : list of N HybridControllers
@@ -41,7 +49,13 @@ const ROWS: usize = 1 << 16;
 ///     are.
 /// decoupling : array of shape (N, N), optional
 ///     D: finite, with a condition number (of the largest column sum) of at most 1e10. Without one the axes are those of the
-///     actuators.
+///     actuators, or the inverse of the static gain of the stage.
+/// stage : MultiAxisStage, optional
+///     Leads the axes. The controllers take "given" volts then, and have previews that look as far ahead as the stage.
+/// ahead : int, optional
+///     How many samples early references come, with a stage; by default as many as its dynamics use.
+/// peak_sensitivity : float
+///     By how much the feedback of a stage may at most amplify what disturbs a position, 1.05 to 5.
 ///
 /// Raises
 /// ------
@@ -67,9 +81,11 @@ const ROWS: usize = 1 << 16;
 /// True
 #[pyclass(module = "mpi_hyst.control")]
 pub(crate) struct MultiAxisController {
-    pub(crate) controller: core::MultiAxisController,
+    pub(crate) controller: MultiAxisStageController,
     /// The single controllers as they came, with what they were made of.
     pub(super) made_of: Vec<Py<HybridController>>,
+    /// The stage that leads them, and by which peak of the sensitivity it was judged.
+    pub(super) led_by: Option<(Py<MultiAxisStage>, f64)>,
 }
 
 /// One number for each axis.
@@ -119,6 +135,7 @@ impl<'py> Asked<'py> {
             references: &references,
             targets: targets.as_deref(),
             corrections: corrections.as_deref(),
+            estimates: None,
             feedforward: feedforward.as_deref(),
         };
         apply(self.references, out, |block| {
@@ -129,13 +146,45 @@ impl<'py> Asked<'py> {
 }
 
 impl MultiAxisController {
-    pub(super) fn axes(&self) -> usize {
-        self.controller.controllers().len()
+    pub(crate) fn axes(&self) -> usize {
+        self.single().len()
+    }
+
+    /// The single controllers.
+    fn single(&self) -> &[core::HybridController] {
+        self.controller.controller().controllers()
+    }
+
+    /// Controllers that a stage leads, with copies of these, and its decoupling unless another one is given.
+    fn led(
+        stage: &Bound<'_, MultiAxisStage>,
+        (copies, decoupling): (Vec<HybridController>, Option<Vec<f64>>),
+        options: &TrackingOptions,
+    ) -> PyResult<Self> {
+        let single: Vec<_> = copies.iter().map(|one| one.controller().clone()).collect();
+        let limits: Vec<_> = single.iter().map(|one| one.options().limits).collect();
+        let start = single.first().map_or(0, core::HybridController::bumpless_samples);
+        let tracking = Tracking::new(&stage.get().0, &limits, start, options).map_err(raise)?;
+        let decoupling = decoupling.unwrap_or_else(|| tracking.decoupling().to_vec());
+        let decoupled = core::MultiAxisController::new(single, Some(&decoupling)).map_err(raise)?;
+        let controller = MultiAxisStageController::from(decoupled).with_tracking(tracking).map_err(raise)?;
+        Self::with_stage(stage, controller, copies, options.peak_sensitivity)
+    }
+
+    /// A controller that a stage leads already, and what its single controllers were made of.
+    pub(crate) fn with_stage(
+        stage: &Bound<'_, MultiAxisStage>,
+        controller: MultiAxisStageController,
+        copies: Vec<HybridController>,
+        peak_sensitivity: f64,
+    ) -> PyResult<Self> {
+        let made_of = copies.into_iter().map(|one| Py::new(stage.py(), one)).collect::<PyResult<_>>()?;
+        Ok(Self { controller, made_of, led_by: Some((stage.clone().unbind(), peak_sensitivity)) })
     }
 
     /// A count of every controller.
     fn counted<'py>(&self, py: Python<'py>, count: impl Fn(core::Counters) -> u64) -> Bound<'py, PyArray1<u64>> {
-        PyArray1::from_iter(py, self.controller.controllers().iter().map(|controller| count(controller.counters())))
+        PyArray1::from_iter(py, self.single().iter().map(|controller| count(controller.counters())))
     }
 }
 
@@ -145,6 +194,9 @@ impl MultiAxisController {
     fn new(
         #[py("Iterable[HybridController]")] controllers: &Bound<'_, PyAny>,
         #[py("ArrayLike | None" = None)] decoupling: Option<&Bound<'_, PyAny>>,
+        #[py(*, = None)] stage: Option<Bound<'_, MultiAxisStage>>,
+        #[py(= None)] ahead: Option<SampleCount>,
+        #[py(= 2.0)] peak_sensitivity: f64,
     ) -> PyResult<Self> {
         let given = list_of::<HybridController>("controllers", "HybridController", controllers)?;
         let decoupling = decoupling.map(|matrix| square("decoupling", matrix, given.len())).transpose()?;
@@ -156,10 +208,17 @@ impl MultiAxisController {
                 return Err(errors::value(Place::part("controllers", &place), expected));
             }
         }
+        if let Some(stage) = &stage {
+            let options = TrackingOptions { ahead: ahead.map(|ahead| ahead.0), peak_sensitivity };
+            return Self::led(stage, (copies, decoupling), &options);
+        }
+        if ahead.is_some() {
+            return Err(errors::value("ahead", "expected None without a stage, as previews know it"));
+        }
         let single = copies.iter().map(|one| one.controller().clone()).collect();
-        let controller = core::MultiAxisController::new(single, decoupling.as_deref()).map_err(raise)?;
+        let controller = core::MultiAxisController::new(single, decoupling.as_deref()).map_err(raise)?.into();
         let made_of = copies.into_iter().map(|one| Py::new(controllers.py(), one)).collect::<PyResult<_>>()?;
-        Ok(Self { controller, made_of })
+        Ok(Self { controller, made_of, led_by: None })
     }
 
     /// Takes a sample and returns the drives in volts, in `out` or a new array of shape (N,).
@@ -249,7 +308,7 @@ impl MultiAxisController {
     #[getter]
     #[py(-> "tuple[HybridController, ...]")]
     fn controllers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let copies = self.made_of.iter().zip(self.controller.controllers()).map(|(made, controller)| {
+        let copies = self.made_of.iter().zip(self.single()).map(|(made, controller)| {
             let copy = made.borrow(py).duplicate(py)?;
             Bound::new(py, HybridController { stage_controller: controller.clone().into(), ..copy })
         });
@@ -259,33 +318,33 @@ impl MultiAxisController {
     /// D, as an array of shape (N, N).
     #[getter]
     fn decoupling<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        as_matrix(py, self.controller.decoupling().entries(), self.axes())
+        as_matrix(py, self.controller.controller().decoupling().entries(), self.axes())
     }
 
     /// The present drives in volts: what the amplifiers have.
     #[getter]
     fn drive<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_iter(py, self.controller.controllers().iter().map(core::HybridController::drive))
+        PyArray1::from_iter(py, self.single().iter().map(core::HybridController::drive))
     }
 
     /// The limits of the drives in volts, an array of shape (N, 2).
     #[getter]
     fn limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let limits = self.controller.controllers().iter().map(|controller| controller.options().limits);
+        let limits = self.single().iter().map(|controller| controller.options().limits);
         as_matrix(py, &limits.flat_map(<[f64; 2]>::from).collect::<Vec<_>>(), 2)
     }
 
     /// The sampling interval in seconds.
     #[getter]
     pub(super) fn dt(&self) -> f64 {
-        self.controller.controllers().first().map_or(0.0, |controller| controller.options().dt)
+        self.single().first().map_or(0.0, |controller| controller.options().dt)
     }
 
     /// What the last samples of the actuators that were acted upon were made of, N ControllerTerms.
     #[getter]
     #[py(-> "tuple[ControllerTerms, ...]")]
     fn terms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let terms = self.controller.controllers().iter().map(|one| Bound::new(py, ControllerTerms::from(one.terms())));
+        let terms = self.single().iter().map(|one| Bound::new(py, ControllerTerms::from(one.terms())));
         PyTuple::new(py, terms.collect::<PyResult<Vec<_>>>()?)
     }
 
@@ -293,19 +352,40 @@ impl MultiAxisController {
     /// previews are full and the bumpless terms are gone.
     #[getter]
     fn lead_in(&self) -> f64 {
-        self.controller.controllers().iter().map(core::HybridController::lead_in).fold(0.0, f64::max)
+        self.single().iter().map(core::HybridController::lead_in).fold(0.0, f64::max)
+    }
+
+    /// How many samples early references come; 0 without previews.
+    #[getter]
+    fn ahead(&self) -> usize {
+        self.single().first().and_then(core::HybridController::preview).map_or(0, core::Preview::ahead)
+    }
+
+    /// The stage that leads the axes, or None.
+    #[getter]
+    fn stage(&self, py: Python<'_>) -> Option<Py<MultiAxisStage>> {
+        self.led_by.as_ref().map(|(stage, _)| stage.clone_ref(py))
+    }
+
+    /// What comes in with the drives that the model of the stage does not know, in volts, an array of N: zeros without a stage.
+    #[getter]
+    fn disturbance<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        match self.controller.tracking() {
+            Some(tracking) => PyArray1::from_slice(py, tracking.disturbance()),
+            None => PyArray1::zeros(py, self.axes(), false),
+        }
     }
 
     /// The proportional gains of the actuators in V/um, an array of N.
     #[getter]
     fn kp<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_iter(py, self.controller.controllers().iter().map(|one| one.options().kp))
+        PyArray1::from_iter(py, self.single().iter().map(|one| one.options().kp))
     }
 
     /// The integral gains of the actuators in V/um/s, an array of N.
     #[getter]
     fn ki<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_iter(py, self.controller.controllers().iter().map(|one| one.options().ki))
+        PyArray1::from_iter(py, self.single().iter().map(|one| one.options().ki))
     }
 
     /// How many references, targets or given feed-forwards of each actuator were not finite, or beyond 1e100, or missing.
@@ -343,14 +423,19 @@ impl MultiAxisController {
     }
 
     fn __repr__(&self) -> String {
-        let drives: Vec<f64> = self.controller.controllers().iter().map(core::HybridController::drive).collect();
+        let drives: Vec<f64> = self.single().iter().map(core::HybridController::drive).collect();
         format!("<MultiAxisController of {} axes: dt {:?} s, drive {drives:?}>", self.axes(), self.dt())
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
         let parts = (this.controllers(py)?, this.decoupling(py)?);
-        reduce(py.get_type::<Self>().into_any(), parts, keywords!(py), None)
+        let Some((stage, peak)) = &this.led_by else {
+            return reduce(py.get_type::<Self>().into_any(), parts, keywords!(py), None);
+        };
+        let keywords = keywords!(py, stage = stage, ahead = this.ahead(), peak_sensitivity = peak);
+        let state = Self::state(slf)?;
+        reduce(py.get_type::<Self>().into_any(), parts, keywords, Some(state))
     }
 }
 
@@ -360,13 +445,23 @@ impl MultiAxisController {
     ///
     /// A change of one actuator drops what is planned for all. What is refused leaves all as it was.
     fn set_gains(slf: &Bound<'_, Self>, axis: usize, kp: f64, ki: f64) -> PyResult<()> {
-        exclusive(slf)?.controller.controller_mut(axis).and_then(|one| one.set_gains(kp, ki)).map_err(raise)
+        exclusive(slf)?
+            .controller
+            .controller_mut()
+            .controller_mut(axis)
+            .and_then(|one| one.set_gains(kp, ki))
+            .map_err(raise)
     }
 
     /// Changes the filters of actuator `axis`, counted from 0, without a jump: as `HybridController.set_filters`.
     fn set_filters(slf: &Bound<'_, Self>, axis: usize, filters: Filters) -> PyResult<()> {
         let sections = filters.sections(shared(slf)?.dt())?;
-        exclusive(slf)?.controller.controller_mut(axis).and_then(|one| one.set_filters(&sections)).map_err(raise)
+        exclusive(slf)?
+            .controller
+            .controller_mut()
+            .controller_mut(axis)
+            .and_then(|one| one.set_filters(&sections))
+            .map_err(raise)
     }
 
     /// Actuator `axis`, counted from 0, goes on with the weights and the output offset of another model of the same operators,
@@ -393,7 +488,11 @@ impl MultiAxisController {
     fn set_model(slf: &Bound<'_, Self>, axis: usize, #[py("Model")] model: &Bound<'_, PyAny>) -> PyResult<()> {
         let compiled = compiled_of("model", model)?;
         let mut this = exclusive(slf)?;
-        this.controller.controller_mut(axis).and_then(|one| one.set_model(&compiled)).map_err(raise)?;
+        this.controller
+            .controller_mut()
+            .controller_mut(axis)
+            .and_then(|one| one.set_model(&compiled))
+            .map_err(raise)?;
         shared(this.made_of[axis].bind(slf.py()))?.remember_model(model)
     }
 
@@ -406,7 +505,11 @@ impl MultiAxisController {
         let dt = shared(slf)?.dt();
         let (feedforward, source) = source(feedforward, dt)?;
         let mut this = exclusive(slf)?;
-        this.controller.controller_mut(axis).and_then(|one| one.set_feedforward(feedforward)).map_err(raise)?;
+        this.controller
+            .controller_mut()
+            .controller_mut(axis)
+            .and_then(|one| one.set_feedforward(feedforward))
+            .map_err(raise)?;
         exclusive(this.made_of[axis].bind(slf.py()))?.source = source;
         Ok(())
     }
@@ -418,7 +521,7 @@ impl MultiAxisController {
     #[getter]
     #[py(-> "tuple[Literal['run', 'feedforward', 'hold', 'stop'], ...]")]
     fn mode<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, self.controller.controllers().iter().map(|one| mode_name(one.mode())))
+        PyTuple::new(py, self.single().iter().map(|one| mode_name(one.mode())))
     }
 
     #[setter]
@@ -440,7 +543,7 @@ impl MultiAxisController {
             each.collect::<PyResult<Vec<_>>>()?
         };
         let mut this = exclusive(slf)?;
-        let mut each = this.controller.controllers_mut().iter_mut().zip(modes);
+        let mut each = this.controller.controller_mut().controllers_mut().iter_mut().zip(modes);
         each.try_for_each(|(one, mode)| one.set_mode(mode)).map_err(raise)
     }
 
@@ -448,15 +551,15 @@ impl MultiAxisController {
     /// stop.
     #[getter]
     fn hold(&self) -> bool {
-        self.controller.controllers().iter().all(|controller| controller.mode() == core::Mode::Hold)
+        self.single().iter().all(|controller| controller.mode() == core::Mode::Hold)
     }
 
     #[setter]
     fn set_hold(slf: &Bound<'_, Self>, hold: bool) -> PyResult<()> {
         if hold {
-            exclusive(slf)?.controller.hold();
+            exclusive(slf)?.controller.controller_mut().hold();
         } else {
-            exclusive(slf)?.controller.release();
+            exclusive(slf)?.controller.controller_mut().release();
         }
         Ok(())
     }
@@ -476,7 +579,7 @@ impl MultiAxisController {
             Some(given) => one_each("rest_drives", given, axes)?.as_slice()?.to_vec(),
             None => vec![0.0; axes],
         };
-        exclusive(slf)?.controller.stop(rate, &rest_drives).map_err(raise)
+        exclusive(slf)?.controller.controller_mut().stop(rate, &rest_drives).map_err(raise)
     }
 
     /// All axes back to the start, in mode "run", with all counters at zero. The drives stay as they are, or are `drives` if the
@@ -488,11 +591,8 @@ impl MultiAxisController {
         let axes = shared(slf)?.axes();
         let drives = drives.map(|given| one_each("drives", given, axes)).transpose()?;
         let mut this = exclusive(slf)?;
-        match drives {
-            Some(drives) => this.controller.reset_at(drives.as_slice()?).map_err(raise)?,
-            None => this.controller.reset(),
-        }
-        Ok(())
+        let drives = drives.as_ref().map(|drives| drives.as_slice()).transpose()?;
+        this.controller.reset(drives).map_err(raise)
     }
 
     /// Takes over what was driven before, an array of shape (samples, N), oldest drives first, one row per sampling interval; the
@@ -521,7 +621,7 @@ impl MultiAxisController {
 
     #[setter]
     fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
-        let plain: core::MultiAxisState = plain_state(state)?;
+        let plain: MultiAxisStageState = plain_state(state)?;
         exclusive(slf)?.controller.set_state(&plain).map_err(raise)
     }
 }

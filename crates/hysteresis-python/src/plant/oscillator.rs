@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use hysteresis_control::multi_axis;
 use hysteresis_control::oscillator::{self, Hold, Motion, tables};
 use hysteresis_core::{DuhemForward, Process};
 use hysteresis_python_macros::methods;
@@ -17,6 +18,7 @@ use crate::convert::errors::{self, raise};
 use crate::convert::files;
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
 use crate::model::duhem::Duhem;
+use crate::stage::multi_axis_stage::MultiAxisStage;
 use crate::stream::single_argument::Stepper;
 
 impl Words for Hold {
@@ -134,6 +136,31 @@ impl HystereticOscillator {
     #[getter]
     fn hysteresis(&self) -> Duhem {
         Duhem(DuhemForward::new(*self.0.hysteresis()))
+    }
+
+    /// A stage of one axis, sampled every `dt` seconds: for a controller, `oscillator.axes(dt).controller(limits)`.
+    ///
+    /// What z is beside its middle slope is held over an interval, at the position in its middle: errors go with the square of
+    /// the interval. To simulate take `forward`.
+    ///
+    /// Raises ValueError unless `dt` is so short beside a period that the sampled oscillator is stable.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import mpi_hyst as mh
+    /// >>> import numpy as np
+    /// >>> hysteresis = mh.Duhem.from_bouc_wen(2.5e4, 1e3, 0.8, -1.1)
+    /// >>> oscillator = mh.plant.HystereticOscillator(0.5, 5.0, 2.5e4, hysteresis)
+    /// >>> controller, plant = oscillator.axes(1e-3).controller((-200.0, 200.0)), oscillator.forward(1e-3)
+    /// >>> wanted = 5e-4 * np.sin(2 * np.pi * 5.0 * 1e-3 * np.arange(1000))  # m
+    /// >>> y, errors = 0.0, []
+    /// >>> for k in range(1000 - controller.ahead):
+    /// ...     errors.append(y - wanted[k])
+    /// ...     y = plant.advance(controller.step([wanted[k + controller.ahead]], [y])[0])
+    /// >>> bool(np.std(errors[200:]) < 1e-3 * np.std(wanted))
+    /// True
+    fn axes(&self, dt: f64) -> PyResult<MultiAxisStage> {
+        multi_axis::MultiAxisStage::of_oscillator(&self.0, dt).map(MultiAxisStage).map_err(raise)
     }
 
     /// The stream for an interval `dt` in seconds, at rest. It integrates `sub_steps` steps of fourth order in an

@@ -383,7 +383,7 @@ pub(super) fn simulate_axes<'py>(
     let hybrid = controller.cast::<MultiAxisController>().ok();
     let axes = match hybrid {
         Some(hybrid) => {
-            let got = shared(hybrid)?.controller.controllers().len();
+            let got = shared(hybrid)?.axes();
             if axes.is_some_and(|axes| axes != got) {
                 let expected = format!("one for {} axes, as the plant has", axes.unwrap_or_default());
                 return Err(errors::value("controller", format_args!("expected {expected}, got one for {got}")));
@@ -442,7 +442,7 @@ impl Parts<'_, '_> {
     ) -> PyResult<Vec<metrics::Run>> {
         let Some(hybrid) = self.hybrid else { return self.run_object(plant, watch) };
         let axes = &mut exclusive(hybrid)?.controller;
-        for (i, controller) in axes.controllers().iter().enumerate() {
+        for (i, controller) in axes.controller().controllers().iter().enumerate() {
             let own = controller.options().dt;
             check_interval("controller", Some(own), dt.unwrap_or(own))?;
             check_limits(controller.options().limits, plant.limits(i))?;

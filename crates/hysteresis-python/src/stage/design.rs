@@ -114,7 +114,8 @@ impl Stage {
     ///     Gains and filters that `tune` of this stage gave for this dt, in the place of those of `tune(dt)`.
     /// ahead : int, optional
     ///     How many samples early references come, for "preview"; by default as many as
-    ///     the dynamics need: 4 more than the dead time, and more for zeros in the right half plane.
+    ///     the dynamics need: 4 more than the dead time, and more for zeros in the right half plane. Smooth references need not come
+    ///     early where the stage has no dead time: with 0 the window looks back alone. Then corners and steps make large drives.
     /// smoothing : float or "modes", optional
     ///     References with steps and corners, for "preview": they are smoothed over so many seconds, and come half of that
     ///     earlier. "modes" is three periods of the slowest lightly damped mode, which then stays at rest.

@@ -4,6 +4,7 @@ mod design;
 pub(crate) mod error_bounds;
 pub(crate) mod files;
 pub(crate) mod loop_shift;
+mod multi_axis_design;
 pub(crate) mod multi_axis_stage;
 pub(crate) mod slow_gain;
 #[expect(clippy::module_inception, reason = "the class `Stage`")]

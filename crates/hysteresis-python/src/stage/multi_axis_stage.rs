@@ -13,6 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyList, PyType};
 use pythonize::pythonize;
 
+use crate::argument::Class;
 use crate::convert::arrays::{PASS, array, check_room, is_slice, numbers, read_only, zeros};
 use crate::convert::errors::{self, Place, in_use, raise, unexpected};
 use crate::convert::files;
@@ -74,7 +75,7 @@ pub(crate) struct MultiAxisStage(pub(crate) multi_axis::MultiAxisStage);
 
 /// The positions of a stage of several axes, sample by sample: made by `stage.forward()`.
 ///
-/// `step(u)` returns y(k), then holds u(k) for one interval. A drive that is not finite, or beyond 1e100, counts as the
+/// `step(u)` returns y(k), then holds u(k) for one interval; `advance(u)` holds u(k), then returns y(k+1). A drive that is not finite, or beyond 1e100, counts as the
 /// last one of its axis; one that would bring a state beyond 1e100 leaves the states as they are. `rejected` counts
 /// both.
 ///
@@ -91,6 +92,10 @@ pub(crate) struct MultiAxisStage(pub(crate) multi_axis::MultiAxisStage);
 pub(crate) struct MultiAxisForward {
     stream: multi_axis::MultiAxisForward,
     made_of: Py<MultiAxisStage>,
+}
+
+impl Class for MultiAxisStage {
+    const CALLED: &'static str = "a mh.MultiAxisStage";
 }
 
 /// Drives, and what the model misses with them.
@@ -333,6 +338,15 @@ impl MultiAxisForward {
         let (m, p) = shared(slf)?.sizes();
         let drives = columns::<Ix1>("u", u, m, format_args!("an array of shape ({m},)"))?;
         written(slf.py(), Dim([p]), out, |y| exclusive(slf)?.stream.step(drives.as_slice()?, y).map_err(raise))
+    }
+
+    /// A plant in a loop: holds the drives u(k) for one interval, and returns the positions y(k+1) at its end, while they are
+    /// still held.
+    #[like(step)]
+    fn advance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (m, p) = shared(slf)?.sizes();
+        let drives = columns::<Ix1>("u", u, m, format_args!("an array of shape ({m},)"))?;
+        written(slf.py(), Dim([p]), out, |y| exclusive(slf)?.stream.advance(drives.as_slice()?, y).map_err(raise))
     }
 
     /// Takes drives of shape (samples, m), bit for bit like `step` in a loop; returns the positions, in `out` or a new

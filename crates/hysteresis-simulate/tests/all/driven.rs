@@ -121,7 +121,7 @@ fn axes_that_do_not_move_each_other_are_loops_of_their_own() {
     let rows: Vec<f64> = x.iter().flat_map(|x| [*x, -0.5 * x]).collect();
     let identity = [1.0, 0.0, 0.0, 1.0];
     let mut plant = MultiAxisPlant::new(vec![Benchmark::A1.plant(1), Benchmark::A1.plant(2)], &identity).unwrap();
-    let mut axes = MultiAxisController::new(vec![hybrid(); 2], None).unwrap();
+    let mut axes = MultiAxisController::new(vec![hybrid(); 2], None).unwrap().into();
     let task = MultiAxisTask::new(&rows, 2, Some(100.0)).unwrap();
     let Ok(runs) = task.track(&mut plant, &mut axes, None, |_| Ok::<_, Infallible>(()));
     for (i, (run, seed)) in runs.into_iter().zip([1, 2]).enumerate() {
@@ -130,7 +130,7 @@ fn axes_that_do_not_move_each_other_are_loops_of_their_own() {
         let mut single = controller();
         let Ok(own) = Tracking::of(&mut single).run(&task, &mut Benchmark::A1.plant(seed), |_| Ok::<_, Infallible>(()));
         assert_eq!(run, own);
-        assert_eq!(shown(&axes.controllers()[i].clone().into()), shown(&single));
+        assert_eq!(shown(&axes.controller().controllers()[i].clone().into()), shown(&single));
     }
 }
 

@@ -1,0 +1,199 @@
+//! The controller that a stage of several axes leads: it follows, rejects, holds, remembers, and allocates nothing.
+
+use hysteresis_control::multi_axis::{
+    Matrices, MultiAxisForward, MultiAxisStage, MultiAxisStageController, ScalarOperator, TrackingOptions,
+};
+use hysteresis_control::oscillator::{Hold, HystereticOscillator, OscillatorForward};
+use hysteresis_core::{AxesCommand, ControllerOptions, Duhem, Error, Mode};
+use nalgebra::DMatrix;
+
+const DT: f64 = 1e-3;
+const SAMPLES: usize = 900;
+
+/// Two coupled axes, one mode each, with plays inside; `stiffer` makes another plant of it.
+fn stage(stiffer: f64) -> MultiAxisStage {
+    let (s, c) = (0.9 * 0.7_f64.sin(), 0.9 * 0.7_f64.cos());
+    let matrices = Matrices {
+        a: DMatrix::from_row_slice(4, 4, &[c, s, 0.0, 0.0, -s, c, 0.0, 0.0, 0.0, 0.0, 0.6, 0.2, 0.0, 0.0, -0.2, 0.6]),
+        b: DMatrix::from_row_slice(4, 2, &[0.3, 0.05, 0.2, 0.0, 0.0, 0.3, 0.05, 0.1]) * stiffer,
+        bw: DMatrix::from_row_slice(4, 2, &[0.05, 0.0, 0.04, 0.0, 0.0, 0.06, 0.0, 0.03]),
+        c: DMatrix::from_row_slice(2, 4, &[1.0, 0.2, 0.1, 0.0, -0.1, 0.0, 1.0, 0.3]),
+        d: DMatrix::zeros(2, 2),
+        cq: DMatrix::from_row_slice(2, 4, &[0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0]),
+        dq: DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 1.0]),
+    };
+    let plays = ScalarOperator::plays(&[0.2, 0.6], &[0.8, 0.5]).unwrap();
+    MultiAxisStage::new(matrices, vec![plays.clone(), plays], vec![0.3, -0.2], DT).unwrap()
+}
+
+fn controller(limits: (f64, f64)) -> MultiAxisStageController {
+    let options = ControllerOptions::new(1.0, 0.0, DT, limits);
+    stage(1.0).controller(&[options; 2], &TrackingOptions::default()).unwrap()
+}
+
+fn wanted(k: usize) -> [f64; 2] {
+    let t = f64::from(u32::try_from(k).unwrap()) * DT;
+    let soft = 1.0 - (-(t / 0.1).powi(2)).exp();
+    [0.3 + soft * (30.0 * t).sin(), -0.2 + 0.5 * soft * (50.0 * t).sin()]
+}
+
+/// The rms distance from the reference behind the first 300 samples, for each axis.
+fn missed(controller: &mut MultiAxisStageController, plant: &MultiAxisStage) -> [f64; 2] {
+    let (mut plant, mut drives, mut y) = (MultiAxisForward::new(plant), [0.0; 2], [0.3, -0.2]);
+    let ahead = controller.tracking().unwrap().ahead();
+    let mut squares = [0.0; 2];
+    for k in 0..ahead + SAMPLES {
+        controller.step((&wanted(k)).into(), &y, &mut drives).unwrap();
+        plant.advance(&drives, &mut y).unwrap();
+        if let Some(now) = (k + 1).checked_sub(ahead).filter(|k| *k >= 300) {
+            squares.iter_mut().zip(y.iter().zip(wanted(now))).for_each(|(sum, (y, r))| *sum += (y - r).powi(2));
+        }
+    }
+    squares.map(|sum: f64| (sum / 600.0).sqrt())
+}
+
+#[test]
+fn the_model_itself_is_followed() {
+    let missed = missed(&mut controller((-9.0, 9.0)), &stage(1.0));
+    assert!(missed.iter().all(|missed| *missed < 2e-3), "{missed:?}");
+}
+
+#[test]
+fn feedback_takes_away_what_the_model_does_not_know() {
+    let (mut closed, mut open) = (controller((-9.0, 9.0)), controller((-9.0, 9.0)));
+    open.controller_mut().set_mode(Mode::Feedforward).unwrap();
+    let plant = stage(1.1);
+    let (closed, open) = (missed(&mut closed, &plant), missed(&mut open, &plant));
+    assert!(closed.iter().zip(open).all(|(closed, open)| *closed < 0.4 * open), "{closed:?} {open:?}");
+}
+
+#[test]
+fn a_bad_reference_holds_all_drives_and_limits_hold() {
+    let mut controller = controller((-1.5, 1.5));
+    let mut drives = [0.0; 2];
+    for k in 0..200 {
+        controller.step((&[3.0 * wanted(k)[0], 0.0]).into(), &[0.0, f64::NAN], &mut drives).unwrap();
+        assert!(drives.iter().all(|drive| drive.abs() <= 1.5));
+    }
+    let before = drives;
+    controller.step((&[f64::NAN, 0.0]).into(), &[0.0; 2], &mut drives).unwrap();
+    assert_eq!(drives, before);
+    let counted =
+        |one: &hysteresis_core::HybridController| (one.counters().rejected_count, one.counters().missing_count);
+    assert!(controller.controller().controllers().iter().map(counted).all(|counts| counts == (1, 200)));
+    let error = controller.step((&[0.0]).into(), &[0.0; 2], &mut drives).unwrap_err();
+    assert_eq!(error, Error::Length { parameter: "references", expected: 2, got: 1 });
+}
+
+#[test]
+fn plans_and_saved_states_go_on_bit_for_bit() {
+    let (mut one, mut other) = (controller((-9.0, 9.0)), controller((-9.0, 9.0)));
+    let [mut drives, mut planned, mut looked] = [[0.0; 2]; 3];
+    for k in 0_u16..150 {
+        let y = [0.3 + 0.01 * f64::from(k).sin(), -0.2];
+        let references = wanted(k.into());
+        one.step((&references).into(), &y, &mut drives).unwrap();
+        other.peek((&references).into(), &y, &mut looked).unwrap();
+        other.plan((&references).into(), &y, &mut planned).unwrap();
+        assert!(other.commit() && !other.commit());
+        assert_eq!((drives, drives), (planned, looked));
+    }
+    let mut third = controller((-9.0, 9.0));
+    third.set_state(&one.state()).unwrap();
+    for k in 150..300 {
+        one.step((&wanted(k)).into(), &[0.3, -0.2], &mut drives).unwrap();
+        third.step((&wanted(k)).into(), &[0.3, -0.2], &mut planned).unwrap();
+        assert_eq!(drives, planned);
+    }
+    let without = MultiAxisStageController::from(one.controller().clone());
+    assert!(matches!(third.set_state(&without.state()), Err(Error::State { .. })));
+}
+
+#[test]
+fn a_stop_ramps_the_drives_and_a_motion_begins_where_it_ended() {
+    let mut controller = controller((-9.0, 9.0));
+    let mut drives = [0.0; 2];
+    (0..200).for_each(|k| controller.step((&wanted(k)).into(), &wanted(k), &mut drives).unwrap());
+    controller.controller_mut().stop(1e5, &[1.0, 0.5]).unwrap();
+    (0..50).for_each(|_| controller.step((&[f64::NAN; 2]).into(), &[0.0; 2], &mut drives).unwrap());
+    assert_eq!(drives, [1.0, 0.5]);
+    controller.controller_mut().release();
+    let before = drives;
+    controller.step((&wanted(200)).into(), &[0.0; 2], &mut drives).unwrap();
+    assert_eq!(drives, before);
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let options = ControllerOptions::new(1.0, 0.0, DT, (-9.0, 9.0));
+    let refused = |options: &[ControllerOptions], tracking: TrackingOptions| {
+        stage(1.0).controller(options, &tracking).unwrap_err().to_string()
+    };
+    let usual = TrackingOptions::default();
+    assert_eq!(refused(&[options], usual), "options: expected 2 elements, got 1");
+    let other = ControllerOptions { dt: 2e-3, ..options };
+    assert!(refused(&[other; 2], usual).starts_with("controllers[0]: expected controllers with the sampling interval"));
+    assert_eq!(
+        refused(&[options; 2], TrackingOptions { ahead: Some(0), ..usual }),
+        "ahead: expected 1 to 512 samples, got 0"
+    );
+    assert_eq!(
+        refused(&[options; 2], TrackingOptions { peak_sensitivity: 1.0, ..usual }),
+        "peak_sensitivity: expected 1.05 to 5, got 1.0"
+    );
+}
+
+#[test]
+fn samples_allocate_nothing() {
+    let mut controller = controller((-9.0, 9.0));
+    let mut drives = [0.0; 2];
+    let count = allocations::count(|| {
+        for k in 0..100 {
+            let references = wanted(k);
+            let command = AxesCommand { corrections: Some(&[0.0, 0.1]), ..(&references).into() };
+            assert!(controller.step(command, &[0.3, -0.2], &mut drives).is_ok());
+            assert!(controller.peek(command, &[0.3, f64::NAN], &mut drives).is_ok());
+            assert!(controller.plan(command, &[0.3, -0.2], &mut drives).is_ok() && controller.commit());
+        }
+        assert!(controller.run(&[0.0; 20], &[0.0; 20], &mut [0.0; 20]).is_ok());
+    });
+    assert_eq!(count, 0);
+}
+
+fn oscillator() -> HystereticOscillator {
+    HystereticOscillator::new(0.5, 5.0, 2.5e4, Duhem::from_bouc_wen(2.5e4, 1e3, 0.8, -1.1).unwrap()).unwrap()
+}
+
+/// Errors of what is held go with the square of the interval.
+#[test]
+fn a_sampled_oscillator_moves_as_the_oscillator() {
+    let missed = |dt: f64, count: u32| {
+        let u: Vec<f64> = (0..count).map(|k| 60.0 * (2.0 * (100.0 * dt * f64::from(k)).sin()).sin()).collect();
+        let y = oscillator().response(&u, dt, Hold::Zero, Some(40)).unwrap();
+        let mut sampled = vec![0.0; u.len()];
+        let stage = MultiAxisStage::of_oscillator(&oscillator(), dt).unwrap();
+        MultiAxisForward::new(&stage).run(&u, &mut sampled).unwrap();
+        let rms = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(|x| x * x).sum::<f64>().sqrt();
+        rms(&mut y.iter().zip(&sampled).map(|(y, sampled)| y - sampled)) / rms(&mut y.iter().copied())
+    };
+    let (coarse, fine) = (missed(1e-3, 1000), missed(2.5e-4, 4000));
+    assert!(coarse < 0.02 && fine < 0.1 * coarse, "{coarse} {fine}");
+    let error = MultiAxisStage::of_oscillator(&oscillator(), 0.05).unwrap_err();
+    assert!(error.to_string().starts_with("dt: expected an interval so short beside a period"), "{error}");
+}
+
+#[test]
+fn an_oscillator_is_followed_in_a_closed_loop() {
+    let options = ControllerOptions::new(1.0, 0.0, DT, (-200.0, 200.0));
+    let stage = MultiAxisStage::of_oscillator(&oscillator(), DT).unwrap();
+    let mut controller = stage.controller(&[options], &TrackingOptions::default()).unwrap();
+    let ahead = controller.tracking().unwrap().ahead();
+    let wanted = |k: usize| 5e-4 * (wanted(k)[0] - 0.3);
+    let (mut plant, mut drives, mut y) = (OscillatorForward::new(&oscillator(), DT, None).unwrap(), [0.0], [0.0]);
+    for k in 0..ahead + SAMPLES {
+        controller.step((&[wanted(k)]).into(), &y, &mut drives).unwrap();
+        y = [plant.advance(drives[0])];
+        let now = (k + 1).saturating_sub(ahead);
+        assert!(now < 200 || (y[0] - wanted(now)).abs() < 5e-7, "{k}: {} {}", y[0], wanted(now));
+    }
+}
