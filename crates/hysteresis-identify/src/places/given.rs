@@ -192,6 +192,9 @@ impl<'a> Given<'a> {
     fn check_lengths(&self) -> Result<(), Error> {
         for (place, known) in self.lengths.iter().enumerate() {
             self.check_instants("lengths", place, known.drive, [known.from, known.to])?;
+            if known.from == known.to {
+                return Err(Error::domain("lengths", Some(place), "two different instants", known.from));
+            }
             if !is_admissible(known.length) {
                 return Err(Error::domain("lengths", Some(place), "a finite length", known.length));
             }
