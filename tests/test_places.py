@@ -185,7 +185,8 @@ def test_pairs_along_one_branch_say_nothing() -> None:
         ({"pairs": [(0.5, 0, 5)]}, "pairs: expected the number of a drive"),
         ({"pairs": [(0, 0, 5000)]}, "pairs.0.: expected instants from 0 to the last sample"),
         ({"pairs": [(0, 0, 5, 0.0)]}, "pairs.0.: expected a standard deviation above 0"),
-        ({"lengths": []}, "lengths: expected a length that is not 0"),
+        ({"lengths": []}, "lengths: expected at least one, as pairs do not tell the scale, got 0"),
+        ({"lengths": [(0, 1, 2, 0.0)]}, "lengths: expected a length that is not 0"),
         ({"lengths": [(0, 1, 2, np.nan)]}, "lengths"),
         ({"lengths": [(0, 1, -2, 1.0)]}, "lengths.0.: expected instants"),
         ({"lengths": [(0, 7, 7, 1.0)]}, "lengths.0.: expected two different instants, got 7"),
@@ -232,6 +233,8 @@ def test_drift_is_told_from_hysteresis() -> None:
 
 def test_no_drift_is_found_where_there_is_none() -> None:
     u, y, pairs = simulated()
+    pairs[:, 1:] += np.random.default_rng(1).normal(0.0, 0.2, (len(pairs), 2))
+    pairs[:, 1:] = np.clip(pairs[:, 1:], 0.0, u.size - 1.0)
     found = mh.identify_places(u, pairs, lengths_of(y, [(50, 150)]), dt=DT)
     assert not found.has_drift and not found.drift(0).any()
     assert {(model, creep) for model, creep, _, _ in found.candidates} >= {
@@ -427,12 +430,14 @@ def test_lengths_that_are_hardly_better_than_a_line_are_told() -> None:
 def test_a_wrong_one_of_many_lengths_is_left_out_and_named() -> None:
     drive, place = three_sizes()
     lengths = [(0, 0.0, k, place[int(k)] - place[0]) for k in np.arange(20.0, 1800.0, 20.0)]
-    lengths[30] = (0, 0.0, lengths[30][2], lengths[30][3] + 3.0)
+    noise = np.random.default_rng(1).normal(0.0, 0.01, len(lengths))
+    lengths = [(*one[:3], one[3] + more) for one, more in zip(lengths, noise, strict=True)]
+    lengths[30] = (*lengths[30][:3], lengths[30][3] + 3.0)
     found = mh.identify_places(drive, [], lengths, dt=DT, model="conventional", input_offset=0.0)
     assert found.wrong_lengths == [30]
     (told,) = (one for one in found.warnings if one.code == "wrong_lengths")
-    assert told.message == "1 of 90 lengths contradicts the others and was left out: 30"
-    assert rms(found.predict(drive) - place) < 0.002 * np.ptp(place)
+    assert told.message == "1 of 89 lengths contradicts the others and was left out: 30"
+    assert rms(found.predict(drive) - place) < 0.005 * np.ptp(place)
     assert found.stage.identified is not None
     assert found.stage.identified["max_error"] < 0.1
 
@@ -456,8 +461,10 @@ def test_where_plays_were_before_is_found_from_pairs() -> None:
     known = [(0, 375.0, 525.0, place[525] - place[375])]
     found = mh.identify_places(drive, pairs, known, dt=DT, model="conventional")
     assert rms(found.predict(drive) - place) < 0.005 * np.ptp(place)
+    assert "start_up_transient" not in codes_of(found)
     virgin = mh.identify_places(drive, pairs, known, dt=DT, model="conventional", input_offset=0.0)
-    assert rms(virgin.predict(drive) - place) > 0.02 * np.ptp(place)
+    assert "start_up_transient" in codes_of(virgin)
+    assert rms(virgin.predict(drive) - place) > 5.0 * rms(found.predict(drive) - place)
 
 
 @pytest.mark.parametrize("noise", [1.0 / 512.0, 1.0 / 128.0])
@@ -474,7 +481,9 @@ def test_errors_that_are_claimed_are_those_that_are_made(kind: str, noise: float
     for seed in range(4):
         pairs = clean.copy()
         moved = np.random.default_rng(seed).normal(0.0, noise * np.ptp(place), len(pairs))
-        pairs[:, 2] += moved / np.maximum(np.interp(pairs[:, 2], np.arange(place.size), speed), 1e-3)
+        pairs[:, 2] += moved / np.maximum(
+            np.interp(pairs[:, 2], np.arange(place.size), speed), 1e-3
+        )
         pairs[:, 2] = np.clip(pairs[:, 2], 0.0, place.size - 1.0)
         found = mh.identify_places(drive, pairs, known, dt=1e-3)
         made.append(found.predict(other) - (true - true[0]))
@@ -484,7 +493,11 @@ def test_errors_that_are_claimed_are_those_that_are_made(kind: str, noise: float
 
 
 def triangle() -> Array:
-    up, down = np.linspace(0.0, 1.0, 100, endpoint=False), np.linspace(1.0, -1.0, 200, endpoint=False)
+    """One period from zero to zero."""
+    up, down = (
+        np.linspace(0.0, 1.0, 100, endpoint=False),
+        np.linspace(1.0, -1.0, 200, endpoint=False),
+    )
     return np.concatenate([up, down, np.linspace(-1.0, 0.0, 100)])
 
 

@@ -190,6 +190,9 @@ impl<'a> Given<'a> {
     }
 
     fn check_lengths(&self) -> Result<(), Error> {
+        if self.lengths.is_empty() {
+            return Err(Error::whole("lengths", "at least one, as pairs do not tell the scale", 0));
+        }
         for (place, known) in self.lengths.iter().enumerate() {
             self.check_instants("lengths", place, known.drive, [known.from, known.to])?;
             if known.from == known.to {

@@ -159,11 +159,10 @@ fn models(options: &PlacesOptions, given: &Given<'_>) -> Vec<(ModelKind, CreepMo
         for creep in &creeps {
             let can_settle = *creep != CreepModel::None || !given.temperatures.is_empty();
             let drifts = match options.drift {
-                Some(false) => vec![DriftModel::None],
                 Some(true) => vec![DriftModel::Steady],
                 None if !given.pairs.is_empty() => vec![DriftModel::None, DriftModel::Steady],
                 None if can_settle => vec![DriftModel::None, DriftModel::Settling],
-                None => vec![DriftModel::None],
+                Some(false) | None => vec![DriftModel::None],
             };
             models.extend(drifts.into_iter().map(|drift| (kind, creep.clone(), drift)));
         }

@@ -21,15 +21,17 @@ pub(crate) fn trust(chosen: f64, left: f64, rounding: f64) -> f64 {
     (chosen.max(rounding) / left.max(rounding).max(f64::MIN_POSITIVE)).min(1.0)
 }
 
-/// How far from positions the others are, at most, by the trust in each.
+/// How far from positions the others are: the root of the mean square of all models, the chosen one among them, by the trust in each.
 pub(crate) fn distances<'a>(positions: &[f64], others: impl Iterator<Item = (Vec<f64>, &'a f64)>) -> Vec<f64> {
-    let mut most = vec![0.0; positions.len()];
+    let mut squares = vec![0.0; positions.len()];
+    let mut models = 1.0;
     for (other, trust) in others {
-        for ((most, position), other) in most.iter_mut().zip(positions).zip(other) {
-            *most = (trust * (other - position).abs()).max(*most);
+        models += 1.0;
+        for ((square, position), other) in squares.iter_mut().zip(positions).zip(other) {
+            *square += (trust * (other - position)).powi(2);
         }
     }
-    most
+    squares.into_iter().map(|square: f64| (square / models).sqrt()).collect()
 }
 
 #[cfg(test)]
@@ -37,9 +39,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_most_that_is_trusted_counts() {
-        let others = [(vec![1.0, 3.0, -1.0], &0.5), (vec![1.4, 1.0, 2.0], &1.0)];
-        assert_eq!(distances(&[1.0, 1.0, 1.0], others.into_iter()), [1.4 - 1.0, 1.0, 1.0]);
+    fn every_model_counts_by_its_trust() {
+        let others = [(vec![1.0, 5.0, -1.0], &0.5), (vec![1.0, 1.0, 1.0], &1.0), (vec![1.0, 1.0, 4.0], &1.0)];
+        assert_eq!(distances(&[1.0, 1.0, 1.0], others.into_iter()), [0.0, 1.0, (0.25_f64 * (1.0 + 9.0)).sqrt()]);
+        assert_eq!(distances(&[1.0], std::iter::empty()), [0.0]);
     }
 
     #[test]
