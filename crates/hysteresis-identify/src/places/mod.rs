@@ -64,8 +64,9 @@ const EQUATIONS: (usize, usize) = (2, 4);
 ///
 /// With temperatures T the position has the further term kappa (theta - T at the first sample), theta' = (T - theta) / tau.
 ///
-/// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. Every drive starts from the virgin
-/// state. `proceed` is called between steps; [`ControlFlow::Break`] stops.
+/// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. Every drive starts from rest at the input
+/// offset, and from there at its first sample. So the input offset of plays is what was before: near the first drive for a stage that
+/// begins virgin, halfway to the last load for one that was loaded. `proceed` is called between steps; [`ControlFlow::Break`] stops.
 ///
 /// ```
 /// use std::ops::ControlFlow;

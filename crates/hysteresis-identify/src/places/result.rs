@@ -101,8 +101,8 @@ impl PlacesIdentification {
         Verdict::of(&self.warnings)
     }
 
-    /// By how much what is seen has drifted at every sample of a drive, in the unit of the position: it adds to the position of the stage.
-    /// Zero without a drift.
+    /// By how much what is seen has drifted at every sample of a drive, in the unit of the position: it adds to the position of the stage,
+    /// but for an offset. Zero without a drift, and zero in the end for what goes on of before the drive.
     ///
     /// # Errors
     /// [`hysteresis_core::Error::Whole`] for a number that no drive has.
