@@ -65,7 +65,8 @@ impl Courses {
     /// What amplitudes make of every sample of a drive.
     pub(crate) fn of(&self, amplitudes: &[f64], samples: usize) -> Vec<f64> {
         let last = as_f64(samples.max(2) - 1);
-        let sum = |k: usize| self.at(as_f64(k), last).iter().zip(amplitudes).map(|(of, amplitude)| of * amplitude).sum();
+        let sum =
+            |k: usize| self.at(as_f64(k), last).iter().zip(amplitudes).map(|(of, amplitude)| of * amplitude).sum();
         (0..samples).map(sum).collect()
     }
 }

@@ -267,7 +267,8 @@ fn result(
     let uninformative_pairs = doubts::uninformative(given, &search.rows_at(space, point), columns);
     let wrong_pairs = Shares::left_out(&weighed.shares.of_pairs);
     let wrong_lengths = Shares::left_out(&weighed.shares.of_lengths);
-    let mut warnings = doubts::findings(given, weighed, high - low, (&wrong_pairs, &wrong_lengths), &uninformative_pairs);
+    let mut warnings =
+        doubts::findings(given, weighed, high - low, (&wrong_pairs, &wrong_lengths), &uninformative_pairs);
     warnings.extend(doubts::missed_lengths(given, &weighed.length_errors, &wrong_lengths));
     warnings.extend(untold_dead_time(point.dead_time / given.dt, dead_time_std / given.dt));
     let longest_lag =

@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 
 use crate::error::Error;
 use crate::fit::response::Chain;
-use crate::places::equations::Equations;
 use crate::places::doubts::SAYS_NOTHING;
+use crate::places::equations::Equations;
 use crate::places::rows::Rows;
 use crate::places::space::{Axis, PlacePoint, PlaceSpace};
 use crate::places::weighing::{Law, RobustLoss, Scales, System, Weighed};
