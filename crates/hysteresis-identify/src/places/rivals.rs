@@ -5,6 +5,7 @@
 //! not fitted to over what this one does: a model that explains them badly says little.
 
 use crate::fit::response::Chain;
+use crate::records::signal::bounds;
 
 /// A model that was not chosen.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +15,14 @@ pub(crate) struct Rival {
     pub(crate) output_offset: f64,
     /// From 0 to 1.
     pub(crate) trust: f64,
+}
+
+/// A model of so many times the range says nothing: the pairs leave its weights open, and not those of the chosen one.
+const MOST_RANGE: f64 = 2.0;
+
+fn range(values: &[f64]) -> f64 {
+    let (low, high) = bounds(values);
+    high - low
 }
 
 /// The trust in a model for what the chosen one and it leave of pairs that were not fitted; what is below `rounding` is all the same.
@@ -27,6 +36,9 @@ pub(crate) fn distances<'a>(positions: &[f64], others: impl Iterator<Item = (Vec
     let mut models = 1.0;
     for (other, trust) in others {
         models += 1.0;
+        if range(&other) > MOST_RANGE * range(positions) {
+            continue;
+        }
         for ((square, position), other) in squares.iter_mut().zip(positions).zip(other) {
             *square += (trust * (other - position)).powi(2);
         }
@@ -40,8 +52,8 @@ mod tests {
 
     #[test]
     fn every_model_counts_by_its_trust() {
-        let others = [(vec![1.0, 5.0, -1.0], &0.5), (vec![1.0, 1.0, 1.0], &1.0), (vec![1.0, 1.0, 4.0], &1.0)];
-        assert_eq!(distances(&[1.0, 1.0, 1.0], others.into_iter()), [0.0, 1.0, (0.25_f64 * (1.0 + 9.0)).sqrt()]);
+        let others = [(vec![0.0, 12.0, 4.0], &0.5), (vec![0.0, 10.0, 5.0], &1.0), (vec![0.0, 900.0, 2.0], &1.0)];
+        assert_eq!(distances(&[0.0, 10.0, 4.0], others.into_iter()), [0.0, 0.5, 0.5]);
         assert_eq!(distances(&[1.0], std::iter::empty()), [0.0]);
     }
 
