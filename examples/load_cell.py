@@ -19,9 +19,12 @@ SOON = 4
 
 
 def calibrate(
-    loads: Numbers, hold: int, temperature: Numbers, reading: Numbers
+    loads: Numbers, hold: int, temperature: Numbers, reading: Numbers, *, rested: bool = False
 ) -> mh.results.PlacesIdentification:
-    """Identify the cell from loads that each lie on it for `hold` samples, the first one none."""
+    """Identify the cell from loads that each lie on it for `hold` samples, the first one none.
+
+    What lay on it before need not be known. `rested` says that nothing did, for a long time.
+    """
     # Known: the reading soon after each load was put on, and at the end of its time.
     at = np.arange(loads.size).reshape(-1, hold)[:, [SOON, -1]].ravel()
     lengths = [(0.0, 0.0, float(k), float(reading[k] - reading[0])) for k in at]
@@ -31,7 +34,8 @@ def calibrate(
         lengths,
         dt=DT,
         model="conventional",
-        input_offset=0.0,  # it begins virgin, without a load
+        input_offset=0.0 if rested else "fit",
+        drift=False if rested else "auto",
         dead_time=0.0,
         creep=[30.0, 300.0],  # time constants: half a hold, and some holds
         temperature=temperature,
@@ -42,7 +46,10 @@ class Linearizer:
     """Loads from readings, sample by sample."""
 
     def __init__(self, stage: mh.Stage, zero: float, temperature: float) -> None:
-        """Begin without a load, at the reading `zero` of the calibration and at a temperature."""
+        """Begin without a load, with the reading `zero` of a cell at rest and at a temperature.
+
+        It is `reading[0] - found.drift(0)[0]` of the calibration.
+        """
         assert stage.temperature is not None
         self._zero, self._term = zero, stage.temperature
         self._inverse, self._lag = stage.inverse(DT), stage.temperature.lag(DT)

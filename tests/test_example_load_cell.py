@@ -73,7 +73,7 @@ def calibrated() -> Calibrated:
     loads = np.repeat(CALIBRATION, HOLD)
     temperature = heat(loads.size, 1)
     reading = cell(loads, temperature, 2)
-    found = load_cell.calibrate(loads, HOLD, temperature, reading)
+    found = load_cell.calibrate(loads, HOLD, temperature, reading, rested=True)
     late = np.arange(HOLD - 1, loads.size, HOLD)
     return Calibrated(found, float(reading[0]), np.polyfit(reading[late], loads[late], 1))
 
@@ -98,6 +98,65 @@ def test_loads_that_were_not_calibrated(calibrated: Calibrated, seed: int) -> No
     read = np.arange(loads.size) % HOLD >= 4
     assert np.sqrt(np.mean(error[read] ** 2)) < 0.2 * np.sqrt(np.mean(plain[read] ** 2))
     assert np.abs(error[read]).max() < 0.2 * np.abs(plain[read]).max()
+
+
+def slipping(loads: Array, temperature: Array, seed: int) -> Array:
+    """Elements that stick and slip, three Kelvin elements of creep, heat that comes late."""
+    slips, shares = np.array([3.0, 8.0, 20.0, 45.0]), 0.002
+    taus = np.array([8.0, 40.0, 200.0])
+    stretched, crept = np.zeros(4), np.zeros(3)
+    theta, last = temperature[0], 0.0
+    reading = []
+    for load, degrees in zip(loads, temperature, strict=True):
+        stretched = np.clip(stretched + (load - last), -slips, slips)
+        last = load
+        crept += (load - crept) * DT / taus
+        theta += (degrees - theta) * DT / 200.0
+        strain = load - shares * stretched.sum() + 0.0007 * crept.sum()
+        reading.append(1.5 * strain - 0.04 * (theta - 23.0))
+    return np.array(reading) + np.random.default_rng(seed).normal(0.0, 0.003, len(reading))
+
+
+@pytest.mark.parametrize("before", [[100.0], [60.0], [100.0, 0.0, 100.0], [80.0, 20.0, 50.0]])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_cell_that_was_loaded_before(before: list[float], seed: int) -> None:
+    """Nothing is known of what lay on it before the calibration, nor of its warmth then."""
+    history = np.repeat([0.0, *before, 0.0], HOLD)
+    whole = np.concatenate([history, np.repeat(CALIBRATION, HOLD)])
+    warmth = heat(whole.size, seed)
+    part = slice(history.size, None)
+    loads, temperature = whole[part], warmth[part]
+    reading = slipping(whole, warmth, seed)[part]
+    found = load_cell.calibrate(loads, HOLD, temperature, reading)
+    zero = reading[0] - found.drift(0)[0]
+    late = np.arange(HOLD - 1, loads.size, HOLD)
+    line = np.polyfit(reading[late], loads[late], 1)
+
+    drawn = np.random.default_rng(seed + 10).uniform(0.0, 100.0, 24)
+    others = np.repeat(np.concatenate([[0.0, *before], drawn, [0.0] * 4]), HOLD)
+    warmth = heat(others.size, seed + 10)
+    weighed = slipping(others, warmth, seed + 20)
+    stage = found.stage
+    assert stage.temperature is not None
+    error = stage.inverse(DT).run(weighed - zero - stage.temperature.response(warmth, DT)) - others
+    read = (np.arange(others.size) % HOLD >= 4) & (np.arange(others.size) >= history.size)
+    plain = np.polyval(line, weighed) - others
+    assert np.sqrt(np.mean(error[read] ** 2)) < 0.2 * np.sqrt(np.mean(plain[read] ** 2))
+
+
+@pytest.mark.parametrize("error", [0.3, 5.0])
+def test_a_reading_that_is_wrong_does_no_harm(error: float) -> None:
+    loads = np.repeat(CALIBRATION, HOLD)
+    temperature = heat(loads.size, 1)
+    reading = cell(loads, temperature, 2)
+    right = load_cell.calibrate(loads, HOLD, temperature, reading, rested=True)
+    reading[20 * HOLD + HOLD - 1] += error  # the 42nd of the lengths
+    found = load_cell.calibrate(loads, HOLD, temperature, reading, rested=True)
+    assert 41 in found.wrong_lengths
+    (told,) = (one for one in found.warnings if one.code == "wrong_lengths")
+    assert "41" in told.message
+    off = found.predict(loads) - right.predict(loads)
+    assert np.sqrt(np.mean(off**2)) < 0.02
 
 
 def test_the_temperature_is_found(calibrated: Calibrated) -> None:

@@ -153,6 +153,12 @@ def test_images_that_show_nothing_in_common_are_named(room: Path) -> None:
         (["--trace", "trace.npy"], "--retrace: expected one for each --trace, got 1 and 0"),
         (["--pairs", "trace.npy"], "--pairs: expected rows of 3 numbers"),
         (["--pairs", "drive.csv"], "drive.csv: expected a table of numbers"),
+        (["--pairs", "signal.npy"], "signal.npy: expected rows and columns, got shape (8320,)"),
+        (["--pairs", "complex.npy"], "complex.npy: expected a table of numbers, .npy or text: its"),
+        (
+            ["--trace", "narrow.npy", "--retrace", "narrow.npy"],
+            "trace: expected lines of 16 pixels or more, got 1",
+        ),
         (["--pairs", "pairs.npy", "--before", "-1"], "--before: expected one number of samples"),
         (["--pairs", "pairs.npy", "--corrected", "even.npy"], "--corrected: expected --trace"),
         (["--pairs", "pairs.npy", "-o", "pairs.npy"], "is an input file"),
@@ -161,6 +167,8 @@ def test_images_that_show_nothing_in_common_are_named(room: Path) -> None:
 def test_wrong_input_is_refused(room: Path, options: list[str], said: str) -> None:
     u = write_scan(room)
     np.save(room / "signal.npy", np.cos(u))
+    np.save(room / "narrow.npy", np.zeros((64, 1)))
+    np.save(room / "complex.npy", np.zeros((3, 3)) + 1j)
     before = {path.name for path in room.iterdir()}
     whole = [str(room / one) if one.endswith((".npy", ".csv")) else one for one in options]
     assert_refused(run(*given(room), *whole), room, before, said)

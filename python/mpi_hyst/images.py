@@ -63,13 +63,36 @@ def _matcher() -> Any:
         raise ImportError(needed) from error
 
 
+def _numbers(name: str, value: npt.ArrayLike, expected: str, dimensions: int) -> Matrix:
+    """Return an array of so many dimensions, or say what came in its place."""
+    try:
+        given = np.asarray(value)
+    except ValueError as error:
+        raise TypeError(f"{name}: expected {expected}, got rows of different lengths") from error
+    if given.dtype.kind not in "buif":
+        raise TypeError(f"{name}: expected {expected} of real numbers, got dtype {given.dtype}")
+    if given.ndim != dimensions or not given.size:
+        shape = "a single number" if given.ndim == 0 else f"shape {given.shape}"
+        raise ValueError(f"{name}: expected {expected}, got {shape}")
+    made = given.astype(float)
+    strange = np.argwhere(~np.isfinite(made))
+    if strange.size:
+        at = tuple(int(place) for place in strange[0])
+        where = at[0] if len(at) == 1 else at
+        raise ValueError(f"{name}: expected finite numbers, got {made[at]} at {where}")
+    return made
+
+
 def _image(name: str, value: npt.ArrayLike) -> Matrix:
-    image = np.asarray(value, dtype=float)
-    if image.ndim != 2 or min(image.shape) < 1:
-        raise ValueError(f"{name}: expected an array of shape (lines, pixels), got {image.shape}")
-    if not np.isfinite(image).all():
-        raise ValueError(f"{name}: expected finite numbers, got NaN or infinity")
-    return image
+    return _numbers(name, value, "an array of shape (lines, pixels)", 2)
+
+
+def _positive(name: str, value: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+        raise TypeError(f"{name}: expected a number above 0, got {value!r}")
+    if not (np.isfinite(value) and value > 0):
+        raise ValueError(f"{name}: expected a number above 0, got {value!r}")
+    return float(value)
 
 
 def _whole(name: str, value: int, least: int) -> int:
@@ -164,7 +187,7 @@ def match(
     ------
     ImportError
         Without scikit-image.
-    ValueError
+    ValueError, TypeError
         That names the argument, what was expected and what came.
 
     Examples
@@ -194,11 +217,12 @@ def match(
         raise ValueError(f"window: expected 8 to half of {pixels} pixels, got {width}")
     _whole("together", together, 1)
     _whole("drive", drive, 0)
-    if not (np.isfinite(pixel) and pixel > 0):
-        raise ValueError(f"pixel: expected a number above 0, got {pixel!r}")
+    far = _positive("pixel", pixel)
     read = [_image("at", one) for one in (instants(lines, pixels) if at is None else at)]
-    if len(read) != 2 or any(one.shape != ahead.shape for one in read):
-        raise ValueError(f"at: expected two arrays of the shape of the trace, {ahead.shape}")
+    shapes = [one.shape for one in read]
+    if shapes != [ahead.shape] * 2:
+        expected = f"two arrays of the shape of the trace, {ahead.shape}"
+        raise ValueError(f"at: expected {expected}, got {shapes}")
     mirrored = behind[:, ::-1]
     found = []
     for first in range(0, lines, together):
@@ -210,7 +234,7 @@ def match(
                 np.interp(there, np.arange(pixels), read[0][middle]),
                 np.interp(pixels - 1 - back, np.arange(pixels), read[1][middle]),
             )
-            found.append((float(drive), *times, pixel * std))
+            found.append((float(drive), *times, far * std))
     return np.array(found).reshape(-1, 4)
 
 
@@ -324,7 +348,7 @@ def fringes(
 
     Raises
     ------
-    ValueError
+    ValueError, TypeError
         That names the argument, what was expected and what came.
 
     Examples
@@ -342,14 +366,11 @@ def fringes(
     True
 
     """
-    light, u = np.asarray(signal, dtype=float), np.asarray(drive, dtype=float)
-    for name, given in (("signal", light), ("drive", u)):
-        if given.ndim != 1 or given.size < 2 or not np.isfinite(given).all():
-            raise ValueError(f"{name}: expected a one-dimensional array of finite numbers")
+    expected = "a one-dimensional array"
+    light, u = _numbers("signal", signal, expected, 1), _numbers("drive", drive, expected, 1)
     if light.size != u.size:
         raise ValueError(f"signal: expected {u.size} samples like the drive, got {light.size}")
-    if not (np.isfinite(wavelength) and wavelength > 0):
-        raise ValueError(f"wavelength: expected a number above 0, got {wavelength!r}")
+    quarter = 0.25 * _positive("wavelength", wavelength)
     _whole("number", number, 0)
     _whole("lag", lag, 0)
     at = _passes(light - 0.5 * (light.min() + light.max()))
@@ -366,7 +387,7 @@ def fringes(
     direction = np.sign(steps[moving])[np.maximum(last, 0)]
     same_branch = direction[1:] == direction[:-1]
     place = np.concatenate([[0.0], np.cumsum(np.where(same_branch, direction[1:], 0.0))])
-    rows = [np.full(at.size, float(number)), np.full(at.size, at[0]), at, 0.25 * wavelength * place]
+    rows = [np.full(at.size, float(number)), np.full(at.size, at[0]), at, quarter * place]
     return np.column_stack(rows)[1:]
 
 
@@ -409,7 +430,7 @@ def resample(
 
     Raises
     ------
-    ValueError
+    ValueError, TypeError
         That names the argument, what was expected and what came.
 
     Examples
@@ -445,14 +466,12 @@ def resample(
 
 def _grid(grid: npt.ArrayLike, low: float, high: float) -> Samples:
     """Return the places that are asked for: so many between both ends, or themselves."""
+    expected = "a number of places, or a one-dimensional array of them"
     if np.ndim(grid) == 0:
-        count = float(np.asarray(grid))
+        count = float(_numbers("grid", grid, expected, 0))
         if count < 2 or count != int(count):
             raise ValueError(f"grid: expected at least two places, got {count:g}")
         if low >= high:
             raise ValueError("positions: expected lines that have places in common")
         return np.linspace(low, high, int(count))
-    places = np.asarray(grid, dtype=float)
-    if places.ndim != 1 or not np.isfinite(places).all():
-        raise ValueError("grid: expected a number, or a one-dimensional array of finite places")
-    return places
+    return _numbers("grid", grid, expected, 1)

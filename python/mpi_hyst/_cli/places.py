@@ -167,7 +167,7 @@ def run(request: Request) -> str:
         matched = []
         for number, (scan, first, end) in enumerate(zip(scans, before, ends, strict=False)):
             at = tuple(one + first for one in mh.images.instants(*scan.trace.shape))
-            pixel = float(np.ptp(drives[number][first:end])) / (scan.trace.shape[1] - 1)
+            pixel = float(np.ptp(drives[number][first:end])) / max(1, scan.trace.shape[1] - 1)
             matched.append(_match(scan, number, (at[0], at[1]), pixel))
             if not matched[-1].size:
                 raise CommandError(
@@ -242,7 +242,7 @@ def _matrix(path: Path) -> Matrix:
     """Read a table of numbers."""
     matrix = _numbers(path)
     if matrix.ndim != 2:
-        raise CommandError(f"{path}: expected rows and columns, got {matrix.ndim} dimensions")
+        raise CommandError(f"{path}: expected rows and columns, got shape {matrix.shape}")
     return matrix
 
 
@@ -257,6 +257,8 @@ def _numbers(path: Path) -> npt.NDArray[np.float64]:
             # Between semicolons a comma is a decimal mark.
             text = text.replace(",", "." if ";" in text else " ").replace(";", " ")
             read = np.loadtxt(io.StringIO(text), ndmin=2)
+        if np.iscomplexobj(read):
+            raise ValueError("its numbers are complex")
         return np.asarray(read, dtype=np.float64)
     except (ValueError, UnicodeDecodeError, EOFError) as error:
         raise CommandError(f"{path}: expected a table of numbers, .npy or text: {error}") from error

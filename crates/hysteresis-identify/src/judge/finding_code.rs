@@ -178,6 +178,8 @@ pub enum FindingCode {
     OneLoopSize,
     /// Pairs of places that contradict the others were left out. Value: their share of all pairs; limit 0.02.
     WrongPairs,
+    /// Known lengths that contradict the others were left out. Value: their share of all lengths; limit 0.
+    WrongLengths,
     /// Pairs of places that say nothing: every operator has the same output at both instants, as on two passes along the same
     /// branch. Value: their share of all pairs; limit 0.5.
     UninformativePairs,
@@ -205,7 +207,7 @@ pub enum FindingCode {
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 55] = [
+    pub const ALL: [Self; 56] = [
         Self::WrongSign,
         Self::RecordsDiffer,
         Self::LoopBackwards,
@@ -253,6 +255,7 @@ impl FindingCode {
         Self::Leakage,
         Self::OneLoopSize,
         Self::WrongPairs,
+        Self::WrongLengths,
         Self::UninformativePairs,
         Self::PlacesDiffer,
         Self::LengthsMissed,
@@ -511,6 +514,9 @@ impl FindingCode {
             }
             Self::WrongPairs => {
                 ("wrong_pairs", From(0.3), "match lines with more structure, or give each pair its uncertainty")
+            }
+            Self::WrongLengths => {
+                ("wrong_lengths", From(0.1), "look at the rows that are named: measure them again, or leave them out")
             }
             Self::UninformativePairs => {
                 ("uninformative_pairs", Never, "pair instants of opposite branches: trace with retrace, up with down")

@@ -1,6 +1,7 @@
-//! What moves a place beside the operators, with either sign: drift in the time of each drive, and a temperature behind its lag.
+//! What moves a place beside the operators, with either sign: something in the time of each drive, and a temperature behind its lag.
 //!
-//! Both are linear, so their amplitudes are found with the weights. Drift is no part of the stage: it tells the pairs apart from it.
+//! Both are linear, so their amplitudes are found with the weights. What moves in the time of a drive is no part of the stage: it tells the
+//! equations apart from it.
 
 use hysteresis_control::stage::TemperatureTerm;
 use hysteresis_core::Error as CoreError;
@@ -12,58 +13,97 @@ use crate::records::signal::as_f64;
 /// Drift begins this share of a drive after its start: at first fast, later as the logarithm of time, beside a constant rate.
 const DRIFT_BEGINS: f64 = 0.05;
 
-/// How many amplitudes the drift of a drive has.
-const DRIFTS: usize = 2;
-
 /// The step of the derivative by the thermal lag, as a share of it; at least a sample.
 const LAG_STEP: f64 = 0.01;
 
+/// What moves a place in the time of each drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum DriftModel {
+    None,
+    /// What is seen drifts against the stage.
+    Steady,
+    /// What was before the drive goes on: creep, and warmth, decay with the time constants that they have.
+    Settling,
+}
+
+/// A sum of decays: amplitude and time constant in samples of each.
+type Decay = Vec<(f64, f64)>;
+
+/// The same at a point; every drive has its own amplitude of each course.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) enum Courses {
+    /// A rate, and a logarithm of time.
+    Steady,
+    /// One for each term; none without a drift.
+    Settling(Vec<Decay>),
+}
+
+impl Courses {
+    pub(crate) fn none() -> Self {
+        Self::Settling(Vec::new())
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        match self {
+            Self::Steady => 2,
+            Self::Settling(decays) => decays.len(),
+        }
+    }
+
+    /// Each course at a sample of a drive with this last one.
+    fn at(&self, sample: f64, last: f64) -> Vec<f64> {
+        match self {
+            Self::Steady => {
+                let share = sample / last;
+                vec![share, (1.0 + share / DRIFT_BEGINS).ln() / (1.0 + 1.0 / DRIFT_BEGINS).ln()]
+            }
+            Self::Settling(decays) => decays.iter().map(|decay| decayed(decay, sample)).collect(),
+        }
+    }
+
+    /// What amplitudes make of every sample of a drive.
+    pub(crate) fn of(&self, amplitudes: &[f64], samples: usize) -> Vec<f64> {
+        let last = as_f64(samples.max(2) - 1);
+        let sum =
+            |k: usize| self.at(as_f64(k), last).iter().zip(amplitudes).map(|(of, amplitude)| of * amplitude).sum();
+        (0..samples).map(sum).collect()
+    }
+}
+
+fn decayed(decay: &[(f64, f64)], sample: f64) -> f64 {
+    // What has no time constant is over at once.
+    let going_on = decay.iter().filter(|(_, samples)| *samples > 0.0);
+    going_on.map(|(amplitude, samples)| amplitude * (-sample / samples).exp()).sum()
+}
+
 /// The columns beside the operators at a point.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Beside {
-    pub(crate) drift: bool,
+    pub(crate) courses: Courses,
     /// The thermal lag in seconds, if there is a temperature.
     pub(crate) lag: Option<f64>,
     /// The sensitivity at which the derivative by the lag is taken, if it is.
     pub(crate) slope_at: Option<f64>,
 }
 
-/// What the two amplitudes of a drift make of a place at a share of the drive: a rate, and a logarithm of time.
-fn drifts(share: f64) -> [f64; DRIFTS] {
-    [share, (1.0 + share / DRIFT_BEGINS).ln() / (1.0 + 1.0 / DRIFT_BEGINS).ln()]
-}
-
-/// Drift at every sample of a drive.
-pub(crate) fn drift_of(amplitudes: [f64; DRIFTS], samples: usize) -> Vec<f64> {
-    let last = as_f64(samples.max(2) - 1);
-    let at = |k: usize| drifts(as_f64(k) / last).iter().zip(amplitudes).map(|(of, amplitude)| of * amplitude).sum();
-    (0..samples).map(at).collect()
-}
-
 impl Beside {
     /// How many columns for so many drives.
-    pub(crate) fn columns(drift: bool, temperature: bool, drives: usize) -> usize {
-        usize::from(drift) * DRIFTS * drives + usize::from(temperature)
+    pub(crate) fn columns(&self, drives: usize) -> usize {
+        self.courses.len() * drives + usize::from(self.lag.is_some())
     }
 
-    /// The amplitudes of the drift of every drive.
-    pub(crate) fn drift_amplitudes(&self, amplitudes: &[f64]) -> Vec<[f64; DRIFTS]> {
-        let drifts = &amplitudes[..amplitudes.len() - usize::from(self.lag.is_some())];
-        drifts.chunks_exact(DRIFTS).map(|pair| [pair[0], pair[1]]).collect()
+    /// The amplitudes of the courses of every drive; none without any.
+    pub(crate) fn course_amplitudes(&self, amplitudes: &[f64]) -> Vec<Vec<f64>> {
+        let of_drives = &amplitudes[..amplitudes.len() - usize::from(self.lag.is_some())];
+        of_drives.chunks_exact(self.courses.len().max(1)).map(<[f64]>::to_vec).collect()
     }
 
     /// Writes the columns behind so many of the operators, and the derivative by the lag behind all others.
     pub(crate) fn write(&self, given: &Given<'_>, columns: usize, rows: &mut Rows) {
-        if self.drift {
-            for ((drive, instants), row) in given.equations().zip(rows.iter_mut()) {
-                let last = as_f64(given.drives[drive].len() - 1);
-                let [before, after] = instants.map(|at| drifts(at / last));
-                let place = &mut row[columns + DRIFTS * drive..][..DRIFTS];
-                place.iter_mut().zip(after).zip(before).for_each(|((value, after), before)| *value = after - before);
-            }
-        }
+        self.write_courses(given, columns, rows);
         let Some(lag) = self.lag else { return };
-        let at = columns + Self::columns(self.drift, true, given.drives.len()) - 1;
+        let at = columns + self.columns(given.drives.len()) - 1;
         let thetas = lagged(given, lag);
         Self::write_differences(given, &thetas, at, rows);
         if let Some(sensitivity) = self.slope_at {
@@ -73,6 +113,19 @@ impl Beside {
             };
             let slopes: Vec<Vec<f64>> = lagged(given, lag + step).iter().zip(&thetas).map(slope).collect();
             Self::write_differences(given, &slopes, rows.width - 1, rows);
+        }
+    }
+
+    fn write_courses(&self, given: &Given<'_>, columns: usize, rows: &mut Rows) {
+        let count = self.courses.len();
+        if count == 0 {
+            return;
+        }
+        for ((drive, instants), row) in given.equations().zip(rows.iter_mut()) {
+            let last = as_f64(given.drives[drive].len() - 1);
+            let [before, after] = instants.map(|at| self.courses.at(at, last));
+            let place = &mut row[columns + count * drive..][..count];
+            place.iter_mut().zip(after).zip(before).for_each(|((value, after), before)| *value = after - before);
         }
     }
 

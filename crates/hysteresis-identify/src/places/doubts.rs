@@ -6,12 +6,11 @@ use crate::error::Error;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
 use crate::places::given::Given;
-use crate::places::rows::{Rows, between};
+use crate::places::rows::{Rows, between, kept};
 use crate::places::weighing::Weighed;
 use crate::records::course::turns;
 use crate::records::signal;
 use crate::records::signal::{as_f64, rms};
-use crate::uncertainty::standard_errors::Spread;
 
 /// A turn of the drive by less than this share of its range is none of a loop.
 const LOOP: f64 = 0.02;
@@ -28,7 +27,7 @@ const LEAST_TOLD: f64 = 0.5;
 const LONGEST_LAG: f64 = 0.99;
 
 /// An equation in which no operator differs by more than this share of the drive range says nothing.
-const SAYS_NOTHING: f64 = 1e-3;
+pub(crate) const SAYS_NOTHING: f64 = 1e-3;
 
 /// Where no operator goes back, and one goes this share of the drive range, a length of this share of the longest does not go back.
 const CLEAR_WAY: f64 = 0.1;
@@ -44,6 +43,9 @@ const MOST_UNTOLD: f64 = 0.01;
 const BEGINNING: f64 = 0.1;
 const MOST_AT_THE_BEGINNING: f64 = 3.0;
 
+/// What one of them does, and what several do.
+const CONTRADICT: (&str, &str) = ("contradicts the others and was left out", "contradict the others and were left out");
+
 /// So many pairs are named; of more, the first.
 const NAMED: usize = 20;
 
@@ -55,33 +57,35 @@ pub(crate) fn uninformative(given: &Given<'_>, rows: &Rows, columns: usize) -> V
     pairs.filter(|(_, row)| says_nothing(&row[..columns])).map(|(place, _)| place).collect()
 }
 
-/// The findings, for the pairs that were left out and those that say nothing.
+/// The findings, for the pairs and the lengths that were left out, and the pairs that say nothing.
 pub(crate) fn findings(
     given: &Given<'_>,
     weighed: &Weighed,
     range: f64,
-    wrong: &[usize],
+    (wrong, wrong_lengths): (&[usize], &[usize]),
     uninformative: &[usize],
 ) -> Vec<Finding> {
     let pairs = given.pairs.len();
-    let share = |of: &[usize]| if pairs == 0 { 0.0 } else { as_f64(of.len()) / as_f64(pairs) };
-    let of_pairs = |code, places: &[usize], limit: f64, what: &str| {
-        let value = share(places);
-        let message = format!("{} of {pairs} pairs {what}: {}", places.len(), named(places));
+    let of = |code, (name, all): (&str, usize), places: &[usize], limit: f64, what: (&str, &str)| {
+        let value = if all == 0 { 0.0 } else { as_f64(places.len()) / as_f64(all) };
+        let what = if places.len() == 1 { what.0 } else { what.1 };
+        let message = format!("{} of {all} {name} {what}: {}", places.len(), named(places));
         (value > limit).then(|| Finding::new(code, value, limit, message))
     };
+    let of_pairs = |code, places: &[usize], limit, what| of(code, ("pairs", pairs), places, limit, what);
     let differ = |distance: f64, message: String| {
         (distance > MOST_DISTANCE).then(|| Finding::new(FindingCode::PlacesDiffer, distance, MOST_DISTANCE, message))
     };
-    let distance = if pairs > 0 { weighed.shares.scale / range } else { 0.0 };
+    let distance = if pairs > 0 { weighed.shares.scales.pairs / range } else { 0.0 };
     let message = format!("the two instants of a pair are {:.2} % of the range apart in the model", 100.0 * distance);
     let apart = differ(distance, message);
-    let missed = signal::rms(&weighed.length_errors) / range;
+    let missed = rms_of_kept(&weighed.length_errors, wrong_lengths) / range;
     let message = format!("known lengths are missed by {:.2} % of the range, rms", 100.0 * missed);
     let found = [
-        of_pairs(FindingCode::WrongPairs, wrong, MOST_WRONG, "contradict the others and were left out"),
+        of_pairs(FindingCode::WrongPairs, wrong, MOST_WRONG, CONTRADICT),
+        of(FindingCode::WrongLengths, ("lengths", given.lengths.len()), wrong_lengths, 0.0, CONTRADICT),
         one_loop_size(given, uninformative),
-        of_pairs(FindingCode::UninformativePairs, uninformative, MOST_UNINFORMATIVE, "say nothing"),
+        of_pairs(FindingCode::UninformativePairs, uninformative, MOST_UNINFORMATIVE, ("says nothing", "say nothing")),
         apart,
         differ(missed, message),
         beginning(given, weighed),
@@ -107,7 +111,7 @@ pub(crate) fn check_signs(given: &Given<'_>, rows: &Rows, columns: usize) -> Res
 
 /// The finding about known lengths without pairs that the model hardly misses by less than a straight line does: one of them is wrong, or the
 /// stage did not begin virgin.
-pub(crate) fn missed_lengths(given: &Given<'_>, errors: &[f64]) -> Option<Finding> {
+pub(crate) fn missed_lengths(given: &Given<'_>, errors: &[f64], left_out: &[usize]) -> Option<Finding> {
     let steps: Vec<f64> = given.drive_steps().skip(given.pairs.len()).collect();
     let (both, square) = steps
         .iter()
@@ -115,21 +119,23 @@ pub(crate) fn missed_lengths(given: &Given<'_>, errors: &[f64]) -> Option<Findin
         .fold((0.0, 0.0), |(both, square), (step, known)| (both + step * known.length, square + step * step));
     let slope = if square > 0.0 { both / square } else { 0.0 };
     let of_line: Vec<f64> = steps.iter().zip(given.lengths).map(|(step, known)| slope * step - known.length).collect();
-    let value = rms(errors) / rms(&of_line);
+    let (missed, by_line) = (rms_of_kept(errors, left_out), rms_of_kept(&of_line, left_out));
+    let value = missed / by_line;
     let (worst, error) = errors.iter().enumerate().max_by(|p, q| p.1.abs().total_cmp(&q.1.abs()))?;
     let message = format!(
-        "known lengths are missed by {:.3e} rms, a straight line misses them by {:.3e}; the worst, row {worst}, by {error:.3e}",
-        rms(errors),
-        rms(&of_line)
+        "known lengths are missed by {missed:.3e} rms, a straight line misses them by {by_line:.3e}; the worst, row {worst}, by {error:.3e}"
     );
     let is_missed = given.pairs.is_empty() && value > MOST_MISSED;
     is_missed.then(|| Finding::new(FindingCode::LengthsMissed, value, MOST_MISSED, message))
 }
 
-/// The finding about positions that pairs and lengths leave open.
-pub(crate) fn untold_positions(given: &Given<'_>, spread: &Spread, range: f64) -> Option<Finding> {
-    let of_drive = |drive: &&[f64]| rms(&spread.of(drive, given.dt));
-    let value = given.drives.iter().map(of_drive).fold(0.0, f64::max) / range;
+/// The rms of those that were not left out.
+pub(crate) fn rms_of_kept(errors: &[f64], left_out: &[usize]) -> f64 {
+    rms(&kept(errors, left_out).collect::<Vec<_>>())
+}
+
+/// The finding about positions that pairs and lengths leave open, for their standard error over the range.
+pub(crate) fn untold_positions(value: f64) -> Option<Finding> {
     let message =
         format!("the standard error of positions along the drives is {:.2} % of the range, rms", 100.0 * value);
     (value > MOST_UNTOLD).then(|| Finding::new(FindingCode::PositionsNotTold, value, MOST_UNTOLD, message))

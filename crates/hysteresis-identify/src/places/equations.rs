@@ -49,7 +49,7 @@ impl<'a> Equations<'a> {
     /// The rows at a point: one column for each weight, those beside the operators, then the derivatives.
     pub(crate) fn rows(&self, tangent: &Tangent, beside: &Beside) -> Rows {
         let of_tangent = tangent.columns + tangent.slopes.len();
-        let further = Beside::columns(beside.drift, beside.lag.is_some(), self.given.drives.len());
+        let further = beside.columns(self.given.drives.len());
         let width = of_tangent + further + usize::from(beside.slope_at.is_some());
         let mut values = vec![0.0; width * self.count];
         let mut row = vec![0.0; of_tangent];
@@ -91,7 +91,7 @@ mod tests {
 
     use super::*;
     use crate::fit::response::{OperatorsAt, hysteresis};
-    use crate::places::beside::drift_of;
+    use crate::places::beside::Courses;
     use crate::places::given::{KnownLength, PlacePair};
     use crate::places::rows::value_at;
     use crate::terms::dynamics::LinearPart;
@@ -119,7 +119,7 @@ mod tests {
             let (k, share) = between(instant);
             if share > 0.0 { y[k] + share * (y[k + 1] - y[k]) } else { y[k] }
         };
-        let alone = Beside { drift: false, lag: None, slope_at: None };
+        let alone = Beside { courses: Courses::none(), lag: None, slope_at: None };
         let got = Equations::new(&given).rows(&tangent, &alone).times(&weights);
         for (got, (_, [first, second])) in got.iter().zip(given.equations()) {
             assert!((got - (at(second) - at(first))).abs() < 1e-12, "{got}");
@@ -139,13 +139,13 @@ mod tests {
         let linear = LinearPart::delay(0.0);
         let tangent = Tangent { operators, linear, columns: 2, weights: Vec::new(), slopes: Vec::new() };
         let rows_at = |lag: f64, slope_at| {
-            Equations::new(&given).rows(&tangent, &Beside { drift: true, lag: Some(lag), slope_at })
+            Equations::new(&given).rows(&tangent, &Beside { courses: Courses::Steady, lag: Some(lag), slope_at })
         };
         let rows = rows_at(3.0, Some(2.0));
         assert_eq!(rows.width, 2 + 2 + 1 + 1);
         let ahead = rows_at(3.05, None);
         for ((row, ahead), (_, instants)) in rows.iter().zip(ahead.iter()).zip(given.equations()) {
-            let drift = drift_of([1.5, -0.5], 300);
+            let drift = Courses::Steady.of(&[1.5, -0.5], 300);
             let [before, after] = instants.map(|at| value_at(&drift, at));
             assert!((1.5 * row[2] - 0.5 * row[3] - (after - before)).abs() < 1e-4);
             assert!((row[5] - 2.0 * (ahead[4] - row[4]) / 0.05).abs() < 0.02 * row[5].abs());

@@ -83,8 +83,8 @@ pub struct PlacesOptions {
     pub thresholds: Thresholds,
     /// The ratios of the modified model: given, or searched.
     pub ratios: Setting<Ratios>,
-    /// Where the operators have their zero, in the unit of the drive. For the conventional model that is the middle of the drive
-    /// unless it is given.
+    /// Where the operators have their zero, in the unit of the drive. For the conventional model that is where the stage was at rest
+    /// before the drives: it is searched where an equation sees it, and the middle of the drives otherwise.
     pub input_offset: Setting<f64>,
     /// What the position lags the drive, in seconds: searched up to a tenth of the shortest drive.
     pub dead_time: Setting<f64>,
@@ -93,7 +93,8 @@ pub struct PlacesOptions {
     /// How smooth the weights are: as [`Options::smoothness`](crate::Options::smoothness), for the drive differences of the pairs.
     pub smoothness: Setting<f64>,
     /// Whether what is seen drifts against the stage while a drive goes on; none leaves it to cross-validation over the pairs. A drive
-    /// of n samples drifts by a s + b ln(1 + 20 s) / ln 21 with s = k / (n - 1). The drift is no part of the stage.
+    /// of n samples drifts by a s + b ln(1 + 20 s) / ln 21 with s = k / (n - 1). The drift is no part of the stage. With lengths alone
+    /// what is tried is what goes on of before the drive: a decay with each time constant of creep, and with that of warmth.
     pub drift: Option<bool>,
     /// The temperature at every sample of every drive, or none.
     pub temperatures: Vec<Vec<f64>>,
@@ -190,8 +191,14 @@ impl<'a> Given<'a> {
     }
 
     fn check_lengths(&self) -> Result<(), Error> {
+        if self.lengths.is_empty() {
+            return Err(Error::whole("lengths", "at least one, as pairs do not tell the scale", 0));
+        }
         for (place, known) in self.lengths.iter().enumerate() {
             self.check_instants("lengths", place, known.drive, [known.from, known.to])?;
+            if known.from == known.to {
+                return Err(Error::domain("lengths", Some(place), "two different instants", known.from));
+            }
             if !is_admissible(known.length) {
                 return Err(Error::domain("lengths", Some(place), "a finite length", known.length));
             }

@@ -8,13 +8,14 @@
 //! 2. `space` names what is searched, `equations` has the `rows` of a point, `beside` what moves places beside the operators.
 //! 3. `weighing` finds the best weights for rows, whatever some pairs say; `search` the best point.
 //! 4. `validation` chooses model, creep, drift and smoothness by pairs that were not fitted.
-//! 5. `spread` says how far the numbers may be off, `doubts` what the pairs cannot tell; `result` is what comes out.
+//! 5. `spread` says how far the numbers may be off, `rivals` what the model may lack, `doubts` what the pairs cannot tell; `result` is what comes out.
 
 mod beside;
 mod doubts;
 mod equations;
 pub(crate) mod given;
 pub(crate) mod result;
+mod rivals;
 mod rows;
 mod search;
 mod space;
@@ -24,22 +25,23 @@ mod weighing;
 
 use std::ops::ControlFlow;
 
-use faer::Mat;
 use hysteresis_control::linear::Creep;
 use hysteresis_control::stage::TemperatureTerm;
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 
 use crate::choose::cross_validation::CrossValidation;
 use crate::error::Error;
-use crate::fit::response::Chain;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
 use crate::options::{Options, Setting};
+use crate::places::beside::DriftModel;
 use crate::places::equations::Equations;
 use crate::places::given::{Given, KnownLength, PlacePair, PlacesOptions};
 use crate::places::result::{PlacesCandidate, PlacesIdentification};
+use crate::places::rivals::Rival;
 use crate::places::search::{FoundPlace, PlaceSearch, SEARCH_SMOOTHNESS};
 use crate::places::space::{Axis, PlaceSpace};
+use crate::places::spread::Uncertainty;
 use crate::places::validation::PairStretches;
 use crate::places::weighing::{RobustLoss, Shares, System};
 use crate::records::signal;
@@ -62,8 +64,9 @@ const EQUATIONS: (usize, usize) = (2, 4);
 ///
 /// With temperatures T the position has the further term kappa (theta - T at the first sample), theta' = (T - theta) / tau.
 ///
-/// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. Every drive starts from the virgin
-/// state. `proceed` is called between steps; [`ControlFlow::Break`] stops.
+/// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. Every drive starts from rest at the input
+/// offset, and from there at its first sample. So the input offset of plays is what was before: near the first drive for a stage that
+/// begins virgin, halfway to the last load for one that was loaded. `proceed` is called between steps; [`ControlFlow::Break`] stops.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -113,7 +116,7 @@ pub fn identify_places(
     let mut search = PlaceSearch { unit, system: System::new(given), equations, smoothness };
     let mut found: Vec<FoundPlace> = Vec::new();
     for (model, creep, drift) in models(options, &given) {
-        let space = PlaceSpace::new(&given, options, model, (&creep, drift))?;
+        let space = search.told(PlaceSpace::new(&given, options, model, (&creep, drift))?);
         search.system.uninformative = check_equations(&search, &space)?;
         let plain = found.iter().find(|plain| plain.space.model == model);
         let start = plain.map(|plain| space.beginning_at(&plain.point));
@@ -124,9 +127,9 @@ pub fn identify_places(
     let candidates: Vec<PlacesCandidate> = found.iter().map(|one| candidate(&search, one, shares, &checked)).collect();
     let validations: Vec<CrossValidation> = candidates.iter().map(|one| one.validation.clone()).collect();
     let chosen = CrossValidation::good(&validations, MARGIN).next().unwrap_or(0);
-    let smoothness = validations[chosen].smoothness;
-    let found = settled(&search, found.swap_remove(chosen), smoothness);
-    result(&search, &found, smoothness, candidates)
+    let found = found.into_iter().zip(&validations);
+    let found: Vec<FoundPlace> = found.map(|(one, by)| settled(&search, one, by.smoothness)).collect();
+    result(&search, &found, chosen, candidates)
 }
 
 /// The same as options of a fit to records, to be checked by the same rules.
@@ -141,9 +144,9 @@ fn as_options(options: &PlacesOptions) -> Options {
     }
 }
 
-/// The models to try, the simplest first. Creep that the drives are too short for is not tried. Lengths alone are not taken to drift: they
-/// have a temperature for that.
-fn models(options: &PlacesOptions, given: &Given<'_>) -> Vec<(ModelKind, CreepModel, bool)> {
+/// The models to try, the simplest first. Creep that the drives are too short for is not tried. Lengths alone are not taken to drift, but by
+/// what goes on of what was before: they have a temperature for that.
+fn models(options: &PlacesOptions, given: &Given<'_>) -> Vec<(ModelKind, CreepModel, DriftModel)> {
     let kinds = options.model.map_or_else(|| ModelKind::ALL.to_vec(), |model| vec![model]);
     let creeps = match &options.creep {
         CreepModel::Auto if CreepModel::Slow.basis(given.longest_and_shortest().0, given.dt).is_ok() => {
@@ -152,15 +155,17 @@ fn models(options: &PlacesOptions, given: &Given<'_>) -> Vec<(ModelKind, CreepMo
         CreepModel::Auto | CreepModel::UnderWay => vec![CreepModel::None],
         known => vec![known.clone()],
     };
-    let drifts = match options.drift {
-        Some(drift) => vec![drift],
-        None if given.pairs.is_empty() => vec![false],
-        None => vec![false, true],
-    };
     let mut models = Vec::new();
     for kind in kinds {
         for creep in &creeps {
-            models.extend(drifts.iter().map(|drift| (kind, creep.clone(), *drift)));
+            let can_settle = *creep != CreepModel::None || !given.temperatures.is_empty();
+            let drifts = match options.drift {
+                Some(true) => vec![DriftModel::Steady],
+                None if !given.pairs.is_empty() => vec![DriftModel::None, DriftModel::Steady],
+                None if can_settle => vec![DriftModel::None, DriftModel::Settling],
+                Some(false) | None => vec![DriftModel::None],
+            };
+            models.extend(drifts.into_iter().map(|drift| (kind, creep.clone(), drift)));
         }
     }
     models
@@ -186,7 +191,8 @@ fn check_equations(search: &PlaceSearch<'_>, space: &PlaceSpace) -> Result<Vec<u
 /// would let a model leave out the pairs that it does not explain.
 fn judging_shares(found: &[FoundPlace]) -> Option<&Shares> {
     let shares = found.iter().map(|one| &one.weighed.shares);
-    shares.reduce(|a, b| if b.scale < a.scale { b } else { a })
+    let left = |shares: &Shares| (shares.scales.pairs, shares.scales.lengths.unwrap_or(f64::INFINITY));
+    shares.reduce(|a, b| if left(b) < left(a) { b } else { a })
 }
 
 /// How a model predicts pairs that it was not fitted to, at the smoothness that suits it.
@@ -198,7 +204,8 @@ fn candidate(search: &PlaceSearch<'_>, found: &FoundPlace, shares: &Shares, opti
     };
     let tried: Vec<CrossValidation> = options.smoothnesses().iter().map(validate).collect();
     let validation = CrossValidation::best(&tried).unwrap_or(&tried[0]).clone();
-    PlacesCandidate { model: found.space.model, drift: found.space.drift, validation }
+    let drift = found.space.drift != DriftModel::None;
+    PlacesCandidate { model: found.space.model, drift, validation }
 }
 
 /// The weights of the chosen model with wrong pairs left out, at the scale that the lengths say.
@@ -211,23 +218,24 @@ fn settled(search: &PlaceSearch<'_>, found: FoundPlace, smoothness: f64) -> Foun
     let weights = weighed.weights.iter().map(|weight| factor * weight).collect();
     let mut weighed = search.system.weighed(&rows, weights, weighed.shares);
     if search.system.pairs() > 0 {
-        weighed.shares.scale = search.system.scale_of(&weighed.mismatches);
+        weighed.shares.scales.pairs = search.system.scale_of(&weighed.mismatches);
     }
     FoundPlace { space, point, weighed }
 }
 
 fn result(
     search: &PlaceSearch<'_>,
-    found: &FoundPlace,
-    smoothness: f64,
+    all: &[FoundPlace],
+    chosen: usize,
     candidates: Vec<PlacesCandidate>,
 ) -> Result<PlacesIdentification, Error> {
+    let (found, smoothness) = (&all[chosen], candidates[chosen].validation.smoothness);
+    let trusts = trusts(&candidates, chosen);
     let FoundPlace { space, point, weighed } = found;
     let given = &search.system.given;
-    let tangent = space.tangent(point, None);
-    let columns = tangent.columns;
+    let chain = found.chain(given.dt);
+    let columns = chain.weights.len();
     let (weights, amplitudes) = weighed.weights.split_at(columns);
-    let chain = Chain::from_rest(tangent.operators, weights.to_vec(), tangent.linear, given.dt);
     let responses: Vec<Vec<f64>> = given.drives.iter().map(|drive| chain.response(drive, given.dt)).collect();
     let output_offset = -responses[0][0];
     let (low, high) = signal::bounds_of(responses.iter().map(|response| signal::bounds(response)));
@@ -240,7 +248,9 @@ fn result(
             .fold(0.0, |longest: f64, known| if known.length.abs() > longest.abs() { known.length } else { longest });
         return Err(Error::domain("lengths", None, expected, longest));
     }
-    let root = spread::root(search, found, smoothness);
+    let own_tangent = space.tangent(point, Some(weights));
+    let uncertainty = Uncertainty::new(search, found, smoothness, &own_tangent);
+    let root = &uncertainty.root;
     let deviation = |row: usize| (0..root.ncols()).map(|k| root[(row, k)].powi(2)).sum::<f64>().sqrt();
     let linear = weighed.weights.len();
     let of_axis = |axis: Axis| {
@@ -255,21 +265,18 @@ fn result(
     let dead_time_std = of_axis(Axis::DeadTime);
     let creep_std: Vec<f64> = (0..point.creep.len()).map(|number| of_axis(Axis::Creep(number))).collect();
     let uninformative_pairs = doubts::uninformative(given, &search.rows_at(space, point), columns);
-    let shares = weighed.shares.of_pairs.iter().enumerate();
-    let wrong_pairs: Vec<usize> = shares.filter(|(_, share)| **share == 0.0).map(|(place, _)| place).collect();
-    let mut warnings = doubts::findings(given, weighed, high - low, &wrong_pairs, &uninformative_pairs);
-    warnings.extend(doubts::missed_lengths(given, &weighed.length_errors));
+    let wrong_pairs = Shares::left_out(&weighed.shares.of_pairs);
+    let wrong_lengths = Shares::left_out(&weighed.shares.of_lengths);
+    let mut warnings =
+        doubts::findings(given, weighed, high - low, (&wrong_pairs, &wrong_lengths), &uninformative_pairs);
+    warnings.extend(doubts::missed_lengths(given, &weighed.length_errors, &wrong_lengths));
     warnings.extend(untold_dead_time(point.dead_time / given.dt, dead_time_std / given.dt));
     let longest_lag =
         if space.axes.contains(&Axis::ThermalLag) { given.longest_and_shortest().0 } else { f64::INFINITY };
     warnings.extend(temperature.and_then(|term| doubts::untold_temperature(&term, temperature_std, longest_lag)));
-    let tangent = space.tangent(point, Some(weights));
-    // What is beside the operators is no part of a prediction.
-    let own = Mat::from_fn(columns + tangent.slopes.len(), root.ncols(), |i, k| {
-        root[(if i < columns { i } else { i + space.beside }, k)]
-    });
-    let spread = Spread::from_zero(own, tangent, given.drives[0], given.dt);
-    warnings.extend(doubts::untold_positions(given, &spread, high - low));
+    let apart = apart(given, all, chosen, &trusts);
+    warnings.extend(doubts::untold_positions(uncertainty.positions.hypot(apart) / (high - low)));
+    let spread = Spread::from_zero(uncertainty.own, own_tangent, given.drives[0], given.dt);
     Ok(PlacesIdentification {
         model: model(space, point, weights, chain.rest_of(output_offset))?,
         ratios: if space.model == ModelKind::Modified { point.as_ratios() } else { Ratios::PLAY },
@@ -283,25 +290,62 @@ fn result(
         drive_range: given.drive_bounds(),
         position_range: (low + output_offset, high + output_offset),
         mismatches: weighed.mismatches.iter().zip(&search.system.pair_deviations).map(|(e, r)| e * r).collect(),
-        mismatch: if given.pairs.is_empty() { signal::rms(&weighed.length_errors) } else { weighed.shares.scale },
+        mismatch: if given.pairs.is_empty() {
+            doubts::rms_of_kept(&weighed.length_errors, &wrong_lengths)
+        } else {
+            weighed.shares.scales.pairs
+        },
         length_errors: weighed.length_errors.clone(),
         weights_std: (0..columns).map(deviation).collect(),
         input_offset_std: of_axis(Axis::InputOffset),
         dead_time_std,
         creep_std,
         wrong_pairs,
+        wrong_lengths,
         uninformative_pairs,
         smoothness,
         candidates,
         warnings,
-        drift_amplitudes: beside.drift_amplitudes(amplitudes),
+        drift_amplitudes: beside.course_amplitudes(amplitudes),
+        courses: beside.courses,
         drive_samples: given.drives.iter().map(|drive| drive.len()).collect(),
         temperature,
         temperature_std,
         spread,
+        rivals: rivals(given, all, chosen, &trusts),
         chain,
         output_offset,
     })
+}
+
+/// The trust in each of the models that were tried.
+fn trusts(candidates: &[PlacesCandidate], chosen: usize) -> Vec<f64> {
+    let CrossValidation { rmse, rounding, .. } = &candidates[chosen].validation;
+    candidates.iter().map(|one| rivals::trust(*rmse, one.validation.rmse, rounding.sqrt())).collect()
+}
+
+/// All but the chosen one.
+fn others<'a, T>(all: &'a [T], chosen: usize, trusts: &'a [f64]) -> impl Iterator<Item = (&'a T, &'a f64)> {
+    all.iter().zip(trusts).enumerate().filter(move |(number, _)| *number != chosen).map(|(_, other)| other)
+}
+
+fn rivals(given: &Given<'_>, all: &[FoundPlace], chosen: usize, trusts: &[f64]) -> Vec<Rival> {
+    let rival = |(found, trust): (&FoundPlace, &f64)| {
+        let chain = found.chain(given.dt);
+        let output_offset = -chain.response(&given.drives[0][..1], given.dt)[0];
+        Rival { chain, output_offset, trust: *trust }
+    };
+    others(all, chosen, trusts).map(rival).collect()
+}
+
+/// How far from the positions of the chosen model the others are along a drive, rms, by the trust in each; the most of all drives.
+fn apart(given: &Given<'_>, all: &[FoundPlace], chosen: usize, trusts: &[f64]) -> f64 {
+    let positions: Vec<Vec<Vec<f64>>> = all.iter().map(|found| spread::positions(given, found)).collect();
+    let of_drive = |(drive, own): (usize, &Vec<f64>)| {
+        let others = others(&positions, chosen, trusts).map(|(other, trust)| (other[drive].clone(), trust));
+        signal::rms(&rivals::distances(own, others))
+    };
+    positions[chosen].iter().enumerate().map(of_drive).fold(0.0, f64::max)
 }
 
 fn model(space: &PlaceSpace, point: &space::PlacePoint, weights: &[f64], output: f64) -> Result<Model, Error> {

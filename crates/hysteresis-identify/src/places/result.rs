@@ -9,7 +9,9 @@ use crate::choose::cross_validation::CrossValidation;
 use crate::error::RecordError;
 use crate::fit::response::Chain;
 use crate::judge::finding::{Finding, Verdict};
-use crate::places::beside::drift_of;
+use crate::places::beside::Courses;
+use crate::places::rivals::{Rival, distances};
+use crate::places::rows::kept;
 use crate::records::record::check_finite;
 use crate::result::identification::warning;
 use crate::terms::operators::ModelKind;
@@ -60,6 +62,8 @@ pub struct PlacesIdentification {
     pub length_errors: Vec<f64>,
     /// The pairs that contradict the others; they were left out of the fit.
     pub wrong_pairs: Vec<usize>,
+    /// The lengths that contradict the others; they were left out of the fit, too. Empty where there are too few of them to tell.
+    pub wrong_lengths: Vec<usize>,
     /// The pairs that say nothing.
     pub uninformative_pairs: Vec<usize>,
     /// Standard errors of the weights, which allow for mismatches that are alike along the drive.
@@ -70,8 +74,8 @@ pub struct PlacesIdentification {
     pub dead_time_std: f64,
     /// Standard errors of the searched amplitudes of creep.
     pub creep_std: Vec<f64>,
-    /// The two amplitudes of the drift in every drive, see [`PlacesOptions::drift`](crate::PlacesOptions::drift); empty without.
-    pub drift_amplitudes: Vec<[f64; 2]>,
+    /// The amplitudes of the drift in every drive, see [`PlacesOptions::drift`](crate::PlacesOptions::drift); empty without.
+    pub drift_amplitudes: Vec<Vec<f64>>,
     /// What the temperature adds, if temperatures were given: nothing at the first sample of the first drive.
     pub temperature: Option<TemperatureTerm>,
     /// Standard errors of its sensitivity, and of its time constant; 0 if it was given.
@@ -83,8 +87,10 @@ pub struct PlacesIdentification {
     /// What makes the numbers doubtful.
     pub warnings: Vec<Finding>,
     pub(crate) drive_samples: Vec<usize>,
+    pub(crate) courses: Courses,
     pub(crate) chain: Chain,
     pub(crate) spread: Spread,
+    pub(crate) rivals: Vec<Rival>,
     pub(crate) output_offset: f64,
 }
 
@@ -95,8 +101,8 @@ impl PlacesIdentification {
         Verdict::of(&self.warnings)
     }
 
-    /// By how much what is seen has drifted at every sample of a drive, in the unit of the position: it adds to the position of the stage.
-    /// Zero without a drift.
+    /// By how much what is seen has drifted at every sample of a drive, in the unit of the position: it adds to the position of the stage,
+    /// but for an offset. Zero without a drift, and zero in the end for what goes on of before the drive.
     ///
     /// # Errors
     /// [`hysteresis_core::Error::Whole`] for a number that no drive has.
@@ -104,7 +110,7 @@ impl PlacesIdentification {
         let expected = "the number of a drive";
         let samples = self.drive_samples.get(drive);
         let samples = *samples.ok_or_else(|| hysteresis_core::Error::whole("drive", None, expected, drive))?;
-        Ok(drift_of(self.drift_amplitudes.get(drive).copied().unwrap_or_default(), samples))
+        Ok(self.courses.of(self.drift_amplitudes.get(drive).map_or(&[], Vec::as_slice), samples))
     }
 
     /// The position for a drive that starts from the virgin state and at rest at its first value, sampled every [`dt`](Self::dt), at the
@@ -117,14 +123,20 @@ impl PlacesIdentification {
         Ok(self.chain.response(input, self.dt).into_iter().map(|y| self.output_offset + y).collect())
     }
 
-    /// The standard deviation of every sample of [`predict`](Self::predict): what errors of the pairs and of the lengths make of it.
-    /// What the model lacks comes on top, and so does what the pairs do not tell at all.
+    /// The standard deviation of every sample of [`predict`](Self::predict): the root of the squares of what errors of the pairs and of the
+    /// lengths make of it, and of how far the other [`candidates`](Self::candidates) are, each by the share of the rms error that it
+    /// leaves more than the chosen one. What all of them lack comes on top.
     ///
     /// # Errors
     /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
     pub fn predict_std(&self, input: &[f64]) -> Result<Vec<f64>, RecordError> {
         check_finite("input", input)?;
-        Ok(self.spread.of(input, self.dt))
+        let others = self.rivals.iter().map(|rival| {
+            let response = rival.chain.response(input, self.dt);
+            (response.into_iter().map(|y| rival.output_offset + y).collect(), &rival.trust)
+        });
+        let apart = distances(&self.predict(input)?, others);
+        Ok(self.spread.of(input, self.dt).iter().zip(apart).map(|(deviation, apart)| deviation.hypot(apart)).collect())
     }
 
     /// The stage: [`stage_parts`](Self::stage_parts) as they are.
@@ -139,9 +151,9 @@ impl PlacesIdentification {
     #[must_use]
     pub fn stage_parts(&self) -> StageParts {
         let hysteresis = ModifiedPrandtlIshlinskii::from(self.model.clone());
-        let is_kept = |place: &usize| self.wrong_pairs.binary_search(place).is_err();
-        let kept = self.mismatches.iter().enumerate().filter(|(place, _)| is_kept(place)).map(|(_, error)| error);
-        let max_error = kept.chain(&self.length_errors).fold(0.0, |most: f64, error| error.abs().max(most));
+        let pairs = kept(&self.mismatches, &self.wrong_pairs);
+        let lengths = kept(&self.length_errors, &self.wrong_lengths);
+        let max_error = pairs.chain(lengths).fold(0.0, |most: f64, error| error.abs().max(most));
         StageParts {
             creep: self.creep.clone(),
             dynamics: LinearDynamics::none(),

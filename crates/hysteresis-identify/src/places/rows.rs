@@ -32,3 +32,9 @@ pub(crate) fn value_at(values: &[f64], instant: f64) -> f64 {
     let (sample, share) = between(instant);
     values[sample] + share * (values.get(sample + 1).unwrap_or(&values[sample]) - values[sample])
 }
+
+/// All but those at places that are left out.
+pub(crate) fn kept(values: &[f64], left_out: &[usize]) -> impl Iterator<Item = f64> {
+    let is_kept = |place: &usize| left_out.binary_search(place).is_err();
+    values.iter().enumerate().filter(move |(place, _)| is_kept(place)).map(|(_, value)| *value)
+}

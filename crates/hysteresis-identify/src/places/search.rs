@@ -3,10 +3,13 @@
 use std::ops::ControlFlow;
 
 use crate::error::Error;
+use crate::fit::response::Chain;
+use crate::places::doubts::SAYS_NOTHING;
 use crate::places::equations::Equations;
 use crate::places::rows::Rows;
-use crate::places::space::{PlacePoint, PlaceSpace};
-use crate::places::weighing::{Law, RobustLoss, System, Weighed};
+use crate::places::space::{Axis, PlacePoint, PlaceSpace};
+use crate::places::weighing::{Law, RobustLoss, Scales, System, Weighed};
+use crate::terms::operators::ModelKind;
 
 /// How many starts are followed: asymmetric loops have several points that no small step leaves.
 const FOLLOWED: usize = 4;
@@ -31,6 +34,14 @@ pub(crate) struct FoundPlace {
     pub(crate) weighed: Weighed,
 }
 
+impl FoundPlace {
+    pub(crate) fn chain(&self, dt: f64) -> Chain {
+        let tangent = self.space.tangent(&self.point, None);
+        let weights = self.weighed.weights[..tangent.columns].to_vec();
+        Chain::from_rest(tangent.operators, weights, tangent.linear, dt)
+    }
+}
+
 /// What a search works with.
 pub(crate) struct PlaceSearch<'a> {
     pub(crate) system: System<'a>,
@@ -43,6 +54,19 @@ pub(crate) struct PlaceSearch<'a> {
 impl PlaceSearch<'_> {
     pub(crate) fn law(&self, space: &PlaceSpace, point: &PlacePoint, smoothness: f64) -> Law {
         Law::new(space, point, smoothness, self.unit)
+    }
+
+    /// A space without the input offset where that says nothing: that of plays is where they were before the drives, and equations behind a
+    /// large loop see nothing of it.
+    pub(crate) fn told(&self, space: PlaceSpace) -> PlaceSpace {
+        if !space.axes.contains(&Axis::InputOffset) || space.model == ModelKind::Modified {
+            return space;
+        }
+        let (low, high) = space.bounds(Axis::InputOffset);
+        let start = &space.starts()[0];
+        let [below, above] = [low, high].map(|offset| self.rows_at(&space, &start.with(Axis::InputOffset, offset)));
+        let tells = |(a, b): (&f64, &f64)| (a - b).abs() > SAYS_NOTHING * (high - low);
+        if below.values.iter().zip(&above.values).any(tells) { space } else { space.without(Axis::InputOffset) }
     }
 
     /// The best point of a space, from a start that is known, or from the best of many.
@@ -68,11 +92,11 @@ impl PlaceSearch<'_> {
             seen.extend(is_new.then(|| point.clone()));
             is_new
         });
-        let scale = looked[0].2.shares.scale;
+        let scales = looked[0].2.shares.scales;
         let mut best: Option<(f64, PlacePoint, Weighed)> = None;
         for (_, point, weighed) in looked {
             let (point, weighed) = self.descend(&space, point, weighed, proceed)?;
-            let cost = self.system.cost(&weighed, (RobustLoss::Bisquare, scale));
+            let cost = self.system.cost(&weighed, (RobustLoss::Bisquare, scales));
             if best.as_ref().is_none_or(|best| cost < best.0) {
                 best = Some((cost, point, weighed));
             }
@@ -93,10 +117,10 @@ impl PlaceSearch<'_> {
             reason = "a share"
         )]
         let counted = (COUNTED * squares.len() as f64) as usize;
-        let scale = weighed.shares.scale;
+        let scales = weighed.shares.scales;
         let lengths =
-            self.system.cost(&Weighed { mismatches: Vec::new(), ..weighed.clone() }, (RobustLoss::Huber, scale));
-        squares[..counted].iter().sum::<f64>() + lengths * scale * scale
+            self.system.cost(&Weighed { mismatches: Vec::new(), ..weighed.clone() }, (RobustLoss::Huber, scales));
+        squares[..counted].iter().sum::<f64>() + lengths * scales.pairs * scales.pairs
     }
 
     /// Steps from a start to the best point near it; then once more without the pairs that are far away there.
@@ -111,11 +135,11 @@ impl PlaceSearch<'_> {
             return Ok((point, weighed));
         }
         for loss in [RobustLoss::Huber, RobustLoss::Bisquare] {
-            let scale = weighed.shares.scale;
-            let mut cost = self.system.cost(&weighed, (loss, scale));
+            let scales = weighed.shares.scales;
+            let mut cost = self.system.cost(&weighed, (loss, scales));
             for _ in 0..STEPS {
                 go_on(proceed)?;
-                let Some((next, found, lower)) = self.step(space, (&point, &weighed), (loss, scale), cost) else {
+                let Some((next, found, lower)) = self.step(space, (&point, &weighed), (loss, scales), cost) else {
                     break;
                 };
                 let share = (cost - lower) / cost;
@@ -136,7 +160,7 @@ impl PlaceSearch<'_> {
         &self,
         space: &PlaceSpace,
         (point, weighed): (&PlacePoint, &Weighed),
-        (loss, scale): (RobustLoss, f64),
+        (loss, scales): (RobustLoss, Scales),
         cost: f64,
     ) -> Option<(PlacePoint, Weighed, f64)> {
         let rows = self.tangent_rows(space, point, &weighed.weights);
@@ -159,8 +183,8 @@ impl PlaceSearch<'_> {
             });
             let rows = self.rows_at(space, &next);
             let law = self.law(space, &next, self.smoothness);
-            let found = self.system.robust(&rows, &law, (loss, Some(scale)), weighed.shares.clone());
-            let lower = self.system.cost(&found, (loss, scale));
+            let found = self.system.robust(&rows, &law, (loss, Some(scales)), weighed.shares.clone());
+            let lower = self.system.cost(&found, (loss, scales));
             if lower < cost {
                 return Some((next, found, lower));
             }

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::fit::response::OperatorsAt;
 use crate::fit::rows::{Slope, Tangent};
 use crate::options::Setting;
-use crate::places::beside::Beside;
+use crate::places::beside::{Beside, Courses, DriftModel};
 use crate::places::given::{Given, PlacesOptions};
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
@@ -91,7 +91,7 @@ pub(crate) struct PlaceSpace {
     start: PlacePoint,
     longest_dead_time: f64,
     longest_lag: f64,
-    pub(crate) drift: bool,
+    pub(crate) drift: DriftModel,
     has_temperature: bool,
     /// How many columns there are beside the operators.
     pub(crate) beside: usize,
@@ -103,7 +103,7 @@ impl PlaceSpace {
         given: &Given<'_>,
         options: &PlacesOptions,
         model: ModelKind,
-        (creep, drift): (&CreepModel, bool),
+        (creep, drift): (&CreepModel, DriftModel),
     ) -> Result<Self, Error> {
         let drives = given.drives.iter().copied().enumerate();
         let records = drives.map(|(number, drive)| Record::new(drive, drive, 0).map_err(|e| e.in_record(number)));
@@ -124,15 +124,14 @@ impl PlaceSpace {
             _ => Ratios::PAPER,
         };
         let mut axes = Vec::new();
-        let is_modified = model == ModelKind::Modified;
         let input_offset = match options.input_offset {
             Setting::Fixed(offset) => offset,
             Setting::Fit => {
-                axes.extend(is_modified.then_some(Axis::InputOffset));
+                axes.push(Axis::InputOffset);
                 0.5 * (low + high)
             }
         };
-        if is_modified && options.ratios == Setting::Fit {
+        if model == ModelKind::Modified && options.ratios == Setting::Fit {
             axes.extend((0..3).map(Axis::Ratio));
         }
         let dead_time = match options.dead_time {
@@ -166,7 +165,7 @@ impl PlaceSpace {
         let ratios = [ratios.ra, rb, ratios.rc];
         let start =
             PlacePoint { input_offset, ratios, dead_time, creep: vec![0.0; creep.directions.len()], thermal_lag };
-        Ok(Self {
+        let mut space = Self {
             model,
             placement,
             creep,
@@ -176,9 +175,11 @@ impl PlaceSpace {
             longest_lag: longest,
             drift,
             has_temperature,
-            beside: Beside::columns(drift, has_temperature, given.drives.len()),
+            beside: 0,
             dt: given.dt,
-        })
+        };
+        space.beside = space.beside(&space.start, None).columns(given.drives.len());
+        Ok(space)
     }
 
     /// Where the search looks first: input offsets across the drive, two ratios, dead times of a few samples.
@@ -208,6 +209,12 @@ impl PlaceSpace {
     /// Whether two starts differ in nothing but the dead time, in a space that has more.
     pub(crate) fn differ_in_dead_time(&self, one: &PlacePoint, other: &PlacePoint) -> bool {
         self.axes.contains(&Axis::InputOffset) && *one == other.with(Axis::DeadTime, one.dead_time)
+    }
+
+    /// The same without an axis.
+    pub(crate) fn without(mut self, axis: Axis) -> Self {
+        self.axes.retain(|other| *other != axis);
+        self
     }
 
     /// The point of a model without creep, with none yet.
@@ -253,11 +260,23 @@ impl PlaceSpace {
         }
     }
 
+    /// What moves a place in the time of each drive, at a point.
+    fn courses(&self, point: &PlacePoint) -> Courses {
+        let samples = self.creep.time_constants.iter().map(|tau| tau / self.dt);
+        let of_creep = self.creep.directions.iter().map(|unit| unit.iter().copied().zip(samples.clone()).collect());
+        let of_warmth = self.has_temperature.then(|| vec![(1.0, point.thermal_lag / self.dt)]);
+        match self.drift {
+            DriftModel::None => Courses::none(),
+            DriftModel::Steady => Courses::Steady,
+            DriftModel::Settling => Courses::Settling(of_creep.chain(of_warmth).collect()),
+        }
+    }
+
     /// The columns beside the operators at a point; with the derivative by the lag if all amplitudes are given, weights first.
     pub(crate) fn beside(&self, point: &PlacePoint, amplitudes: Option<&[f64]>) -> Beside {
         let is_searched = self.axes.contains(&Axis::ThermalLag);
         Beside {
-            drift: self.drift,
+            courses: self.courses(point),
             lag: self.has_temperature.then_some(point.thermal_lag),
             slope_at: amplitudes.filter(|_| is_searched).and_then(|amplitudes| amplitudes.last().copied()),
         }

@@ -5,13 +5,13 @@ use faer::Mat;
 use crate::algebra::factor::TriangularFactor;
 use crate::choose::cross_validation::{CrossValidation, FOLDS};
 use crate::places::search::{FoundPlace, PlaceSearch};
-use crate::places::weighing::{Law, Shares};
+use crate::places::weighing::{FINEST, Law, Shares};
 use crate::records::signal::{as_f64, mean};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::weights::WeightLaw;
 
-/// Below this share of the square of the longest length a mean square error is rounding.
-const ROUNDING: f64 = 1e-18;
+/// Below this share of the longest length an rms error of lengths is rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// From so many lengths on these are held out, too.
 const MANY_LENGTHS: usize = 2 * FOLDS;
@@ -59,7 +59,8 @@ impl PairStretches {
             }
         }
         let parts = parts.into_iter().map(|(factor, count): (TriangularFactor, usize)| (factor.finish(), count));
-        let rounding = ROUNDING * search.system.given.longest().powi(2);
+        let finest = if search.system.pairs() == 0 { ROUNDING } else { FINEST };
+        let rounding = (finest * search.system.given.longest()).powi(2);
         Self { parts: parts.collect(), always: always.0.finish(), columns: law.linear, rounding }
     }
 

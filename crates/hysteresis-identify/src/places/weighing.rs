@@ -1,11 +1,11 @@
-//! The linear half: the best weights for rows, with pairs that lie far from the others counted less.
+//! The linear half: the best weights for rows, with pairs and lengths that lie far from the others counted less.
 //!
 //! With D the rows of the pairs, L those of the lengths l, r and s their standard deviations, the weights w >= 0 minimise
 //!
-//! sum_i q_i (D_i w / r_i)^2 + sum_k (scale / s_k)^2 (L_k w - l_k)^2 + penalty,
+//! sum_i q_i (D_i w / r_i)^2 + sum_k q_k (scale / s_k)^2 (L_k w - l_k)^2 + penalty,
 //!
-//! where `scale` is the standard deviation of D_i w / r_i and q_i the share that a robust loss leaves of pair i (Huber, Ann. Math. Stat.
-//! 35, 73, 1964; Beaton and Tukey, Technometrics 16, 147, 1974). Pairs say that a difference is 0, which a smaller scale of all weights
+//! where `scale` is the standard deviation of D_i w / r_i and q the share that a robust loss leaves of a pair or a length (Huber, Ann. Math.
+//! Stat. 35, 73, 1964; Beaton and Tukey, Technometrics 16, 147, 1974). Pairs say that a difference is 0, which a smaller scale of all weights
 //! always suits better: so the lengths alone set the scale in the end.
 
 use faer::Mat;
@@ -15,7 +15,7 @@ use crate::algebra::factor::TriangularFactor;
 use crate::places::given::Given;
 use crate::places::rows::Rows;
 use crate::places::space::{PlacePoint, PlaceSpace};
-use crate::records::signal::{mean, median, robust_deviation};
+use crate::records::signal::{as_f64, mean, median, robust_deviation};
 use crate::terms::operators::Thresholds;
 use crate::terms::weights::{WeightBasis, WeightLaw, penalty};
 
@@ -24,7 +24,10 @@ const HUBER: f64 = 1.345;
 const BISQUARE: f64 = 4.685;
 
 /// A scale below this share of the longest length is taken for it: nobody matches places more exactly, and what is left is of the model.
-const FINEST: f64 = 1e-4;
+pub(crate) const FINEST: f64 = 1e-4;
+
+/// With so many lengths more than unknowns, one that is wrong is told from the others.
+const SPARE_LENGTHS: usize = 10;
 
 /// How often shares and weights are made from each other at most.
 const ROUNDS: usize = 8;
@@ -68,11 +71,28 @@ impl RobustLoss {
     }
 }
 
-/// How much every pair counts, and beside which scale.
+/// Beside which standard deviations the robust loss sees distances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scales {
+    /// Of a pair of middling uncertainty, in the unit of the position.
+    pub(crate) pairs: f64,
+    /// Of a length, in its own standard deviations; none where there are too few lengths to accuse one.
+    pub(crate) lengths: Option<f64>,
+}
+
+/// How much every pair and every length counts, and beside which scales.
 #[derive(Clone, Debug)]
 pub(crate) struct Shares {
     pub(crate) of_pairs: Vec<f64>,
-    pub(crate) scale: f64,
+    pub(crate) of_lengths: Vec<f64>,
+    pub(crate) scales: Scales,
+}
+
+impl Shares {
+    /// Those that are left out.
+    pub(crate) fn left_out(of: &[f64]) -> Vec<usize> {
+        of.iter().enumerate().filter(|(_, share)| **share == 0.0).map(|(place, _)| place).collect()
+    }
 }
 
 /// The best weights for rows.
@@ -118,16 +138,20 @@ impl<'a> System<'a> {
 
     /// All pairs alike, for a first look.
     pub(crate) fn first_shares(&self) -> Shares {
-        let scale = if self.pairs() == 0 { mean(&self.fit_deviations) } else { 1e-2 * self.given.longest() };
-        Shares { of_pairs: vec![1.0; self.pairs()], scale }
+        let pairs = if self.pairs() == 0 { mean(&self.fit_deviations) } else { 1e-2 * self.given.longest() };
+        Shares {
+            of_pairs: vec![1.0; self.pairs()],
+            of_lengths: vec![1.0; self.given.lengths.len()],
+            scales: Scales { pairs, lengths: None },
+        }
     }
 
     /// Each equation's factor, and its target.
     pub(crate) fn factors(&self, shares: &Shares) -> impl Iterator<Item = (f64, f64)> {
         let pairs = self.pair_deviations.iter().zip(&shares.of_pairs).map(|(r, share)| (share.sqrt() / r, 0.0));
-        let scale = shares.scale;
-        let lengths = self.given.lengths.iter().zip(&self.fit_deviations);
-        pairs.chain(lengths.map(move |(known, deviation)| (scale / deviation, known.length)))
+        let scale = shares.scales.pairs;
+        let lengths = self.given.lengths.iter().zip(&self.fit_deviations).zip(&shares.of_lengths);
+        pairs.chain(lengths.map(move |((known, deviation), share)| (share.sqrt() * scale / deviation, known.length)))
     }
 
     /// What the weights make of the rows.
@@ -139,18 +163,19 @@ impl<'a> System<'a> {
         Weighed { weights, shares, mismatches, length_errors }
     }
 
-    /// The weights with shares that belong to them; at a scale that is given, or at that of the mismatches.
+    /// The weights with shares that belong to them; at scales that are given, or at those of the distances.
     pub(crate) fn robust(
         &self,
         rows: &Rows,
         law: &Law,
-        (loss, scale): (RobustLoss, Option<f64>),
+        (loss, scales): (RobustLoss, Option<Scales>),
         mut shares: Shares,
     ) -> Weighed {
         let mut weighed = self.weighed(rows, law.best(&law.triangle(self, rows, &shares)), shares);
         for _ in 0..ROUNDS {
-            shares = self.shares(&weighed, loss, scale);
-            let changes = shares.of_pairs.iter().zip(&weighed.shares.of_pairs).map(|(a, b)| (a - b).abs());
+            shares = self.shares(&weighed, loss, scales.unwrap_or_else(|| self.scales(&weighed, law)));
+            let before = weighed.shares.of_pairs.iter().chain(&weighed.shares.of_lengths);
+            let changes = shares.of_pairs.iter().chain(&shares.of_lengths).zip(before).map(|(a, b)| (a - b).abs());
             let change = changes.fold(0.0, f64::max);
             weighed = self.weighed(rows, law.best(&law.triangle(self, rows, &shares)), shares);
             if change < SETTLED {
@@ -160,12 +185,49 @@ impl<'a> System<'a> {
         weighed
     }
 
-    fn shares(&self, weighed: &Weighed, loss: RobustLoss, scale: Option<f64>) -> Shares {
-        if self.pairs() == 0 {
-            return weighed.shares.clone();
+    fn shares(&self, weighed: &Weighed, loss: RobustLoss, scales: Scales) -> Shares {
+        let of_lengths = match scales.lengths {
+            Some(scale) => self.length_distances(weighed).map(|e| loss.share(e, scale)).collect(),
+            None => vec![1.0; weighed.length_errors.len()],
+        };
+        Shares {
+            of_pairs: weighed.mismatches.iter().map(|e| loss.share(*e, scales.pairs)).collect(),
+            of_lengths,
+            scales,
         }
-        let scale = scale.unwrap_or_else(|| self.scale_of(&weighed.mismatches));
-        Shares { of_pairs: weighed.mismatches.iter().map(|e| loss.share(*e, scale)).collect(), scale }
+    }
+
+    /// What the lengths are missed by, in standard deviations of each.
+    fn length_distances(&self, weighed: &Weighed) -> impl Iterator<Item = f64> {
+        weighed.length_errors.iter().zip(&self.fit_deviations).map(|(error, deviation)| error / deviation)
+    }
+
+    /// The scales of the distances that weights leave.
+    pub(crate) fn scales(&self, weighed: &Weighed, law: &Law) -> Scales {
+        let pairs = match self.pairs() {
+            0 => weighed.shares.scales.pairs,
+            _ => self.scale_of(&weighed.mismatches),
+        };
+        Scales { pairs, lengths: self.length_scale(weighed, law) }
+    }
+
+    /// The robust standard deviation of the distances of lengths. Weights come close to as many lengths as there are unknowns, wrong or not:
+    /// so it takes more of them to tell.
+    fn length_scale(&self, weighed: &Weighed, law: &Law) -> Option<f64> {
+        let lengths = weighed.length_errors.len();
+        let weights = law.unknowns_of(&weighed.weights);
+        let unknowns = weights[..law.columns].iter().filter(|weight| **weight > 0.0).count() + law.linear - law.columns;
+        let spare = lengths.checked_sub(if self.pairs() == 0 { unknowns } else { 1 })?;
+        if spare < SPARE_LENGTHS {
+            return None;
+        }
+        let all = self.length_distances(weighed).collect::<Vec<_>>();
+        let finest = if self.given.lengths.iter().all(|known| known.std.is_some()) {
+            1.0
+        } else {
+            FINEST * self.given.longest() / median(&self.fit_deviations)
+        };
+        Some((robust_deviation(&all) * (as_f64(lengths) / as_f64(spare)).sqrt()).max(finest))
     }
 
     pub(crate) fn scale_of(&self, mismatches: &[f64]) -> f64 {
@@ -175,21 +237,25 @@ impl<'a> System<'a> {
         robust_deviation(&saying).max(FINEST * self.given.longest())
     }
 
-    /// What the search minimises: the loss of every pair, and half the squares of the lengths, over their variances.
-    pub(crate) fn cost(&self, weighed: &Weighed, (loss, scale): (RobustLoss, f64)) -> f64 {
-        let of_length = |(error, deviation): (&f64, &f64)| 0.5 * (error / deviation).powi(2);
-        let lengths = weighed.length_errors.iter().zip(&self.fit_deviations).map(of_length);
-        weighed.mismatches.iter().map(|e| loss.of(e / scale)).sum::<f64>() + lengths.sum::<f64>()
+    /// What the search minimises: the loss of every pair and of every length; half their squares, over their variances, where none can be
+    /// accused.
+    pub(crate) fn cost(&self, weighed: &Weighed, (loss, scales): (RobustLoss, Scales)) -> f64 {
+        let of_length = |distance: f64| match scales.lengths {
+            Some(scale) => scale * scale * loss.of(distance / scale),
+            None => 0.5 * distance * distance,
+        };
+        let pairs = weighed.mismatches.iter().map(|e| loss.of(e / scales.pairs));
+        pairs.sum::<f64>() + self.length_distances(weighed).map(of_length).sum::<f64>()
     }
 
     /// By what the weights must be multiplied so that the lengths alone set their scale.
     pub(crate) fn scale_to_lengths(&self, weighed: &Weighed) -> f64 {
         let all = weighed.length_errors.iter().zip(self.given.lengths).zip(&self.length_deviations);
         let (mut both, mut square) = (0.0, 0.0);
-        for ((error, known), deviation) in all {
+        for (((error, known), deviation), share) in all.zip(&weighed.shares.of_lengths) {
             let said = (error + known.length) / deviation;
-            both += said * known.length / deviation;
-            square += said * said;
+            both += share * said * known.length / deviation;
+            square += share * said * said;
         }
         if square > 0.0 && both > 0.0 { both / square } else { 1.0 }
     }

@@ -28,6 +28,7 @@ use crate::stage::temperature::{TemperatureTerm, added};
 ///
 /// - "one_loop_size": all pairs lie on loops of one size, which cannot tell how the scale of other loops differs.
 /// - "wrong_pairs": pairs that contradict the others were left out; `wrong_pairs` names them.
+/// - "wrong_lengths": lengths that contradict the others were left out; `wrong_lengths` names them.
 /// - "uninformative_pairs": most pairs say nothing; `uninformative_pairs` names them.
 /// - "places_differ": the model is not at the same place at both instants of a pair.
 /// - "start_up_transient": pairs at the beginning contradict later ones.
@@ -135,6 +136,13 @@ impl PlacesIdentification {
         self.found.wrong_pairs.clone()
     }
 
+    /// The rows of the lengths that contradict the others: they were left out of the fit, too. Empty with fewer than ten more lengths than
+    /// unknowns: none of a few can be told from the others.
+    #[getter]
+    fn wrong_lengths(&self) -> Vec<usize> {
+        self.found.wrong_lengths.clone()
+    }
+
     /// The rows of the pairs that say nothing: no operator differs between their instants.
     #[getter]
     fn uninformative_pairs(&self) -> Vec<usize> {
@@ -180,14 +188,15 @@ impl PlacesIdentification {
         tried.map(|one| (one.model.name(), one.validation.creep, one.drift, one.validation.rmse)).collect()
     }
 
-    /// Whether what is seen drifts against the stage.
+    /// Whether what is seen drifts against the stage, or, with lengths alone, still settles when a drive begins.
     #[getter]
     fn has_drift(&self) -> bool {
         !self.found.drift_amplitudes.is_empty()
     }
 
     /// By how much what is seen has drifted at every sample of the drive of a number: what is seen at sample k is at
-    /// `predict(u, temperature=...)[k] + drift(number)[k]`. Zero without a drift, and at the first sample.
+    /// `predict(u, temperature=...)[k] + drift(number)[k]`, but for an offset. Zero without a drift. With lengths alone it is what goes on of
+    /// creep and warmth from before the drive, and ends at zero; otherwise it is zero at the first sample.
     fn drift<'py>(&self, py: Python<'py>, number: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.found.drift(number).map(|drift| PyArray1::from_vec(py, drift)).map_err(raise)
     }
@@ -233,8 +242,8 @@ impl PlacesIdentification {
         Ok(PyArray1::from_vec(py, predicted))
     }
 
-    /// The standard deviation of every sample of `predict`: what errors of pairs and lengths make of it. What the model lacks comes on
-    /// top, and so does what the pairs do not tell at all.
+    /// The standard deviation of every sample of `predict`: what errors of pairs and lengths make of it, and how far the other `candidates`
+    /// are from it, as far as they explain the pairs as well. What all of them lack comes on top.
     fn predict_std<'py>(&self, py: Python<'py>, u: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let deviation = self.found.predict_std(u.as_slice()?);
         deviation.map(|y| PyArray1::from_vec(py, y)).map_err(|error| one_record(error, None))
@@ -244,20 +253,21 @@ impl PlacesIdentification {
         let warnings: Vec<_> = self.found.warnings.iter().map(|warning| warning.code.name()).collect();
         let (pairs, lengths) = (self.found.mismatches.len(), self.found.length_errors.len());
         let mismatch = self.found.mismatch;
-        format!(
-            "<PlacesIdentification: {pairs} pairs, {lengths} lengths, mismatch {mismatch:.3e}, warnings {warnings:?}>"
-        )
+        let of = |count: usize, name: &str| format!("{count} {name}{}", if count == 1 { "" } else { "s" });
+        let (pairs, lengths) = (of(pairs, "pair"), of(lengths, "length"));
+        format!("<PlacesIdentification: {pairs}, {lengths}, mismatch {mismatch:.3e}, warnings {warnings:?}>")
     }
 }
 
 /// Identifies a stage without a position sensor: from pairs of instants at the same place, and from known lengths.
 ///
 /// y(t1) = y(t2) says D w = 0, a known length l says D w = l: D is what the operators' outputs, behind creep and dead time, differ by
-/// between the two instants. Weights w >= 0 follow by least squares with a robust loss: a few wrong pairs do no harm. Input offset, dead
+/// between the two instants. Weights w >= 0 follow by least squares with a robust loss: a few wrong pairs do no harm, nor does a wrong
+/// length among many. Input offset, dead
 /// time and creep are searched. Model, creep, drift and smoothness are chosen by cross-validation over the pairs. The lengths alone set the scale.
 ///
 /// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. They must come from loops of different size, or a
-/// finding says that the scale of other loops is not told. Every drive starts from the virgin state.
+/// finding says that the scale of other loops is not told. Every drive starts from the input offset, and from there at its first sample.
 ///
 /// Parameters
 /// ----------
@@ -279,7 +289,8 @@ impl PlacesIdentification {
 /// ratios : "fit" or (ra/r, rb/r, rc/r)
 ///     Of the modified model.
 /// input_offset : "fit" or float
-///     Where the operators have their zero, in V; for the conventional model the middle of the drives unless it is given.
+///     Where the operators have their zero, in V. For the conventional model that is where the stage was at rest before the drives: it is
+///     searched where a pair or a length sees it, and the middle of the drives otherwise. Give the first drive of a stage that begins virgin.
 /// dead_time : "fit" or float
 ///     What the position lags the drive, in seconds: searched up to a tenth of the shortest drive.
 /// creep : "auto", None, "log", int or array
@@ -291,6 +302,8 @@ impl PlacesIdentification {
 /// drift : "auto" or bool
 ///     Whether what is seen drifts against the stage in the course of each drive: heat, or creep from what was before. A drive of n samples
 ///     drifts by a s + b ln(1 + 20 s) / ln 21, s = k / (n - 1), with a and b of its own. "auto" leaves it to cross-validation over the pairs.
+///     With lengths alone "auto" tries in its place what goes on of before the drive: a decay with each time constant of creep, and with
+///     that of warmth.
 /// temperature : array of n floats, or list of arrays, optional
 ///     The temperature at each sample of the drives. The position then has the term kappa (theta - T[0]), theta' = (T - theta) / tau, of
 ///     either sign: a `plant.TemperatureTerm` of the stage.

@@ -1,0 +1,67 @@
+//! What a model lacks, as far as the other models that were tried say it.
+//!
+//! Standard errors know the errors of pairs and lengths alone. Where no model is right, those that explain the pairs about as well say different
+//! positions: so far apart the truth may be, too. The distance of a model counts by its trust, what the chosen one leaves of pairs that it was
+//! not fitted to over what this one does: a model that explains them badly says little.
+
+use crate::fit::response::Chain;
+use crate::records::signal::bounds;
+
+/// A model that was not chosen.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Rival {
+    pub(crate) chain: Chain,
+    pub(crate) output_offset: f64,
+    /// From 0 to 1.
+    pub(crate) trust: f64,
+}
+
+/// A model of so many times the range says nothing: the pairs leave its weights open, and not those of the chosen one.
+const MOST_RANGE: f64 = 2.0;
+
+fn range(values: &[f64]) -> f64 {
+    let (low, high) = bounds(values);
+    high - low
+}
+
+/// The trust in a model for what the chosen one and it leave of pairs that were not fitted; what is below `rounding` is all the same.
+pub(crate) fn trust(chosen: f64, left: f64, rounding: f64) -> f64 {
+    (chosen.max(rounding) / left.max(rounding).max(f64::MIN_POSITIVE)).min(1.0)
+}
+
+/// How far from positions the others are: the root of the mean square of all models, the chosen one among them, by the trust in each.
+pub(crate) fn distances<'a>(positions: &[f64], others: impl Iterator<Item = (Vec<f64>, &'a f64)>) -> Vec<f64> {
+    let mut squares = vec![0.0; positions.len()];
+    let mut models = 1.0;
+    for (other, trust) in others {
+        models += 1.0;
+        if range(&other) > MOST_RANGE * range(positions) {
+            continue;
+        }
+        for ((square, position), other) in squares.iter_mut().zip(positions).zip(other) {
+            *square += (trust * (other - position)).powi(2);
+        }
+    }
+    squares.into_iter().map(|square: f64| (square / models).sqrt()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_model_counts_by_its_trust() {
+        let others = [(vec![0.0, 12.0, 4.0], &0.5), (vec![0.0, 10.0, 5.0], &1.0), (vec![0.0, 900.0, 2.0], &1.0)];
+        assert_eq!(distances(&[0.0, 10.0, 4.0], others.into_iter()), [0.0, 0.5, 0.5]);
+        assert_eq!(distances(&[1.0], std::iter::empty()), [0.0]);
+    }
+
+    #[test]
+    fn a_model_that_leaves_twice_as_much_is_trusted_by_half() {
+        assert!((trust(1.0, 2.0, 0.1) - 0.5).abs() < 1e-15);
+        assert!((trust(2.0, 1.0, 0.1) - 1.0).abs() < 1e-15);
+        assert!((trust(1e-9, 1e-8, 0.1) - 1.0).abs() < 1e-15);
+        assert!(trust(0.0, 0.0, 0.0) < 1.0);
+    }
+}
