@@ -1,4 +1,4 @@
-"""What surrounds the hysteresis in a fit: maps and an amplifier."""
+"""What surrounds the hysteresis in a fit: maps, creep and an amplifier."""
 
 from __future__ import annotations
 
@@ -43,6 +43,50 @@ def test_a_saturating_stage_gets_a_map_that_predicts_better() -> None:
             found.output_map,
         )
     assert left["auto"] < 0.5 * left["none"], left
+
+
+def lagged(x: Array, dt: float, time: float) -> Array:
+    share, out, last = -np.expm1(-dt / time), np.empty(x.size), x[0]
+    for k, now in enumerate(x.tolist()):
+        out[k] = last
+        last += share * (now - last)
+    return out
+
+
+def rested(corners: list[float], rest: int) -> Array:
+    """Return a way in 100 samples to each corner, and a rest there."""
+    parts, last = [np.zeros(1)], 0.0
+    for corner in corners:
+        parts += [np.linspace(last, corner, 101)[1:], np.full(rest, corner)]
+        last = corner
+    return np.concatenate(parts)
+
+
+def test_creep_by_a_power_of_time_has_an_amplitude_for_every_decade() -> None:
+    dt, thresholds = 0.02, np.linspace(0.0, 45.0, 19)
+    weights = np.r_[0.6, 0.04 * np.exp(-thresholds[1:] / 25.0)]
+    plays = mh.PrandtlIshlinskii(weights, thresholds)
+
+    def position(u: Array) -> Array:
+        x = plays.forward().run(u)
+        creep = [
+            0.004 * time**0.4 * lagged(x, dt, time) for time in (0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
+        ]
+        return np.asarray(x + np.sum(creep, axis=0))
+
+    u = rested([50.0, -50.0, 40.0, -30.0, 20.0, -10.0, 45.0, -45.0, 0.0], 500)
+    y = position(u) + np.random.default_rng(1).normal(0.0, 0.02, u.size)
+    other = rested([30.0, -40.0, 10.0, -20.0, 48.0, 0.0], 1000)
+
+    def off(found: mh.results.Identification) -> float:
+        return float(np.std(found.predict(other, dt=dt) - position(other)))
+
+    found = mh.identify(u, y, dt=dt)
+    assert found.creep is not None
+    assert found.creep.time_constants.tolist() == [1.0, 10.0, 100.0]
+    assert found.creep.amplitudes.tolist() == sorted(found.creep.amplitudes)
+    # 0.036 and 0.166 % of the range were measured.
+    assert off(found) < 0.4 * off(mh.identify(u, y, dt=dt, creep="log"))
 
 
 @pytest.mark.parametrize("name", ["input_map", "output_map"])

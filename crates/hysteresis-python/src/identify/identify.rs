@@ -63,8 +63,9 @@ use crate::convert::errors;
 ///     g_i sum to 1. "auto" begins with one, and adds a second and a third as far as the records tell them. A warning says if they
 ///     tell fewer than were asked for.
 /// creep : "auto", None, "log", int or array
-///     Creep: log-type with one amplitude, so many terms a decade apart, or these time constants in seconds. "auto" is "log" or
-///     None.
+///     Creep: log-type with one amplitude, so many terms a decade apart, or these time constants in seconds. "auto" is none, log-type
+///     with one amplitude or with two, or a term with an amplitude of its own at 10 ms, 0.1 s, 1 s, 10 s and 100 s, as the records
+///     tell it.
 /// loop_shift : "auto", None or float
 ///     How far the centre of a loop moves with its amplitude, of this time constant in seconds: see `plant.LoopShift`. It
 ///     holds at the rates of the records only.
