@@ -96,14 +96,15 @@ pub(crate) struct Place {
     pub(crate) point: Point,
 }
 
-/// A map that decaying loops do not tell from a loop shift.
+/// Maps that decaying loops do not tell from a loop shift.
 #[derive(Clone, Copy)]
 pub(crate) struct UntoldMap {
-    /// Whether it is in front of the hysteresis.
-    pub(crate) is_input: bool,
-    /// By which factor it lowers the mean square error of prediction.
+    /// Whether there is one in front of the hysteresis, and one behind it.
+    pub(crate) in_front: bool,
+    pub(crate) behind: bool,
+    /// By which factor they lower the mean square error of prediction.
     pub(crate) gain: f64,
-    /// How much of the position it explains, rms, over the range.
+    /// How much of the position they explain, rms, over the range.
     pub(crate) share: f64,
 }
 

@@ -112,10 +112,15 @@ pub(crate) struct Candidate {
     shifted: Option<CrossValidation>,
 }
 
+/// What tells models apart in the search: maps in front and behind, creep of every decade, dynamics, and whether these were sought anew.
+type Structure = (bool, bool, bool, Option<Order>, bool);
+
 /// What a search has seen on its way.
 struct Way<'a, 'b> {
     tries: usize,
-    /// The best map that is not there, as a loop shift would predict as well.
+    /// The models that were followed: several ways lead to each.
+    followed: Vec<Structure>,
+    /// The best maps that are not there, as a loop shift would predict as well.
     untold: Option<UntoldMap>,
     monitor: &'a mut SearchMonitor<'b>,
 }
@@ -140,10 +145,10 @@ pub(crate) struct TermSearch<'a> {
 }
 
 impl TermSearch<'_> {
-    /// The model that no neighbour predicts better than, from what was found; none where there is no map and there can be none.
+    /// The model that no neighbour predicts better than, from what was found; none where no term may be added.
     pub(crate) fn choose(&self, found: &Found, monitor: &mut SearchMonitor<'_>) -> Result<Option<Chosen>, Error> {
         let Some(given) = self.with_given_maps(found) else { return Ok(None) };
-        let mut way = Way { tries: 0, untold: None, monitor };
+        let mut way = Way { tries: 0, followed: Vec::new(), untold: None, monitor };
         let first = self.tried(given, PASSES_OF_FIRST, 0, way.monitor)?;
         let end = self.end_of(&first, MOST_CHANGES, &mut way)?;
         // With nothing more the dynamics are those that `linear_part` weighed.
@@ -153,14 +158,18 @@ impl TermSearch<'_> {
     }
 
     /// Where the search ends from a candidate, if not there: of several neighbours that are better than it, and none of them than another,
-    /// each is followed, and of where they lead the best is taken; of two that are alike, the one of fewer maps or of the earlier row.
+    /// each is followed that another way did not lead to, and of where they lead the best is taken; of two that are alike, the one of fewer
+    /// maps or of the earlier row.
     fn end_of(&self, from: &Candidate, changes: usize, way: &mut Way<'_, '_>) -> Result<Option<Candidate>, Error> {
         if changes == 0 {
             return Ok(None);
         }
         let mut ends = Vec::new();
         for next in self.better_neighbours(from, way)? {
-            ends.push(self.end_of(&next, changes - 1, way)?.unwrap_or(next));
+            if !way.followed.contains(&next.structure()) {
+                way.followed.push(next.structure());
+                ends.push(self.end_of(&next, changes - 1, way)?.unwrap_or(next));
+            }
         }
         ends.sort_by_key(|end| end.place.space.maps());
         let better = |best: Candidate, end: Candidate| {
@@ -201,7 +210,8 @@ impl TermSearch<'_> {
                 if from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain)) {
                     better.push((must_gain, one));
                 } else if one.place.space.has_map() && !from.place.space.has_map() {
-                    way.untold = Some(self.untold(&one, from));
+                    let here = self.untold(&one, from);
+                    way.untold = way.untold.filter(|best| best.gain >= here.gain).or(Some(here));
                 }
             }
         }
@@ -364,10 +374,11 @@ impl TermSearch<'_> {
 
     /// What maps would explain where a loop shift would as well.
     fn untold(&self, with: &Candidate, without: &Candidate) -> UntoldMap {
-        let is_input = !with.place.space.has_output_map();
+        let space = &with.place.space;
+        let (in_front, behind) = (space.has_input_map(), space.has_output_map());
         let gain = (without.typical() / with.typical()).powi(2);
         let share = (without.alone.rmse.powi(2) - with.alone.rmse.powi(2)).sqrt() / self.range();
-        UntoldMap { is_input, gain, share }
+        UntoldMap { in_front, behind, gain, share }
     }
 
     /// A point with the hysteresis and the maps that fit best by themselves: another minimum, maybe, than the one near by.
@@ -412,6 +423,12 @@ impl Candidate {
                 let value = self.place.point.get(parameter);
                 self.place.space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
             })
+    }
+
+    fn structure(&self) -> Structure {
+        let space = &self.place.space;
+        let every_decade = self.options.creep == CreepModel::EveryDecade;
+        (space.has_input_map(), space.has_output_map(), every_decade, space.order(), self.was_sought)
     }
 
     /// Whether it has a term that is sought here alone.
@@ -586,21 +603,25 @@ impl Term for DynamicsBehindMap {
 /// What would explain less of the range than this, rms, is not told.
 const MATTERS: f64 = 2e-3;
 
-/// A map that the records do not tell from a loop shift.
-pub(crate) fn untold_map(UntoldMap { is_input, gain, share }: UntoldMap) -> Option<Finding> {
-    let (name, option, place) = if is_input {
-        ("input_map", "--input-map", "in front of the hysteresis")
-    } else {
-        ("output_map", "--output-map", "behind the hysteresis")
+/// Maps that the records do not tell from a loop shift.
+pub(crate) fn untold_map(UntoldMap { in_front, behind, gain, share }: UntoldMap) -> Option<Finding> {
+    let (maps, options, settings) = match (in_front, behind) {
+        (true, true) => (
+            "a map in front of the hysteresis and one behind it",
+            "--input-map smooth --output-map smooth",
+            "input_map=\"smooth\", output_map=\"smooth\"",
+        ),
+        (true, false) => ("a map in front of the hysteresis", "--input-map smooth", "input_map=\"smooth\""),
+        _ => ("a map behind the hysteresis", "--output-map smooth", "output_map=\"smooth\""),
     };
     let message = format!(
-        "a map {place} would lower the error of prediction by {:.0} %, and so would a loop shift: loops that only decay do not tell one \
-         from the other, and the result has neither",
+        "{maps} would lower the error of prediction by {:.0} %, and so would a loop shift: loops that only decay do not tell one from the \
+         other, and the result has neither",
         100.0 * (1.0 - gain.recip().sqrt())
     );
     let hint = format!(
-        "add a record whose loops grow again, as those of mpi-hyst excite; or ask for the map ({option} smooth, {name}=\"smooth\" in \
-         Python), and compare on a record that was not fitted"
+        "add a record whose loops grow again, as those of mpi-hyst excite; or ask for it ({options}, {settings} in Python), and compare \
+         on a record that was not fitted"
     );
     (share > MATTERS).then(|| Finding::new(FindingCode::MapNotTold, gain, MUST_GAIN, message).try_next(hint))
 }

@@ -198,7 +198,8 @@ impl CreepModel {
             Self::EveryDecade => {
                 let is_told = |tau: &f64| (FASTEST_SAMPLES * dt..=SLOWEST_OF_DECADES * seconds).contains(tau);
                 let decades: Vec<f64> = DECADES.into_iter().filter(is_told).collect();
-                let expected = "records of thirty samples and a third of ten milliseconds at least";
+                let expected = "records, and samples often enough, that tell a time constant of 10 ms to 100 s: thirty samples of it, \
+                                and a third of it";
                 if decades.is_empty() { Err(Error::domain("creep", None, expected, seconds)) } else { Ok(own(decades)) }
             }
             Self::Slow => CreepBasis::logarithmic(SLOW, None, seconds, dt),
@@ -325,6 +326,20 @@ mod tests {
         assert!(both.len() == 2 && both[0] != both[1], "{both:?}");
         let apart = ["creep with a time constant of 0.200 s", "creep with a time constant of 3.000 s"];
         assert_eq!(names(CreepModel::TimeConstants(vec![0.2, 3.0])), apart);
+    }
+
+    #[test]
+    fn every_decade_has_an_amplitude_as_far_as_records_tell_it() {
+        let basis = |seconds, dt| CreepModel::EveryDecade.basis(seconds, dt);
+        assert_eq!(basis(100.0, 1e-4).unwrap().time_constants, DECADES);
+        let few = basis(5.0, 2e-2).unwrap();
+        assert_eq!((few.time_constants.as_slice(), few.directions.len()), (&[1.0, 10.0][..], 2));
+        for (seconds, dt) in [(100.0, 4.0), (1e-3, 1e-5)] {
+            let refused = basis(seconds, dt).unwrap_err().to_string();
+            assert!(refused.starts_with("creep: expected records, and samples often enough"), "{refused}");
+        }
+        // What is nearest in proportion goes together.
+        assert_eq!(few.gathered(&[0.2, 2.0, 4.0, 90.0], &[1.0, 2.0, 4.0, 8.0]), [3.0, 12.0]);
     }
 
     #[test]
