@@ -233,7 +233,7 @@ def test_drift_is_told_from_hysteresis() -> None:
 
 
 def test_exact_pairs_give_no_drift_worth_the_name() -> None:
-    """Twenty even thresholds miss four uneven ones by 0.01 % of the range: a drift takes some of that."""
+    """Mismatches are below 0.01 % of the range, the finest scale; a drift takes some of them."""
     u, y, pairs = simulated()
     found = mh.identify_places(u, pairs, lengths_of(y, [(50, 150)]), dt=DT)
     assert np.ptp(found.drift(0)) < 3e-4 * np.ptp(y)
