@@ -49,11 +49,13 @@ def facts(result: Places) -> list[tuple[str, str]]:
     """Return what was found as names and values."""
     found = result.found
     pairs, low_high = len(found.mismatches), found.position_range
-    left_out = f", {len(found.wrong_pairs)} left out as wrong" if found.wrong_pairs else ""
     said = [
         ("drives", ", ".join(result.drives)),
-        ("pairs", f"{pairs}{left_out}, {len(found.uninformative_pairs)} say nothing"),
-        ("lengths", str(len(found.length_errors))),
+        (
+            "pairs",
+            f"{pairs}{_left_out(found.wrong_pairs)}, {len(found.uninformative_pairs)} say nothing",
+        ),
+        ("lengths", f"{len(found.length_errors)}{_left_out(found.wrong_lengths)}"),
         ("model", repr(found.model)),
         ("dead time", f"{digits(found.dead_time)} ± {digits(found.dead_time_std)} s"),
         ("creep", "none" if found.creep is None else repr(found.creep)),
@@ -66,6 +68,10 @@ def facts(result: Places) -> list[tuple[str, str]]:
         before, after = differences(result.corrected)
         said.append(("trace and retrace differ", f"{digits(before)} before, {digits(after)} after"))
     return said
+
+
+def _left_out(wrong: Sequence[int]) -> str:
+    return f", {len(wrong)} left out as wrong" if wrong else ""
 
 
 def _drift(result: Places) -> str:

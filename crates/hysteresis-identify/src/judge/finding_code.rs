@@ -529,7 +529,7 @@ impl FindingCode {
             Self::LengthsMissed => (
                 "lengths_missed",
                 Never,
-                "look at that row; where a stage was driven before, begin the drive with what it did then",
+                "look at that row; for a stage that was driven before leave input_offset open: then it is searched",
             ),
             Self::PositionsNotTold => (
                 "positions_not_told",

@@ -62,11 +62,12 @@ pub struct PlacesIdentification {
     pub length_errors: Vec<f64>,
     /// The pairs that contradict the others; they were left out of the fit.
     pub wrong_pairs: Vec<usize>,
-    /// The lengths that contradict the others; they were left out of the fit, too. Empty where there are too few of them to tell.
+    /// The lengths that contradict the others; they were left out of the fit, too. Empty with fewer than ten
+    /// more lengths than unknowns, of which there is one beside pairs, the scale.
     pub wrong_lengths: Vec<usize>,
     /// The pairs that say nothing.
     pub uninformative_pairs: Vec<usize>,
-    /// Standard errors of the weights, which allow for mismatches that are alike along the drive.
+    /// Standard errors of the weights, which allow for mismatches that are alike along the time or along the drive.
     pub weights_std: Vec<f64>,
     /// Standard error of the input offset; 0 if it was given.
     pub input_offset_std: f64,
@@ -102,7 +103,7 @@ impl PlacesIdentification {
     }
 
     /// By how much what is seen has drifted at every sample of a drive, in the unit of the position: it adds to the position of the stage,
-    /// but for an offset. Zero without a drift, and zero in the end for what goes on of before the drive.
+    /// but for an offset. Zero without a drift, and it goes to zero where it is what goes on of before the drive.
     ///
     /// # Errors
     /// [`hysteresis_core::Error::Whole`] for a number that no drive has.
@@ -123,9 +124,10 @@ impl PlacesIdentification {
         Ok(self.chain.response(input, self.dt).into_iter().map(|y| self.output_offset + y).collect())
     }
 
-    /// The standard deviation of every sample of [`predict`](Self::predict): the root of the squares of what errors of the pairs and of the
-    /// lengths make of it, and of how far the other [`candidates`](Self::candidates) are, each by the share of the rms error that it
-    /// leaves more than the chosen one. What all of them lack comes on top.
+    /// The standard deviation of every sample of [`predict`](Self::predict): the root of the sum of two squares. One is what errors of the
+    /// pairs and of the lengths make of it. The other is how far the [`candidates`](Self::candidates) are from it, root mean square over
+    /// all of them, the chosen one with distance zero. Each counts by the square of its trust: the rms error that the chosen one leaves of pairs
+    /// that were not fitted over the one that it leaves. What all of them lack comes on top.
     ///
     /// # Errors
     /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.

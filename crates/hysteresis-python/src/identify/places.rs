@@ -24,7 +24,7 @@ use crate::stage::temperature::{TemperatureTerm, added};
 
 /// What `identify_places` found: a stage, and how far to trust it.
 ///
-/// Standard errors allow for mismatches that are alike along the drive; `warnings` tells what makes the numbers doubtful. Among its codes:
+/// Standard errors allow for mismatches that are alike along the time or along the drive; `warnings` tells what makes the numbers doubtful. Among its codes:
 ///
 /// - "one_loop_size": all pairs lie on loops of one size, which cannot tell how the scale of other loops differs.
 /// - "wrong_pairs": pairs that contradict the others were left out; `wrong_pairs` names them.
@@ -136,8 +136,8 @@ impl PlacesIdentification {
         self.found.wrong_pairs.clone()
     }
 
-    /// The rows of the lengths that contradict the others: they were left out of the fit, too. Empty with fewer than ten more lengths than
-    /// unknowns: none of a few can be told from the others.
+    /// The rows of the lengths that contradict the others: they were left out of the fit, too. Empty with fewer than ten more lengths
+    /// than unknowns, of which there is one beside pairs, the scale: none of a few can be told from the others.
     #[getter]
     fn wrong_lengths(&self) -> Vec<usize> {
         self.found.wrong_lengths.clone()
@@ -196,7 +196,7 @@ impl PlacesIdentification {
 
     /// By how much what is seen has drifted at every sample of the drive of a number: what is seen at sample k is at
     /// `predict(u, temperature=...)[k] + drift(number)[k]`, but for an offset. Zero without a drift. With lengths alone it is what goes on of
-    /// creep and warmth from before the drive, and ends at zero; otherwise it is zero at the first sample.
+    /// creep and warmth from before the drive, and goes to zero; otherwise it is zero at the first sample.
     fn drift<'py>(&self, py: Python<'py>, number: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.found.drift(number).map(|drift| PyArray1::from_vec(py, drift)).map_err(raise)
     }
@@ -243,7 +243,8 @@ impl PlacesIdentification {
     }
 
     /// The standard deviation of every sample of `predict`: what errors of pairs and lengths make of it, and how far the other `candidates`
-    /// are from it, as far as they explain the pairs as well. What all of them lack comes on top.
+    /// are from it, root mean square over all of them. Each counts by the square of its trust: the rms error that the chosen one leaves over the
+    /// one that it leaves. What all of them lack comes on top.
     fn predict_std<'py>(&self, py: Python<'py>, u: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let deviation = self.found.predict_std(u.as_slice()?);
         deviation.map(|y| PyArray1::from_vec(py, y)).map_err(|error| one_record(error, None))
