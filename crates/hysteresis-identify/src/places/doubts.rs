@@ -5,7 +5,7 @@ use hysteresis_control::stage::TemperatureTerm;
 use crate::error::Error;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
-use crate::places::given::Given;
+use crate::places::given::{Given, KnownLength};
 use crate::places::rows::{Rows, between, kept};
 use crate::places::weighing::Weighed;
 use crate::records::course::turns;
@@ -35,7 +35,7 @@ const CLEAR_WAY: f64 = 0.1;
 /// Lengths alone are missed if they are by more than this share of what a straight line misses.
 const MOST_MISSED: f64 = 0.25;
 
-/// Positions are not told where their standard error, rms, is more than this share of their range.
+/// Positions are not told where their uncertainty, rms, is more than this share of their range.
 const MOST_UNTOLD: f64 = 0.01;
 
 /// The beginning is this share of the time from the first instant to the last; it lies on no loop if mismatches there are so many times
@@ -112,16 +112,18 @@ pub(crate) fn check_signs(given: &Given<'_>, rows: &Rows, columns: usize) -> Res
 /// The finding about known lengths without pairs that the model hardly misses by less than a straight line does: one of them is wrong, or the
 /// stage did not begin virgin.
 pub(crate) fn missed_lengths(given: &Given<'_>, errors: &[f64], left_out: &[usize]) -> Option<Finding> {
-    let steps: Vec<f64> = given.drive_steps().skip(given.pairs.len()).collect();
-    let (both, square) = steps
+    let steps = given.drive_steps().skip(given.pairs.len());
+    let all = steps.zip(given.lengths).zip(errors).enumerate();
+    let kept: Vec<(usize, ((f64, &KnownLength), &f64))> =
+        all.filter(|(place, _)| left_out.binary_search(place).is_err()).collect();
+    let (both, square) = kept
         .iter()
-        .zip(given.lengths)
-        .fold((0.0, 0.0), |(both, square), (step, known)| (both + step * known.length, square + step * step));
+        .fold((0.0, 0.0), |(both, square), (_, ((step, known), _))| (both + step * known.length, square + step * step));
     let slope = if square > 0.0 { both / square } else { 0.0 };
-    let of_line: Vec<f64> = steps.iter().zip(given.lengths).map(|(step, known)| slope * step - known.length).collect();
-    let (missed, by_line) = (rms_of_kept(errors, left_out), rms_of_kept(&of_line, left_out));
+    let of_line: Vec<f64> = kept.iter().map(|(_, ((step, known), _))| slope * step - known.length).collect();
+    let (missed, by_line) = (rms_of_kept(errors, left_out), rms(&of_line));
     let value = missed / by_line;
-    let (worst, error) = errors.iter().enumerate().max_by(|p, q| p.1.abs().total_cmp(&q.1.abs()))?;
+    let (worst, (_, error)) = kept.iter().max_by(|(_, (_, p)), (_, (_, q))| p.abs().total_cmp(&q.abs()))?;
     let message = format!(
         "known lengths are missed by {missed:.3e} rms, a straight line misses them by {by_line:.3e}; the worst, row {worst}, by {error:.3e}"
     );
@@ -134,10 +136,9 @@ pub(crate) fn rms_of_kept(errors: &[f64], left_out: &[usize]) -> f64 {
     rms(&kept(errors, left_out).collect::<Vec<_>>())
 }
 
-/// The finding about positions that pairs and lengths leave open, for their standard error over the range.
+/// The finding about positions that pairs and lengths leave open, for their uncertainty over the range: standard error and distance of rivals.
 pub(crate) fn untold_positions(value: f64) -> Option<Finding> {
-    let message =
-        format!("the standard error of positions along the drives is {:.2} % of the range, rms", 100.0 * value);
+    let message = format!("positions along the drives are uncertain by {:.2} % of the range, rms", 100.0 * value);
     (value > MOST_UNTOLD).then(|| Finding::new(FindingCode::PositionsNotTold, value, MOST_UNTOLD, message))
 }
 
@@ -221,4 +222,23 @@ fn stroke(drive: &[f64], turns: &[usize], instant: f64) -> Option<f64> {
     let next = turns.partition_point(|turn| *turn <= between(instant).0);
     let (before, after) = (turns.get(next.checked_sub(1)?)?, turns.get(next)?);
     Some((drive[*after] - drive[*before]).abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Row 2 was left out: it neither is the worst nor bends the line.
+    #[test]
+    fn a_length_that_was_left_out_says_nothing_of_those_that_were_missed() {
+        let drive = [0.0, 1.0, 2.0, 3.0, 4.0];
+        let drives = [&drive[..]];
+        let lengths: Vec<KnownLength> = [(1.0, 1.1), (2.0, 1.9), (3.0, 300.0), (4.0, 4.1)]
+            .map(|(second, length)| KnownLength::new(0, 0.0, second, length))
+            .to_vec();
+        let given = Given::new(&drives, &[], &lengths, 1.0).unwrap();
+        let errors = [-0.05, 0.09, -297.0, -0.05];
+        let missed = missed_lengths(&given, &errors, &[2]).unwrap();
+        assert!(missed.value > 0.5 && missed.message.contains("the worst, row 1, by 9.000e-2"), "{missed:?}");
+    }
 }

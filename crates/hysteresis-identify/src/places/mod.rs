@@ -128,7 +128,7 @@ pub fn identify_places(
     let validations: Vec<CrossValidation> = candidates.iter().map(|one| one.validation.clone()).collect();
     let chosen = CrossValidation::good(&validations, MARGIN).next().unwrap_or(0);
     let found = found.into_iter().zip(&validations);
-    let found: Vec<FoundPlace> = found.map(|(one, by)| settled(&search, one, by.smoothness)).collect();
+    let found: Vec<FoundPlace> = found.map(|(one, by)| settled(&mut search, one, by.smoothness)).collect();
     result(&search, &found, chosen, candidates)
 }
 
@@ -209,8 +209,9 @@ fn candidate(search: &PlaceSearch<'_>, found: &FoundPlace, shares: &Shares, opti
 }
 
 /// The weights of the chosen model with wrong pairs left out, at the scale that the lengths say.
-fn settled(search: &PlaceSearch<'_>, found: FoundPlace, smoothness: f64) -> FoundPlace {
-    let FoundPlace { space, point, weighed } = found;
+fn settled(search: &mut PlaceSearch<'_>, found: FoundPlace, smoothness: f64) -> FoundPlace {
+    let FoundPlace { space, point, weighed, uninformative } = found;
+    search.system.uninformative.clone_from(&uninformative);
     let rows = search.rows_at(&space, &point);
     let law = search.law(&space, &point, smoothness);
     let weighed = search.system.robust(&rows, &law, (RobustLoss::Bisquare, None), weighed.shares);
@@ -220,7 +221,7 @@ fn settled(search: &PlaceSearch<'_>, found: FoundPlace, smoothness: f64) -> Foun
     if search.system.pairs() > 0 {
         weighed.shares.scales.pairs = search.system.scale_of(&weighed.mismatches);
     }
-    FoundPlace { space, point, weighed }
+    FoundPlace { space, point, weighed, uninformative }
 }
 
 fn result(
@@ -230,9 +231,10 @@ fn result(
     candidates: Vec<PlacesCandidate>,
 ) -> Result<PlacesIdentification, Error> {
     let (found, smoothness) = (&all[chosen], candidates[chosen].validation.smoothness);
-    let trusts = trusts(&candidates, chosen);
-    let FoundPlace { space, point, weighed } = found;
+    let FoundPlace { space, point, weighed, .. } = found;
     let given = &search.system.given;
+    let positions: Vec<_> = all.iter().map(|found| spread::positions(given, found)).collect();
+    let trusts = trusts(&candidates, chosen, &positions);
     let chain = found.chain(given.dt);
     let columns = chain.weights.len();
     let (weights, amplitudes) = weighed.weights.split_at(columns);
@@ -274,7 +276,7 @@ fn result(
     let longest_lag =
         if space.axes.contains(&Axis::ThermalLag) { given.longest_and_shortest().0 } else { f64::INFINITY };
     warnings.extend(temperature.and_then(|term| doubts::untold_temperature(&term, temperature_std, longest_lag)));
-    let apart = apart(given, all, chosen, &trusts);
+    let apart = apart(&positions, chosen, &trusts);
     warnings.extend(doubts::untold_positions(uncertainty.positions.hypot(apart) / (high - low)));
     let spread = Spread::from_zero(uncertainty.own, own_tangent, given.drives[0], given.dt);
     Ok(PlacesIdentification {
@@ -318,15 +320,20 @@ fn result(
     })
 }
 
-/// The trust in each of the models that were tried.
-fn trusts(candidates: &[PlacesCandidate], chosen: usize) -> Vec<f64> {
+/// The trust in each of the models that were tried, which say these positions along the drives; none in one whose weights are open.
+fn trusts(candidates: &[PlacesCandidate], chosen: usize, positions: &[Vec<Vec<f64>>]) -> Vec<f64> {
     let CrossValidation { rmse, rounding, .. } = &candidates[chosen].validation;
-    candidates.iter().map(|one| rivals::trust(*rmse, one.validation.rmse, rounding.sqrt())).collect()
+    let trust = |(one, said): (&PlacesCandidate, &Vec<Vec<f64>>)| {
+        let is_open = rivals::is_open(said, &positions[chosen]);
+        if is_open { 0.0 } else { rivals::trust(*rmse, one.validation.rmse, rounding.sqrt()) }
+    };
+    candidates.iter().zip(positions).map(trust).collect()
 }
 
-/// All but the chosen one.
+/// All but the chosen one that are trusted at all.
 fn others<'a, T>(all: &'a [T], chosen: usize, trusts: &'a [f64]) -> impl Iterator<Item = (&'a T, &'a f64)> {
-    all.iter().zip(trusts).enumerate().filter(move |(number, _)| *number != chosen).map(|(_, other)| other)
+    let is_rival = move |(number, (_, trust)): &(usize, (&T, &f64))| *number != chosen && **trust > 0.0;
+    all.iter().zip(trusts).enumerate().filter(is_rival).map(|(_, other)| other)
 }
 
 fn rivals(given: &Given<'_>, all: &[FoundPlace], chosen: usize, trusts: &[f64]) -> Vec<Rival> {
@@ -339,10 +346,9 @@ fn rivals(given: &Given<'_>, all: &[FoundPlace], chosen: usize, trusts: &[f64]) 
 }
 
 /// How far from the positions of the chosen model the others are along a drive, rms, by the trust in each; the most of all drives.
-fn apart(given: &Given<'_>, all: &[FoundPlace], chosen: usize, trusts: &[f64]) -> f64 {
-    let positions: Vec<Vec<Vec<f64>>> = all.iter().map(|found| spread::positions(given, found)).collect();
+fn apart(positions: &[Vec<Vec<f64>>], chosen: usize, trusts: &[f64]) -> f64 {
     let of_drive = |(drive, own): (usize, &Vec<f64>)| {
-        let others = others(&positions, chosen, trusts).map(|(other, trust)| (other[drive].clone(), trust));
+        let others = others(positions, chosen, trusts).map(|(other, trust)| (other[drive].clone(), trust));
         signal::rms(&rivals::distances(own, others))
     };
     positions[chosen].iter().enumerate().map(of_drive).fold(0.0, f64::max)

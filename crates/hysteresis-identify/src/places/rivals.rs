@@ -1,11 +1,12 @@
 //! What a model lacks, as far as the other models that were tried say it.
 //!
 //! Standard errors know the errors of pairs and lengths alone. Where no model is right, those that explain the pairs about as well say different
-//! positions: so far apart the truth may be, too. The distance of a model counts by its trust, what the chosen one leaves of pairs that it was
-//! not fitted to over what this one does: a model that explains them badly says little.
+//! positions: so far apart the truth may be, too. The square of the distance of a model counts by the square of its trust, what the chosen one leaves of pairs
+//! that it was not fitted to over what this one does: a model that explains them badly says little. One that counts little makes the mean of
+//! the others no smaller.
 
 use crate::fit::response::Chain;
-use crate::records::signal::bounds;
+use crate::records::signal::{bounds, bounds_of};
 
 /// A model that was not chosen.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,16 +14,20 @@ use crate::records::signal::bounds;
 pub(crate) struct Rival {
     pub(crate) chain: Chain,
     pub(crate) output_offset: f64,
-    /// From 0 to 1.
+    /// Above 0, at most 1.
     pub(crate) trust: f64,
 }
 
 /// A model of so many times the range says nothing: the pairs leave its weights open, and not those of the chosen one.
 const MOST_RANGE: f64 = 2.0;
 
-fn range(values: &[f64]) -> f64 {
-    let (low, high) = bounds(values);
-    high - low
+/// Whether pairs leave the weights of a model open, by what it and the chosen one say of positions along the drives.
+pub(crate) fn is_open(positions: &[Vec<f64>], chosen: &[Vec<f64>]) -> bool {
+    let range = |drives: &[Vec<f64>]| {
+        let (low, high) = bounds_of(drives.iter().map(|drive| bounds(drive)));
+        high - low
+    };
+    range(positions) > MOST_RANGE * range(chosen)
 }
 
 /// The trust in a model for what the chosen one and it leave of pairs that were not fitted; what is below `rounding` is all the same.
@@ -30,20 +35,18 @@ pub(crate) fn trust(chosen: f64, left: f64, rounding: f64) -> f64 {
     (chosen.max(rounding) / left.max(rounding).max(f64::MIN_POSITIVE)).min(1.0)
 }
 
-/// How far from positions the others are: the root of the mean square of all models, the chosen one among them, by the trust in each.
+/// How far from positions the others are: the root of the mean square of all models, each by the square of the trust in it, the chosen one
+/// among them.
 pub(crate) fn distances<'a>(positions: &[f64], others: impl Iterator<Item = (Vec<f64>, &'a f64)>) -> Vec<f64> {
     let mut squares = vec![0.0; positions.len()];
-    let mut models = 1.0;
+    let mut weight = 1.0;
     for (other, trust) in others {
-        models += 1.0;
-        if range(&other) > MOST_RANGE * range(positions) {
-            continue;
-        }
+        weight += trust * trust;
         for ((square, position), other) in squares.iter_mut().zip(positions).zip(other) {
             *square += (trust * (other - position)).powi(2);
         }
     }
-    squares.into_iter().map(|square: f64| (square / models).sqrt()).collect()
+    squares.into_iter().map(|square: f64| (square / weight).sqrt()).collect()
 }
 
 #[cfg(test)]
@@ -52,9 +55,25 @@ mod tests {
 
     #[test]
     fn every_model_counts_by_its_trust() {
-        let others = [(vec![0.0, 12.0, 4.0], &0.5), (vec![0.0, 10.0, 5.0], &1.0), (vec![0.0, 900.0, 2.0], &1.0)];
-        assert_eq!(distances(&[0.0, 10.0, 4.0], others.into_iter()), [0.0, 0.5, 0.5]);
+        let others = [(vec![0.0, 13.0, 4.0], &0.5), (vec![0.0, 10.0, 7.0], &1.0)];
+        assert_eq!(distances(&[0.0, 10.0, 4.0], others.into_iter()), [0.0, 1.0, 2.0]);
         assert_eq!(distances(&[1.0], std::iter::empty()), [0.0]);
+    }
+
+    #[test]
+    fn a_model_that_is_not_trusted_makes_no_other_smaller() {
+        let near = (vec![0.0, 3.0], &1.0);
+        let alone = distances(&[0.0, 1.0], [near.clone()].into_iter());
+        let with_a_bad_one = distances(&[0.0, 1.0], [near, (vec![0.0, 900.0], &1e-6)].into_iter());
+        assert!((alone[1] - 2.0_f64.sqrt()).abs() < 1e-15);
+        assert!((with_a_bad_one[1] - alone[1]).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_model_of_more_than_twice_the_range_is_open() {
+        let chosen = [vec![0.0, 1.0], vec![0.0, -1.0]];
+        assert!(!is_open(&[vec![0.0, 2.0], vec![0.0, -2.0]], &chosen));
+        assert!(is_open(&[vec![0.0, 2.1], vec![0.0, -2.0]], &chosen));
     }
 
     #[test]

@@ -32,6 +32,8 @@ pub(crate) struct FoundPlace {
     pub(crate) space: PlaceSpace,
     pub(crate) point: PlacePoint,
     pub(crate) weighed: Weighed,
+    /// The pairs that said nothing to its search.
+    pub(crate) uninformative: Vec<usize>,
 }
 
 impl FoundPlace {
@@ -103,7 +105,7 @@ impl PlaceSearch<'_> {
         }
         // There is a start always.
         let (_, point, weighed) = best.ok_or(Error::NoOperators)?;
-        Ok(FoundPlace { space, point, weighed })
+        Ok(FoundPlace { space, point, weighed, uninformative: self.system.uninformative.clone() })
     }
 
     /// How well a start suits the pairs that suit it best, whatever the scale of the others.
@@ -120,7 +122,8 @@ impl PlaceSearch<'_> {
         let scales = weighed.shares.scales;
         let lengths =
             self.system.cost(&Weighed { mismatches: Vec::new(), ..weighed.clone() }, (RobustLoss::Huber, scales));
-        squares[..counted].iter().sum::<f64>() + lengths * scales.pairs * scales.pairs
+        // The cost has half of each square.
+        squares[..counted].iter().sum::<f64>() + 2.0 * lengths * scales.pairs * scales.pairs
     }
 
     /// Steps from a start to the best point near it; then once more without the pairs that are far away there.

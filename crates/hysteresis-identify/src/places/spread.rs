@@ -229,7 +229,7 @@ fn scores(
     scores
 }
 
-/// Lengths that say nothing of themselves tell how uncertain they are if there are so many more than unknowns.
+/// Lengths that say nothing of themselves tell how uncertain they are if there are so many more than unknowns that they tell.
 const TELLING: usize = 5;
 
 /// By what factor the lengths miss the model more than they say themselves; 1 if they do not. Where none says how uncertain it is, by what
@@ -239,6 +239,7 @@ fn length_inflation(search: &PlaceSearch<'_>, found: &FoundPlace, unknowns: usiz
     let errors = found.weighed.length_errors.iter().zip(&search.system.length_deviations);
     let squares: f64 = errors.zip(shares).map(|((error, deviation), share)| share * (error / deviation).powi(2)).sum();
     let kept = shares.iter().filter(|share| **share > 0.0).count();
+    let unknowns = search.system.told_by_lengths(unknowns);
     let freedom = kept.saturating_sub(unknowns).max(1);
     let lengths = search.system.given.lengths;
     let is_told = lengths.len() >= unknowns + TELLING && lengths.iter().all(|known| known.std.is_none());

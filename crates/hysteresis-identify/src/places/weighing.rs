@@ -26,7 +26,7 @@ const BISQUARE: f64 = 4.685;
 /// A scale below this share of the longest length is taken for it: nobody matches places more exactly, and what is left is of the model.
 pub(crate) const FINEST: f64 = 1e-4;
 
-/// With so many lengths more than unknowns, one that is wrong is told from the others.
+/// With so many lengths more than unknowns that they tell, one that is wrong is told from the others.
 const SPARE_LENGTHS: usize = 10;
 
 /// How often shares and weights are made from each other at most.
@@ -211,13 +211,18 @@ impl<'a> System<'a> {
         Scales { pairs, lengths: self.length_scale(weighed, law) }
     }
 
-    /// The robust standard deviation of the distances of lengths. Weights come close to as many lengths as there are unknowns, wrong or not:
-    /// so it takes more of them to tell.
+    /// How many of so many unknowns the lengths alone tell: beside pairs it is the scale.
+    pub(crate) fn told_by_lengths(&self, unknowns: usize) -> usize {
+        if self.pairs() == 0 { unknowns } else { 1 }
+    }
+
+    /// The robust standard deviation of the distances of lengths. Weights come close to as many lengths as there are unknowns that these tell,
+    /// wrong or not: so it takes more of them to accuse one.
     fn length_scale(&self, weighed: &Weighed, law: &Law) -> Option<f64> {
         let lengths = weighed.length_errors.len();
         let weights = law.unknowns_of(&weighed.weights);
         let unknowns = weights[..law.columns].iter().filter(|weight| **weight > 0.0).count() + law.linear - law.columns;
-        let spare = lengths.checked_sub(if self.pairs() == 0 { unknowns } else { 1 })?;
+        let spare = lengths.checked_sub(self.told_by_lengths(unknowns))?;
         if spare < SPARE_LENGTHS {
             return None;
         }
