@@ -24,8 +24,9 @@ use crate::checks::check_whole;
 /// [`ahead`](Tracking::ahead) samples early. Targets and corrections come as early, and enter the feed-forward in the
 /// place of the references, or beside them. Without a stage it is the controller alone, bit for bit.
 ///
-/// A measurement that one of the controllers does not believe moves the estimate of none. A reference that is not finite
-/// (or beyond 1e100) is a bad one for all drives, as each has a part in every position.
+/// A measurement that one of the controllers does not believe moves the estimate of none. A reference, target, correction
+/// or given feed-forward that is not finite (or beyond 1e100) is a bad one for all drives, as each has a part in every
+/// position.
 ///
 /// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan), [`commit`](Self::commit) and [`run`](Self::run) do
 /// not allocate, lock, panic, log or read a clock.
@@ -175,8 +176,7 @@ impl MultiAxisStageController {
             return self.controller.step(command, measurements, drives);
         };
         self.planned = None;
-        let (volts, estimates) = (sample.asked.volts, sample.estimates);
-        self.controller.step(led(command, (&volts, &estimates), drives.len()), measurements, drives)?;
+        self.controller.step(led(command, &sample, drives.len()), measurements, drives)?;
         self.take(&sample);
         Ok(())
     }
@@ -207,10 +207,10 @@ impl MultiAxisStageController {
     /// # Errors
     /// As there.
     pub fn peek(&self, command: AxesCommand<'_>, measurements: &[f64], drives: &mut [f64]) -> Result<(), Error> {
-        let Some(Sample { asked, estimates }) = self.sample(&command, measurements, drives)? else {
+        let Some(sample) = self.sample(&command, measurements, drives)? else {
             return self.controller.peek(command, measurements, drives);
         };
-        self.controller.peek(led(command, (&asked.volts, &estimates), drives.len()), measurements, drives)
+        self.controller.peek(led(command, &sample, drives.len()), measurements, drives)
     }
 
     /// The drives for a sample, which only [`commit`](Self::commit) takes.
@@ -221,8 +221,7 @@ impl MultiAxisStageController {
         let Some(sample) = self.sample(&command, measurements, drives)? else {
             return self.controller.plan(command, measurements, drives);
         };
-        let (volts, estimates) = (sample.asked.volts, sample.estimates);
-        self.controller.plan(led(command, (&volts, &estimates), drives.len()), measurements, drives)?;
+        self.controller.plan(led(command, &sample, drives.len()), measurements, drives)?;
         self.planned = Some(sample);
         Ok(())
     }
@@ -275,7 +274,7 @@ impl MultiAxisStageController {
     fn take(&mut self, sample: &Sample) {
         let Self { controller, tracking: Some(tracking), .. } = self else { return };
         let asked = &sample.asked;
-        let admissible = asked.volts.iter().all(|volts| is_admissible(*volts));
+        let admissible = asked.is_admissible();
         let (mut own, mut out, mut goes_on) = (Numbers::default(), Numbers::default(), false);
         let numbers = own.iter_mut().zip(&mut out).zip(&asked.volts).zip(tracking.last_drives());
         for ((((own, out), volts), last), controller) in numbers.zip(controller.controllers()) {
@@ -285,7 +284,7 @@ impl MultiAxisStageController {
             // The model remembers what was asked for; drives that a stop takes away go out as they are.
             *own = match mode {
                 Mode::Stop => *out,
-                Mode::Run | Mode::Feedforward if controller.is_under_way() => *volts,
+                Mode::Run | Mode::Feedforward if admissible && controller.is_under_way() => *volts,
                 _ => last,
             };
         }
@@ -356,14 +355,14 @@ impl MultiAxisStageController {
     }
 }
 
-/// What the controllers are asked for where a stage leads.
+/// What the controllers are asked for where a stage leads. Given volts do not make up for what is not admissible.
 #[inline]
-fn led<'a>(command: AxesCommand<'a>, (volts, estimates): (&'a Numbers, &'a Numbers), axes: usize) -> AxesCommand<'a> {
+fn led<'a>(command: AxesCommand<'a>, Sample { asked, estimates }: &'a Sample, axes: usize) -> AxesCommand<'a> {
     AxesCommand {
         references: command.references,
         targets: None,
         corrections: None,
         estimates: estimates.get(..axes),
-        feedforward: command.feedforward.or(volts.get(..axes)),
+        feedforward: command.feedforward.filter(|_| asked.is_admissible()).or(asked.volts.get(..axes)),
     }
 }

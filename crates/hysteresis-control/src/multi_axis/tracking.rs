@@ -97,7 +97,7 @@ pub struct TrackingState {
 /// What a sample asks for.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Asked {
-    /// The drives of the feed-forward; NaN for a reference that is not admissible.
+    /// The drives of the feed-forward; NaN where anything that was asked for is not admissible.
     pub(super) volts: Numbers,
     /// What comes in with the drives.
     pub(super) disturbance: Numbers,
@@ -106,6 +106,14 @@ pub(super) struct Asked {
     /// The newest reference, and the same led from where the motion began.
     wanted: Numbers,
     newest: Numbers,
+}
+
+impl Asked {
+    /// Whether there are drives of the feed-forward.
+    #[inline]
+    pub(super) fn is_admissible(&self) -> bool {
+        self.volts.iter().all(|volts| is_admissible(*volts))
+    }
 }
 
 impl Tracking {

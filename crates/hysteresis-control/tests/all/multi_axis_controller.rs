@@ -85,6 +85,47 @@ fn a_bad_reference_holds_all_drives_and_limits_hold() {
     assert_eq!(error, Error::Length { parameter: "references", expected: 2, got: 1 });
 }
 
+/// Axes that do not move each other: the decoupling has zeros.
+fn apart() -> MultiAxisStageController {
+    let of = |number: f64| DMatrix::identity(2, 2) * number;
+    let matrices = Matrices {
+        a: of(0.5),
+        b: of(0.4),
+        bw: of(0.1),
+        c: of(1.0),
+        d: of(0.0),
+        cq: of(0.0),
+        dq: of(1.0),
+    };
+    let plays = ScalarOperator::plays(&[0.2], &[1.0]).unwrap();
+    let stage = MultiAxisStage::new(matrices, vec![plays.clone(), plays], vec![0.0; 2], DT).unwrap();
+    stage.controller(&[ControllerOptions::new(1.0, 0.0, DT, (-9.0, 9.0)); 2], &TrackingOptions::default()).unwrap()
+}
+
+#[test]
+fn what_is_not_admissible_stays_out_of_the_observer() {
+    let plain = AxesCommand::from(&[0.1, 0.2]);
+    let (one_bad, good) = ([f64::NAN, 0.0], Some(&[0.1, 0.2][..]));
+    let bad = [
+        AxesCommand { feedforward: Some(&[0.1, f64::NAN]), ..plain },
+        AxesCommand { targets: Some(&one_bad), feedforward: good, ..plain },
+        AxesCommand { corrections: Some(&one_bad), feedforward: good, ..plain },
+        AxesCommand { feedforward: good, ..(&one_bad).into() },
+    ];
+    for command in bad {
+        let (mut controller, mut drives) = (apart(), [0.0; 2]);
+        (0..100).for_each(|_| controller.step(plain, &[0.1, 0.2], &mut drives).unwrap());
+        let before = drives;
+        controller.step(command, &[0.1, 0.2], &mut drives).unwrap();
+        assert_eq!(drives, before, "{command:?}");
+        assert!(controller.controller().controllers().iter().all(|one| one.counters().rejected_count == 1));
+        controller.step(plain, &[0.1, 0.2], &mut drives).unwrap();
+        let saved = controller.state();
+        assert!(saved.tracking.as_ref().unwrap().beside.iter().all(|number| number.is_finite()), "{command:?}");
+        apart().set_state(&saved).unwrap();
+    }
+}
+
 #[test]
 fn plans_and_saved_states_go_on_bit_for_bit() {
     let (mut one, mut other) = (controller((-9.0, 9.0)), controller((-9.0, 9.0)));
