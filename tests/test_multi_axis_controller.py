@@ -135,6 +135,35 @@ def test_bad_samples_are_held_and_counted(stage: mh.MultiAxisStage) -> None:
     assert (controller.step([0.0, 0.0], [9.0, 9.0]) == last).all()
 
 
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"references": [0.0, 0.0], "feedforward": [0.1, np.nan]},
+        {"references": [0.0, 0.0], "targets": [np.nan, 0.0], "feedforward": [0.1, 0.1]},
+        {"references": [np.nan, 0.0], "feedforward": [0.1, 0.1]},
+    ],
+)
+def test_what_is_not_finite_is_not_remembered(
+    bad: dict[str, Any], stage: mh.MultiAxisStage
+) -> None:
+    controller = stage.controller((-5.0, 5.0))
+    for _ in range(50):
+        last = controller.step([0.0, 0.0], [0.0, 0.0])
+    assert (controller.step(measurements=[0.0, 0.0], **bad) == last).all()
+    assert (controller.rejected_count == 1).all()
+    assert np.isfinite(controller.step([0.0, 0.0], [0.0, 0.0])).all()
+    assert np.isfinite(controller.disturbance).all()
+    twin = pickle.loads(pickle.dumps(controller))
+    assert (twin.step([0.1, 0.0], [0.0, 0.0]) == controller.step([0.1, 0.0], [0.0, 0.0])).all()
+
+
+def test_gains_of_controllers_that_are_led_are_bounded(stage: mh.MultiAxisStage) -> None:
+    single = list(stage.controller((-5.0, 5.0)).controllers)
+    single[1].set_gains(kp=1.0, ki=3.0)
+    with pytest.raises(ValueError, match=r"^ki\[1\]: expected 0 where a stage leads"):
+        mh.control.MultiAxisController(single, stage=stage)
+
+
 def test_run_is_step_bit_for_bit_and_states_go_on(stage: mh.MultiAxisStage) -> None:
     one, other = stage.controller((-5.0, 5.0)), stage.controller((-5.0, 5.0))
     wanted = scan(300)
@@ -182,7 +211,25 @@ def test_less_of_the_disturbance_can_be_taken_away(stage: mh.MultiAxisStage) -> 
                 [mh.control.HybridController(None, kp=1.0, ki=0.0, dt=DT, limits=(-5.0, 5.0))] * 2,
                 stage=one,
             ),
-            "feed-forward that is given",
+            r"^controllers\[0\]: expected a feed-forward that is given,",
+        ),
+        (
+            lambda one: mh.control.MultiAxisController(
+                one.controller((-5.0, 5.0)).controllers, peak_sensitivity=1.5
+            ),
+            "peak_sensitivity: expected None without a stage, got 1.5",
+        ),
+        (
+            lambda one: one.controller((-5.0, 5.0)).set_gains(0, kp=1.0, ki=5.0),
+            "ki: expected 0 where a stage leads",
+        ),
+        (
+            lambda one: one.controller((-5.0, 5.0)).set_gains(0, kp=1.5, ki=0.0),
+            "kp: expected 0 to 1 where a stage leads",
+        ),
+        (
+            lambda one: one.controller((-5.0, 5.0)).set_feedforward(0, None),
+            "feedforward: expected no other one where a stage leads",
         ),
     ],
 )

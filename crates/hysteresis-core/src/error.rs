@@ -215,6 +215,11 @@ pub enum Error {
         /// The limits of the inverse.
         got: Option<(f64, f64)>,
     },
+    /// A controller that a stage leads has a feed-forward of its own.
+    NotGiven {
+        /// Which controller.
+        index: usize,
+    },
     /// A feed-forward that knows targets alone cannot take over drives.
     CannotFollow,
     /// A stop is no mode to be set: it needs a rate and a rest drive.
@@ -266,6 +271,7 @@ impl Error {
             | Self::Choice { parameter, .. } => Some(parameter),
             Self::OtherOperators { .. } | Self::NoModel => Some("model"),
             Self::OtherLimits { .. } => Some("feedforward"),
+            Self::NotGiven { .. } => Some("controllers"),
             Self::CannotFollow => Some("drives"),
             Self::StopWithoutRate => Some("mode"),
             Self::OtherModel { .. } | Self::State { .. } => Some("state"),
@@ -322,6 +328,9 @@ impl fmt::Display for Error {
                     Some(limits) => write!(f, "one with the limits {limits:?}"),
                     None => write!(f, "one without limits"),
                 }
+            }
+            Self::NotGiven { index } => {
+                write!(f, "controllers[{index}]: expected a feed-forward that is given, got one of its own or none")
             }
             Self::CannotFollow => {
                 write!(f, "drives: expected a feed-forward that follows drives, got a model that is itself an inverse")

@@ -52,8 +52,7 @@ impl<'a> MultiAxisTask<'a> {
     /// The row of a sample; past its end the reference stands still.
     #[must_use]
     pub fn row(&self, k: usize) -> &'a [f64] {
-        let last = self.reference.len() / self.axes - 1;
-        &self.reference[k.min(last) * self.axes..][..self.axes]
+        row_of(self.reference, self.axes, k)
     }
 
     /// The loop with any controller: `controller(k, measured, drives)` writes the drives of sample k, of which the references
@@ -100,15 +99,16 @@ impl<'a> MultiAxisTask<'a> {
         let (filling, ahead) = axes.controller().controllers().first().map_or((0, 0), lead_in);
         let early = axes.tracking().map_or(0, |_| ahead);
         let [mut measured, mut position, mut put_out, mut drives] = [0; 4].map(|_| vec![0.0; self.axes]);
+        let target = |k: usize| targets.map(|targets| row_of(targets, self.axes, k));
         for k in 0..filling + ahead {
             plant.read(None, &mut measured, &mut position)?;
-            let sample = (self.row(k.saturating_sub(filling)).into(), &measured[..]);
-            act(axes, plant, None, sample, (&mut drives, &mut put_out))?;
+            let coming = k.saturating_sub(filling);
+            let targets = target(coming).filter(|_| early > 0);
+            let command = AxesCommand { targets, ..self.row(coming).into() };
+            act(axes, plant, None, (command, &measured[..]), (&mut drives, &mut put_out))?;
         }
         let step = |plant: &mut P, k: usize, measured: &[f64], put_out: &mut [f64]| {
-            let last = self.reference.len() / self.axes - 1;
-            let targets = targets.map(|targets| &targets[(k + early).min(last) * self.axes..][..self.axes]);
-            let command = AxesCommand { targets, ..self.row(k + ahead).into() };
+            let command = AxesCommand { targets: target(k + early), ..self.row(k + ahead).into() };
             act(axes, plant, Some(k), (command, measured), (&mut drives, put_out))
         };
         let runs = self.run_with(plant, step, watch)?;
@@ -143,6 +143,12 @@ impl<'a> MultiAxisTask<'a> {
         let run = |(i, record)| Run::of_loop(record, plant.limits(i), self.period);
         Ok(records.into_iter().enumerate().map(run).collect())
     }
+}
+
+/// Row k of rows that stand still past their end.
+fn row_of(rows: &[f64], width: usize, k: usize) -> &[f64] {
+    let last = rows.len() / width - 1;
+    &rows[k.min(last) * width..][..width]
 }
 
 /// Writes the drives for a sample. The controllers move on only if the write succeeds.

@@ -1,7 +1,7 @@
 //! The controller of a stage of several axes: a controller for each drive, and what leads all of them.
 
 use hysteresis_core::{
-    AxesCommand, ControllerOptions, Error, FeedForward, HybridController, Mode, MultiAxisController, Preview,
+    AxesCommand, Bound, ControllerOptions, Error, FeedForward, HybridController, Mode, MultiAxisController, Preview,
     check_length, is_admissible,
 };
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::model::MultiAxisStage;
 use super::tracking::{Asked, Numbers, Tracking, TrackingState};
 use super::tracking_gains::TrackingOptions;
-use crate::checks::check_whole;
 
 /// A [`MultiAxisController`] with the feed-forward and the observer of a [`MultiAxisStage`]:
 ///
@@ -20,12 +19,15 @@ use crate::checks::check_whole;
 ///
 /// Limits, slew, what is counted, holds, stops and the freedom from jumps are those of the single controllers. Their
 /// references and measurements are (D r)_i and (D y)_i, D being the inverse of the static gain of the stage: the drives
-/// that keep the positions there. Their error is -d_i, so a kp of 1 takes away all of it. References come
+/// that keep the positions there. Their error is -d_i, and not a tracking error: a kp of 1 takes away all of the
+/// disturbance, one from 0 to 1 a share of it. There is no ki: d stays whatever the drives do, so it would wind up an
+/// integral, and what lasts is in d itself. References come
 /// [`ahead`](Tracking::ahead) samples early. Targets and corrections come as early, and enter the feed-forward in the
 /// place of the references, or beside them. Without a stage it is the controller alone, bit for bit.
 ///
-/// A measurement that one of the controllers does not believe moves the estimate of none. A reference that is not finite
-/// (or beyond 1e100) is a bad one for all drives, as each has a part in every position.
+/// A measurement that one of the controllers does not believe moves the estimate of none. A reference, target, correction
+/// or given feed-forward that is not finite (or beyond 1e100) is a bad one for all drives, as each has a part in every
+/// position.
 ///
 /// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan), [`commit`](Self::commit) and [`run`](Self::run) do
 /// not allocate, lock, panic, log or read a clock.
@@ -122,7 +124,8 @@ impl MultiAxisStageController {
     /// as the stage.
     ///
     /// # Errors
-    /// [`Error`] for controllers of another number, sampling interval, feed-forward, preview or other limits.
+    /// [`Error`] for controllers of another number, sampling interval, feed-forward, preview or other limits, for a kp that
+    /// is not from 0 to 1 and a ki that is not 0.
     pub fn with_tracking(mut self, tracking: Tracking) -> Result<Self, Error> {
         check_length("controllers", tracking.axes(), self.controller.controllers().len())?;
         for (i, (controller, limits)) in self.controller.controllers().iter().zip(tracking.limits()).enumerate() {
@@ -133,14 +136,19 @@ impl MultiAxisStageController {
                 return Err(Error::domain("controllers", index, expected, options.dt));
             }
             if !matches!(controller.feedforward(), FeedForward::Given) {
-                let expected = "controllers with a feed-forward that is given";
-                return Err(Error::State { expected });
+                return Err(Error::NotGiven { index: i });
             }
-            if options.limits != *limits {
-                return Err(Error::OtherLimits { expected: *limits, got: Some(options.limits) });
+            for (value, got) in [(limits.0, options.limits.0), (limits.1, options.limits.1)] {
+                if value != got {
+                    let expected = Bound::EqualTo { value, what: "the limit that the stage was given" };
+                    return Err(Error::Domain { parameter: "controllers", index, expected, got });
+                }
             }
-            let holds = ahead == tracking.ahead();
-            check_whole("controllers", holds, "previews that look as far ahead as the stage", ahead)?;
+            if ahead != tracking.ahead() {
+                let expected = "previews that look as far ahead as the stage";
+                return Err(Error::whole("controllers", index, expected, ahead));
+            }
+            check_gains(index, options.kp, options.ki)?;
         }
         self.discard_plan();
         self.tracking = Some(tracking);
@@ -159,10 +167,23 @@ impl MultiAxisStageController {
         &self.controller
     }
 
-    /// The same, for changes of gains, filters, model and mode. What the amplifiers get otherwise goes to
-    /// [`follow`](Self::follow), [`start_at`](Self::start_at) and [`reset`](Self::reset) of the whole instead.
+    /// The same, for changes of filters, model and mode. Gains go to [`set_gains`](Self::set_gains), what the amplifiers
+    /// get otherwise to [`follow`](Self::follow), [`start_at`](Self::start_at) and [`reset`](Self::reset) of the whole
+    /// instead. Where a stage leads, the volts come from it, whatever the feed-forward of a controller is.
     pub fn controller_mut(&mut self) -> &mut MultiAxisController {
         &mut self.controller
+    }
+
+    /// Changes the gains of one actuator without a jump; see [`HybridController::set_gains`].
+    ///
+    /// # Errors
+    /// As there, [`Error::Whole`] that names `axis` unless there is such an actuator, and where a stage leads
+    /// [`Error::Domain`] for a kp that is not from 0 to 1 or a ki that is not 0; all is as before then.
+    pub fn set_gains(&mut self, axis: usize, kp: f64, ki: f64) -> Result<(), Error> {
+        if self.tracking.is_some() {
+            check_gains(None, kp, ki)?;
+        }
+        self.controller.controller_mut(axis)?.set_gains(kp, ki)
     }
 
     /// Takes one sample of all axes and writes the drives of all actuators.
@@ -175,8 +196,7 @@ impl MultiAxisStageController {
             return self.controller.step(command, measurements, drives);
         };
         self.planned = None;
-        let (volts, estimates) = (sample.asked.volts, sample.estimates);
-        self.controller.step(led(command, (&volts, &estimates), drives.len()), measurements, drives)?;
+        self.controller.step(led(command, &sample, drives.len()), measurements, drives)?;
         self.take(&sample);
         Ok(())
     }
@@ -207,10 +227,10 @@ impl MultiAxisStageController {
     /// # Errors
     /// As there.
     pub fn peek(&self, command: AxesCommand<'_>, measurements: &[f64], drives: &mut [f64]) -> Result<(), Error> {
-        let Some(Sample { asked, estimates }) = self.sample(&command, measurements, drives)? else {
+        let Some(sample) = self.sample(&command, measurements, drives)? else {
             return self.controller.peek(command, measurements, drives);
         };
-        self.controller.peek(led(command, (&asked.volts, &estimates), drives.len()), measurements, drives)
+        self.controller.peek(led(command, &sample, drives.len()), measurements, drives)
     }
 
     /// The drives for a sample, which only [`commit`](Self::commit) takes.
@@ -221,8 +241,7 @@ impl MultiAxisStageController {
         let Some(sample) = self.sample(&command, measurements, drives)? else {
             return self.controller.plan(command, measurements, drives);
         };
-        let (volts, estimates) = (sample.asked.volts, sample.estimates);
-        self.controller.plan(led(command, (&volts, &estimates), drives.len()), measurements, drives)?;
+        self.controller.plan(led(command, &sample, drives.len()), measurements, drives)?;
         self.planned = Some(sample);
         Ok(())
     }
@@ -275,7 +294,7 @@ impl MultiAxisStageController {
     fn take(&mut self, sample: &Sample) {
         let Self { controller, tracking: Some(tracking), .. } = self else { return };
         let asked = &sample.asked;
-        let admissible = asked.volts.iter().all(|volts| is_admissible(*volts));
+        let admissible = asked.is_admissible();
         let (mut own, mut out, mut goes_on) = (Numbers::default(), Numbers::default(), false);
         let numbers = own.iter_mut().zip(&mut out).zip(&asked.volts).zip(tracking.last_drives());
         for ((((own, out), volts), last), controller) in numbers.zip(controller.controllers()) {
@@ -285,7 +304,7 @@ impl MultiAxisStageController {
             // The model remembers what was asked for; drives that a stop takes away go out as they are.
             *own = match mode {
                 Mode::Stop => *out,
-                Mode::Run | Mode::Feedforward if controller.is_under_way() => *volts,
+                Mode::Run | Mode::Feedforward if admissible && controller.is_under_way() => *volts,
                 _ => last,
             };
         }
@@ -356,14 +375,26 @@ impl MultiAxisStageController {
     }
 }
 
-/// What the controllers are asked for where a stage leads.
+/// Checks the gains of a controller that a stage leads: more than the disturbance would be fed back beyond the peak of the
+/// sensitivity, and an integral of it has no end.
+fn check_gains(index: Option<usize>, kp: f64, ki: f64) -> Result<(), Error> {
+    if !(0.0..=1.0).contains(&kp) {
+        return Err(Error::domain("kp", index, "0 to 1 where a stage leads: a share of the disturbance", kp));
+    }
+    if ki != 0.0 {
+        return Err(Error::domain("ki", index, "0 where a stage leads: what lasts is in the disturbance", ki));
+    }
+    Ok(())
+}
+
+/// What the controllers are asked for where a stage leads. Given volts do not make up for what is not admissible.
 #[inline]
-fn led<'a>(command: AxesCommand<'a>, (volts, estimates): (&'a Numbers, &'a Numbers), axes: usize) -> AxesCommand<'a> {
+fn led<'a>(command: AxesCommand<'a>, Sample { asked, estimates }: &'a Sample, axes: usize) -> AxesCommand<'a> {
     AxesCommand {
         references: command.references,
         targets: None,
         corrections: None,
         estimates: estimates.get(..axes),
-        feedforward: command.feedforward.or(volts.get(..axes)),
+        feedforward: command.feedforward.filter(|_| asked.is_admissible()).or(asked.volts.get(..axes)),
     }
 }

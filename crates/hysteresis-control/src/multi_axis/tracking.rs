@@ -37,8 +37,6 @@ struct Tables {
     correction: Box<[f64]>,
     /// A and B with middle slopes.
     mean: Box<[f64]>,
-    /// C.
-    seen: Box<[f64]>,
     middle: Box<[f64]>,
     offset: Box<[f64]>,
     /// Of each drive.
@@ -63,6 +61,8 @@ pub struct Tracking {
     model: MultiAxisForward,
     /// What the states are beside those of the model, then the disturbance of each drive.
     beside: Box<[f64]>,
+    /// What the last drives that went out were beside those of the model, with the disturbance.
+    beside_drives: Box<[f64]>,
     /// Room for the next states.
     next: Box<[f64]>,
     /// All references of the window but the newest, a ring of rows of p.
@@ -86,6 +86,8 @@ pub struct TrackingState {
     pub model: MultiAxisState,
     /// What the states are beside those of the model, then the disturbance of each drive.
     pub beside: Vec<f64>,
+    /// What the last drives that went out were beside those of the model, with the disturbance.
+    pub beside_drives: Vec<f64>,
     /// The references before the newest, oldest first.
     pub window: Vec<f64>,
     /// How many references came since the motion began, up to those of its start.
@@ -97,7 +99,7 @@ pub struct TrackingState {
 /// What a sample asks for.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Asked {
-    /// The drives of the feed-forward; NaN for a reference that is not admissible.
+    /// The drives of the feed-forward; NaN where anything that was asked for is not admissible.
     pub(super) volts: Numbers,
     /// What comes in with the drives.
     pub(super) disturbance: Numbers,
@@ -106,6 +108,14 @@ pub(super) struct Asked {
     /// The newest reference, and the same led from where the motion began.
     wanted: Numbers,
     newest: Numbers,
+}
+
+impl Asked {
+    /// Whether there are drives of the feed-forward.
+    #[inline]
+    pub(super) fn is_admissible(&self) -> bool {
+        self.volts.iter().all(|volts| is_admissible(*volts))
+    }
 }
 
 impl Tracking {
@@ -137,7 +147,6 @@ impl Tracking {
             by_operator: rows(&[&gains.by_operator]),
             correction: rows(&[&gains.correction]),
             mean: rows(&[&a, &b]),
-            seen: rows(&[&matrices.c]),
             middle,
             offset: stage.output_offset().into(),
             limits: limits.into(),
@@ -148,6 +157,7 @@ impl Tracking {
             tables: tables.into(),
             model: MultiAxisForward::new(stage),
             beside: vec![0.0; stage.states() + m].into(),
+            beside_drives: vec![0.0; m].into(),
             next: vec![0.0; stage.states()].into(),
             window: vec![0.0; ahead * p].into(),
             oldest: 0,
@@ -234,9 +244,10 @@ impl Tracking {
         let tables = &*self.tables;
         let (held, states) = (self.model.held(), self.beside.len().saturating_sub(self.axes()));
         let expected = tables.output.chunks_exact(held.len().max(1)).zip(&tables.offset);
-        let beside = tables.seen.chunks_exact(states.max(1));
-        for (((missed, measured), (row, offset)), beside) in missed.iter_mut().zip(measured).zip(expected).zip(beside) {
-            *missed = measured - offset - product(row, held) - product(beside, &self.beside);
+        for ((missed, measured), (row, offset)) in missed.iter_mut().zip(measured).zip(expected) {
+            let (of_states, of_drives) = row.split_at_checked(states).unwrap_or((row, &[]));
+            let beside = product(of_states, &self.beside) + product(of_drives, &self.beside_drives);
+            *missed = measured - offset - product(row, held) - beside;
         }
     }
 
@@ -302,7 +313,7 @@ impl Tracking {
     /// that went out.
     #[inline]
     pub(super) fn take(&mut self, asked: &Asked, goes_on: bool, (own, out): (&Numbers, &[f64])) {
-        let Self { tables, model, beside, next, .. } = self;
+        let Self { tables, model, beside, beside_drives, next, .. } = self;
         let axes = self.gap.len();
         for (beside, row) in beside.iter_mut().zip(tables.correction.chunks_exact(axes.max(1))) {
             *beside += product(row, &asked.missed);
@@ -310,14 +321,13 @@ impl Tracking {
         let Some((states, disturbance)) = beside.split_at_mut_checked(beside.len().saturating_sub(axes)) else {
             return;
         };
-        let mut more = [0.0; MOST];
-        for (((more, own), out), disturbance) in more.iter_mut().zip(own).zip(out).zip(disturbance) {
+        for (((more, own), out), disturbance) in beside_drives.iter_mut().zip(own).zip(out).zip(disturbance) {
             *more = out - own + *disturbance;
         }
         let width = states.len().saturating_add(axes).max(1);
         for (next, row) in next.iter_mut().zip(tables.mean.chunks_exact(width)) {
             let (of_states, of_drives) = row.split_at_checked(states.len()).unwrap_or((row, &[]));
-            *next = product(of_states, states) + product(of_drives, &more);
+            *next = product(of_states, states) + product(of_drives, beside_drives);
         }
         states.iter_mut().zip(&**next).for_each(|(state, next)| *state = *next);
         let mut positions = [0.0; MOST];
@@ -366,6 +376,7 @@ impl Tracking {
     pub(super) fn reset(&mut self) {
         self.model.reset();
         self.beside.fill(0.0);
+        self.beside_drives.fill(0.0);
         self.gap.fill(0.0);
         self.rest();
     }
@@ -377,6 +388,7 @@ impl Tracking {
             self.model.walk(row, &mut positions);
         }
         self.beside.fill(0.0);
+        self.beside_drives.fill(0.0);
         self.rest();
     }
 
@@ -387,6 +399,7 @@ impl Tracking {
         TrackingState {
             model: self.model.state(),
             beside: self.beside.to_vec(),
+            beside_drives: self.beside_drives.to_vec(),
             window: [older, newer].concat(),
             begun: self.begun,
             gap: self.gap.to_vec(),
@@ -399,10 +412,12 @@ impl Tracking {
     /// [`Error`] that names what does not fit; all is as before then.
     pub fn set_state(&mut self, state: &TrackingState) -> Result<(), Error> {
         check_terms("state.tracking.beside", self.beside.len(), &state.beside)?;
+        check_terms("state.tracking.beside_drives", self.beside_drives.len(), &state.beside_drives)?;
         check_numbers("state.tracking.window", self.window.len(), &state.window)?;
         check_terms("state.tracking.gap", self.gap.len(), &state.gap)?;
         self.model.set_state(&state.model)?;
         self.beside.copy_from_slice(&state.beside);
+        self.beside_drives.copy_from_slice(&state.beside_drives);
         self.window.copy_from_slice(&state.window);
         self.gap.copy_from_slice(&state.gap);
         (self.oldest, self.begun) = (0, state.begun.min(self.start_samples.max(1)));

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use hysteresis_core::Error;
+use hysteresis_core::{AxisMatrix, Error};
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::model::{MultiAxisStage, spectral_radius};
@@ -36,8 +36,10 @@ const POWERS: u32 = 113;
 /// The peak of the sensitivity unless told: in every direction of the positions a disturbance is at most doubled.
 const PEAK_SENSITIVITY: f64 = 2.0;
 
-/// Frequencies at which the sensitivity is looked at, beside those of the modes.
+/// Frequencies at which the sensitivity is looked at, beside those of the modes and poles; and so many more in each
+/// of six decades below the lowest of them, where slow filters and slow poles act.
 const FREQUENCIES: usize = 128;
+const SLOW_PER_DECADE: usize = 8;
 
 /// How a stage of several axes follows references.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,17 +96,26 @@ impl TrackingGains {
         )?;
         let slopes: Vec<f64> = stage.operators().iter().map(middle).collect();
         let (a, b) = stage.matrices().with_slopes(&slopes);
-        let singular = || Error::domain("stage", None, "a stage whose drives move all positions", 0.0);
+        let expected = "a static gain with an inverse and a condition number of at most 1e10";
+        let singular = || Error::domain("stage", None, expected, f64::INFINITY);
         let matrices = stage.matrices();
         let moved = (DMatrix::identity(a.nrows(), a.nrows()) - &a).lu().solve(&b).ok_or_else(singular)?;
         let gain = &matrices.c * moved + &matrices.d;
         let static_inverse = gain.clone().try_inverse().ok_or_else(singular)?;
+        AxisMatrix::new("stage", m, static_inverse.transpose().as_slice()).map_err(|error| match error {
+            Error::Domain { got, .. } => Error::domain("stage", None, expected, got),
+            other => other,
+        })?;
         let scale = DMatrix::from_diagonal(&DVector::from_iterator(p, gain.row_iter().map(|row| 1.0 / row.norm())));
         let linear = Linear { a, b, c: &scale * &matrices.c, d: &scale * &matrices.d, scale };
         let unsettled = || Error::domain("stage", None, "a stage that drives can bring to rest", 0.0);
         let follower = Follower::new(&linear, &matrices.bw).ok_or_else(unsettled)?;
         let (by_reference, by_operator) = follower.coefficients(&linear, options.ahead).ok_or_else(unsettled)?;
-        let correction = Watched::new(stage, &linear).correction(peak).ok_or_else(unsettled)? * &linear.scale;
+        let amplified = || {
+            let expected = "a peak that some feedback keeps for all slopes of the operators";
+            Error::domain("peak_sensitivity", None, expected, peak)
+        };
+        let correction = Watched::new(stage, &linear).correction(peak).ok_or_else(amplified)? * &linear.scale;
         Ok(Self { by_held: follower.by_held(m), by_reference, by_operator, correction, static_inverse })
     }
 }
@@ -203,8 +214,10 @@ impl<'a> Watched<'a> {
         let whole = stacked(&[&[a, b], &[&DMatrix::zeros(m, n), &DMatrix::identity(m, m)]]);
         let output = stacked(&[&[c, &DMatrix::zeros(p, m)]]);
         let mut angles: Vec<f64> = (1..=FREQUENCIES).map(|i| PI * as_f64(i) / as_f64(FREQUENCIES)).collect();
-        for eigenvalue in a.complex_eigenvalues().iter().filter(|one| one.im > 0.0) {
-            let (angle, half) = (eigenvalue.arg(), 1.0 - eigenvalue.norm());
+        let slow = |i| PI / as_f64(FREQUENCIES) * 10.0_f64.powf(-as_f64(i) / as_f64(SLOW_PER_DECADE));
+        angles.extend((1..=6 * SLOW_PER_DECADE).map(slow));
+        for eigenvalue in a.complex_eigenvalues().iter().filter(|one| one.im >= 0.0) {
+            let (angle, half) = (eigenvalue.arg(), -eigenvalue.norm().ln());
             angles.extend([angle - half, angle, angle + half].into_iter().filter(|angle| (1e-6..=PI).contains(angle)));
         }
         let members = slopes_of(stage).map(|slopes| stage.matrices().with_slopes(&slopes));
@@ -265,13 +278,16 @@ impl<'a> Watched<'a> {
             })
     }
 
-    /// The largest eigenvalue of the loop around the stage with these slopes.
+    /// The largest eigenvalue of the loop around the stage with these slopes: of its states, the last drives, which D
+    /// shows a sample later, and the filter.
     fn closed(&self, slopes: &[f64], gain: &DMatrix<f64>, held: &DMatrix<f64>, kept: &DMatrix<f64>) -> f64 {
         let (n, size) = (self.linear.a.nrows(), self.whole.nrows());
         let (a, b) = self.stage.matrices().with_slopes(slopes);
-        let from_stage = gain * &self.linear.c;
-        let fed = |matrix: &DMatrix<f64>| -(&b * matrix.rows(n, size - n));
-        let own = a + fed(&from_stage);
+        let m = size - n;
+        let from_stage = gain * stacked(&[&[&self.linear.c, &self.linear.d]]);
+        let driven = stacked(&[&[&b], &[&DMatrix::identity(m, m)]]);
+        let fed = |matrix: &DMatrix<f64>| -(&driven * matrix.rows(n, m));
+        let own = a.resize(size, size, 0.0) + fed(&from_stage);
         spectral_radius(&stacked(&[&[&own, &fed(kept)], &[&(held * from_stage), &(held * kept)]]))
     }
 }
@@ -314,4 +330,39 @@ fn stacked(blocks: &[&[&DMatrix<f64>]]) -> DMatrix<f64> {
         top += row.first().map_or(0, |one| one.nrows());
     }
     whole
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::multi_axis::Matrices;
+
+    /// The loop, written out: the stage, its last drive, and the filter that takes the drive for none.
+    #[test]
+    fn the_loop_has_what_follows_drives_at_once() {
+        let one = |number: f64| DMatrix::from_element(1, 1, number);
+        let (none, row) = (DMatrix::zeros(1, 0), DMatrix::zeros(0, 1));
+        let matrices =
+            Matrices { a: one(0.6), b: one(0.2), bw: none, c: one(1.0), d: one(1.5), cq: row.clone(), dq: row };
+        let stage = MultiAxisStage::new(matrices, vec![], vec![0.0], 1e-3).unwrap();
+        let linear = Linear { a: one(0.6), b: one(0.2), c: one(1.0), d: one(1.5), scale: one(1.0) };
+        let watched = Watched::new(&stage, &linear);
+        let gain = watched.gain(LARGEST_NOISE).unwrap();
+        let (kept, held) = (
+            DMatrix::identity(2, 2) - &gain * &watched.output,
+            stacked(&[&[&one(0.6), &one(0.0)], &[&one(0.0), &one(1.0)]]),
+        );
+        let radius = watched.closed(&[], &gain, &held, &kept);
+        let (mut x, mut state, mut last, mut disturbance, mut grown) = (1.0, 0.0, 0.0, 0.0, 0.0);
+        for _ in 0..4000 {
+            let missed = x + 1.5 * last - state;
+            disturbance += gain[(1, 0)] * missed;
+            (state, last) = (0.6 * (state + gain[(0, 0)] * missed), -disturbance);
+            x = 0.6 * x + 0.2 * last;
+            let norm = f64::abs(x) + f64::abs(state) + f64::abs(disturbance);
+            grown += norm.ln() / 4000.0;
+            (x, state, last, disturbance) = (x / norm, state / norm, last / norm, disturbance / norm);
+        }
+        assert!((grown - radius.ln()).abs() < 2e-3, "{} {radius}", grown.exp());
+    }
 }

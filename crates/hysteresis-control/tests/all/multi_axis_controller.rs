@@ -1,10 +1,12 @@
 //! The controller that a stage of several axes leads: it follows, rejects, holds, remembers, and allocates nothing.
 
 use hysteresis_control::multi_axis::{
-    Matrices, MultiAxisForward, MultiAxisStage, MultiAxisStageController, ScalarOperator, TrackingOptions,
+    Matrices, MultiAxisForward, MultiAxisStage, MultiAxisStageController, ScalarOperator, Tracking, TrackingOptions,
 };
 use hysteresis_control::oscillator::{Hold, HystereticOscillator, OscillatorForward};
-use hysteresis_core::{AxesCommand, ControllerOptions, Duhem, Error, Mode};
+use hysteresis_core::{
+    AxesCommand, ControllerOptions, Duhem, Error, FeedForward, HybridController, Mode, MultiAxisController,
+};
 use nalgebra::DMatrix;
 
 const DT: f64 = 1e-3;
@@ -85,6 +87,39 @@ fn a_bad_reference_holds_all_drives_and_limits_hold() {
     assert_eq!(error, Error::Length { parameter: "references", expected: 2, got: 1 });
 }
 
+/// Axes that do not move each other: the decoupling has zeros.
+fn apart() -> MultiAxisStageController {
+    let of = |number: f64| DMatrix::identity(2, 2) * number;
+    let matrices = Matrices { a: of(0.5), b: of(0.4), bw: of(0.1), c: of(1.0), d: of(0.0), cq: of(0.0), dq: of(1.0) };
+    let plays = ScalarOperator::plays(&[0.2], &[1.0]).unwrap();
+    let stage = MultiAxisStage::new(matrices, vec![plays.clone(), plays], vec![0.0; 2], DT).unwrap();
+    stage.controller(&[ControllerOptions::new(1.0, 0.0, DT, (-9.0, 9.0)); 2], &TrackingOptions::default()).unwrap()
+}
+
+#[test]
+fn what_is_not_admissible_stays_out_of_the_observer() {
+    let plain = AxesCommand::from(&[0.1, 0.2]);
+    let (one_bad, good) = ([f64::NAN, 0.0], Some(&[0.1, 0.2][..]));
+    let bad = [
+        AxesCommand { feedforward: Some(&[0.1, f64::NAN]), ..plain },
+        AxesCommand { targets: Some(&one_bad), feedforward: good, ..plain },
+        AxesCommand { corrections: Some(&one_bad), feedforward: good, ..plain },
+        AxesCommand { feedforward: good, ..(&one_bad).into() },
+    ];
+    for command in bad {
+        let (mut controller, mut drives) = (apart(), [0.0; 2]);
+        (0..100).for_each(|_| controller.step(plain, &[0.1, 0.2], &mut drives).unwrap());
+        let before = drives;
+        controller.step(command, &[0.1, 0.2], &mut drives).unwrap();
+        assert_eq!(drives, before, "{command:?}");
+        assert!(controller.controller().controllers().iter().all(|one| one.counters().rejected_count == 1));
+        controller.step(plain, &[0.1, 0.2], &mut drives).unwrap();
+        let saved = controller.state();
+        assert!(saved.tracking.as_ref().unwrap().beside.iter().all(|number| number.is_finite()), "{command:?}");
+        apart().set_state(&saved).unwrap();
+    }
+}
+
 #[test]
 fn plans_and_saved_states_go_on_bit_for_bit() {
     let (mut one, mut other) = (controller((-9.0, 9.0)), controller((-9.0, 9.0)));
@@ -131,6 +166,18 @@ fn what_does_not_fit_is_refused() {
     };
     let usual = TrackingOptions::default();
     assert_eq!(refused(&[options], usual), "options: expected 2 elements, got 1");
+    for (gains, message) in [
+        (ControllerOptions { ki: 5.0, ..options }, "ki[0]: expected 0 where a stage leads"),
+        (ControllerOptions { kp: 1.5, ..options }, "kp[0]: expected 0 to 1 where a stage leads"),
+    ] {
+        let error = refused(&[gains; 2], usual);
+        assert!(error.starts_with(message), "{error}");
+    }
+    let mut made = controller((-9.0, 9.0));
+    assert!(made.set_gains(0, 0.5, 5.0).unwrap_err().to_string().starts_with("ki: expected 0"));
+    assert!(made.set_gains(0, -0.5, 0.0).unwrap_err().to_string().starts_with("kp: expected 0 to 1"));
+    let mut alone = MultiAxisStageController::from(made.controller().clone());
+    assert_eq!((made.set_gains(1, 0.5, 0.0), alone.set_gains(0, 1.5, 5.0)), (Ok(()), Ok(())));
     let other = ControllerOptions { dt: 2e-3, ..options };
     assert!(refused(&[other; 2], usual).starts_with("controllers[0]: expected controllers with the sampling interval"));
     assert_eq!(
@@ -141,6 +188,111 @@ fn what_does_not_fit_is_refused() {
         refused(&[options; 2], TrackingOptions { peak_sensitivity: 1.0, ..usual }),
         "peak_sensitivity: expected 1.05 to 5, got 1.0"
     );
+}
+
+#[test]
+fn controllers_that_the_stage_cannot_lead_are_named() {
+    let refused = |feedforward: FeedForward, limits: (f64, f64)| {
+        let tracking = Tracking::new(&stage(1.0), &[(-9.0, 9.0); 2], 5, &TrackingOptions::default()).unwrap();
+        let options = ControllerOptions::new(1.0, 0.0, DT, limits);
+        let single = HybridController::new(feedforward, None, &options).unwrap();
+        let controller = MultiAxisController::new(vec![single; 2], None).unwrap();
+        MultiAxisStageController::from(controller).with_tracking(tracking).unwrap_err()
+    };
+    let error = refused(FeedForward::None, (-9.0, 9.0));
+    assert_eq!(error.to_string(), "controllers[0]: expected a feed-forward that is given, got one of its own or none");
+    assert_eq!(error.parameter(), Some("controllers"));
+    let error = refused(FeedForward::Given, (-9.0, 8.0)).to_string();
+    assert!(error.starts_with("controllers[0]: expected ") && error.ends_with("got 8.0"), "{error}");
+    let error = refused(FeedForward::Given, (-9.0, 9.0)).to_string();
+    assert_eq!(error, "controllers[0]: expected previews that look as far ahead as the stage, got 0");
+}
+
+#[test]
+fn stages_without_an_inverse_or_a_feedback_are_named() {
+    let refused = |stage: &MultiAxisStage| {
+        let options = vec![ControllerOptions::new(1.0, 0.0, DT, (-9.0, 9.0)); stage.drives()];
+        stage.controller(&options, &TrackingOptions::default()).unwrap_err().to_string()
+    };
+    let zeros = || DMatrix::zeros(2, 2);
+    let nearly = Matrices {
+        a: DMatrix::identity(2, 2) * 0.5,
+        b: DMatrix::identity(2, 2),
+        bw: DMatrix::zeros(2, 0),
+        c: DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 1.0, 1.0 + 1e-12]),
+        d: zeros(),
+        cq: DMatrix::zeros(0, 2),
+        dq: DMatrix::zeros(0, 2),
+    };
+    let error = refused(&MultiAxisStage::new(nearly, vec![], vec![0.0; 2], DT).unwrap());
+    assert!(error.starts_with("stage: expected a static gain with an inverse"), "{error}");
+    // The steepest slope turns the gain round.
+    let one = |number: f64| DMatrix::from_element(1, 1, number);
+    let turned =
+        Matrices { a: one(0.5), b: one(0.4), bw: one(-0.6), c: one(1.0), d: one(0.0), cq: one(0.0), dq: one(1.0) };
+    let plays = ScalarOperator::plays(&[0.2], &[1.0]).unwrap();
+    let error = refused(&MultiAxisStage::new(turned, vec![plays], vec![0.0], DT).unwrap());
+    assert!(error.starts_with("peak_sensitivity: expected a peak that some feedback keeps"), "{error}");
+}
+
+/// One axis without hysteresis, with a fast and another pole, and a part d that follows the drive at once.
+fn linear(pole: f64, d: f64) -> MultiAxisStage {
+    let matrices = Matrices {
+        a: DMatrix::from_row_slice(2, 2, &[pole, 0.0, 0.0, 0.5]),
+        b: DMatrix::from_row_slice(2, 1, &[1.0 - pole, 0.5]),
+        bw: DMatrix::zeros(2, 0),
+        c: DMatrix::from_row_slice(1, 2, &[0.8, 0.6]),
+        d: DMatrix::from_element(1, 1, d),
+        cq: DMatrix::zeros(0, 2),
+        dq: DMatrix::zeros(0, 1),
+    };
+    MultiAxisStage::new(matrices, vec![], vec![0.0], DT).unwrap()
+}
+
+#[test]
+fn what_follows_drives_at_once_is_no_disturbance() {
+    let stage = linear(0.9, 0.7);
+    let options = ControllerOptions::new(1.0, 0.0, DT, (-9.0, 9.0));
+    for (mode, kp) in [(Mode::Feedforward, 1.0), (Mode::Run, 0.5)] {
+        let mut controller = stage.controller(&[options], &TrackingOptions::default()).unwrap();
+        controller.controller_mut().set_mode(mode).unwrap();
+        controller.set_gains(0, kp, 0.0).unwrap();
+        let (mut plant, mut drives, mut y) = (MultiAxisForward::new(&stage), [0.0], [0.0]);
+        for k in 0..3000 {
+            controller.step((&[wanted(k)[1]]).into(), &y, &mut drives).unwrap();
+            plant.advance(&[drives[0] + 0.1], &mut y).unwrap();
+        }
+        let found = controller.tracking().unwrap().disturbance()[0];
+        assert!((found - 0.1).abs() < 1e-6, "{mode:?} {found}");
+    }
+}
+
+/// The discrete Fourier transform of the answer to a jolt of the position, slow poles and D among the stages.
+#[test]
+fn the_sensitivity_stays_below_its_peak() {
+    for (pole, d, peak) in [(0.9, 0.0, 2.0), (0.9, 0.7, 1.3), (0.999, 0.0, 1.3), (0.999, 0.3, 2.0), (0.9997, 0.0, 1.1)]
+    {
+        let (stage, options) = (linear(pole, d), ControllerOptions::new(1.0, 0.0, DT, (-1e6, 1e6)));
+        let asked = TrackingOptions { peak_sensitivity: peak, ..TrackingOptions::default() };
+        let mut controller = stage.controller(&[options], &asked).unwrap();
+        let (mut plant, mut drives, mut y, mut answer) = (MultiAxisForward::new(&stage), [0.0], [0.0], vec![]);
+        for k in 0..40_000 {
+            let seen = y[0] + f64::from(u8::from(k == 100));
+            controller.step((&[0.0]).into(), &[seen], &mut drives).unwrap();
+            plant.advance(&drives, &mut y).unwrap();
+            answer.extend((k >= 100).then_some(seen));
+        }
+        assert!(answer.last().unwrap().abs() < 1e-6, "{pole} {d} {answer:?}");
+        for i in 0..100_u8 {
+            let angle = core::f64::consts::PI * 10.0_f64.powf(-0.04 * f64::from(i));
+            let (mut re, mut im) = (0.0, 0.0);
+            for (k, number) in (0_u32..).zip(&answer) {
+                let (sin, cos) = (angle * f64::from(k)).sin_cos();
+                (re, im) = (re + number * cos, im - number * sin);
+            }
+            assert!(re.hypot(im) < 1.01 * peak, "{pole} {d} {peak}: {} at {angle}", re.hypot(im));
+        }
+    }
 }
 
 #[test]

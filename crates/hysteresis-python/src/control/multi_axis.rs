@@ -39,7 +39,8 @@ const ROWS: usize = 1 << 16;
 ///
 /// A `MultiAxisStage` may lead the axes: `stage.controller(limits)` makes such a controller. Then the drives of the feed-forward
 /// are those with which its model follows the references best, and its observer tells what comes in with the drives that the
-/// model does not know. The single controllers take both, and multiply the second by -kp. References come `ahead` samples
+/// model does not know. The single controllers take both, and multiply the second by -kp. So the error in `terms` is the negative
+/// disturbance, and not a tracking error. References come `ahead` samples
 /// early, targets and corrections too.
 ///
 /// Parameters
@@ -51,11 +52,12 @@ const ROWS: usize = 1 << 16;
 ///     D: finite, with a condition number (of the largest column sum) of at most 1e10. Without one the axes are those of the
 ///     actuators, or the inverse of the static gain of the stage.
 /// stage : MultiAxisStage, optional
-///     Leads the axes. The controllers take "given" volts then, and have previews that look as far ahead as the stage.
+///     Leads the axes. The controllers take "given" volts then, and have previews that look as far ahead as the stage,
+///     a kp from 0 to 1 and a ki of 0.
 /// ahead : int, optional
 ///     How many samples early references come, with a stage; by default as many as its dynamics use.
-/// peak_sensitivity : float
-///     By how much the feedback of a stage may at most amplify what disturbs a position, 1.05 to 5.
+/// peak_sensitivity : float, optional
+///     By how much the feedback of a stage may at most amplify what disturbs a position, 1.05 to 5; by default 2.
 ///
 /// Raises
 /// ------
@@ -196,7 +198,7 @@ impl MultiAxisController {
         #[py("ArrayLike | None" = None)] decoupling: Option<&Bound<'_, PyAny>>,
         #[py(*, = None)] stage: Option<Bound<'_, MultiAxisStage>>,
         #[py(= None)] ahead: Option<SampleCount>,
-        #[py(= 2.0)] peak_sensitivity: f64,
+        #[py(= None)] peak_sensitivity: Option<f64>,
     ) -> PyResult<Self> {
         let given = list_of::<HybridController>("controllers", "HybridController", controllers)?;
         let decoupling = decoupling.map(|matrix| square("decoupling", matrix, given.len())).transpose()?;
@@ -209,11 +211,16 @@ impl MultiAxisController {
             }
         }
         if let Some(stage) = &stage {
+            let peak_sensitivity = peak_sensitivity.unwrap_or(TrackingOptions::default().peak_sensitivity);
             let options = TrackingOptions { ahead: ahead.map(|ahead| ahead.0), peak_sensitivity };
             return Self::led(stage, (copies, decoupling), &options);
         }
         if ahead.is_some() {
             return Err(errors::value("ahead", "expected None without a stage, as previews know it"));
+        }
+        if let Some(peak) = peak_sensitivity {
+            let expected = format_args!("expected None without a stage, got {peak:?}");
+            return Err(errors::value("peak_sensitivity", expected));
         }
         let single = copies.iter().map(|one| one.controller().clone()).collect();
         let controller = core::MultiAxisController::new(single, decoupling.as_deref()).map_err(raise)?.into();
@@ -340,7 +347,8 @@ impl MultiAxisController {
         self.single().first().map_or(0.0, |controller| controller.options().dt)
     }
 
-    /// What the last samples of the actuators that were acted upon were made of, N ControllerTerms.
+    /// What the last samples of the actuators that were acted upon were made of, N ControllerTerms. Where a stage leads, `error` is
+    /// the negative disturbance, in volts, and not a tracking error.
     #[getter]
     #[py(-> "tuple[ControllerTerms, ...]")]
     fn terms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
@@ -443,14 +451,10 @@ impl MultiAxisController {
 impl MultiAxisController {
     /// Changes the gains of actuator `axis`, counted from 0, without a jump: as `HybridController.set_gains`.
     ///
-    /// A change of one actuator drops what is planned for all. What is refused leaves all as it was.
+    /// A change of one actuator drops what is planned for all. What is refused leaves all as it was. Where a stage leads, `kp` is 0
+    /// to 1, the share of the disturbance that is taken away, and `ki` is 0: what lasts is in the disturbance itself.
     fn set_gains(slf: &Bound<'_, Self>, axis: usize, kp: f64, ki: f64) -> PyResult<()> {
-        exclusive(slf)?
-            .controller
-            .controller_mut()
-            .controller_mut(axis)
-            .and_then(|one| one.set_gains(kp, ki))
-            .map_err(raise)
+        exclusive(slf)?.controller.set_gains(axis, kp, ki).map_err(raise)
     }
 
     /// Changes the filters of actuator `axis`, counted from 0, without a jump: as `HybridController.set_filters`.
@@ -497,12 +501,19 @@ impl MultiAxisController {
     }
 
     /// Actuator `axis`, counted from 0, goes on with another feed-forward without a jump: as `HybridController.set_feedforward`.
+    /// Not where a stage leads, which gives the volts.
     fn set_feedforward(
         slf: &Bound<'_, Self>,
         axis: usize,
         #[py("FeedForward")] feedforward: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
         let dt = shared(slf)?.dt();
+        if shared(slf)?.led_by.is_some() {
+            return Err(errors::value(
+                "feedforward",
+                "expected no other one where a stage leads, which gives the volts",
+            ));
+        }
         let (feedforward, source) = source(feedforward, dt)?;
         let mut this = exclusive(slf)?;
         this.controller

@@ -3,7 +3,9 @@
 use core::convert::Infallible;
 
 use hysteresis_control::StageController;
-use hysteresis_core::{ControllerOptions, HybridController, MultiAxisController};
+use hysteresis_control::multi_axis::{MultiAxisStage, TrackingOptions};
+use hysteresis_control::oscillator::HystereticOscillator;
+use hysteresis_core::{ControllerOptions, Duhem, HybridController, Mode, MultiAxisController};
 use hysteresis_simulate::closed_loop::{Tracking, TrackingTask};
 use hysteresis_simulate::driven::{Driven, Reading};
 use hysteresis_simulate::metrics::{LoopRecord, Run};
@@ -141,4 +143,23 @@ fn references_of_several_axes_are_checked() {
     assert_eq!(message(&[], None), "reference: expected at least one element, got none");
     assert!(message(&[0.0, f64::NAN], None).starts_with("reference[1]: expected a finite number"));
     assert_eq!(message(&[0.0; 8], Some(4.0)), "period: expected a number from 0.0 to 3.0, got 4.0");
+}
+
+/// The first targets are as early as the first references are.
+#[test]
+fn targets_lead_a_stage_from_the_first_sample_on() {
+    let duhem = Duhem::from_bouc_wen(2.5e4, 1e3, 0.8, -1.1).unwrap();
+    let oscillator = HystereticOscillator::new(0.5, 5.0, 2.5e4, duhem).unwrap();
+    let stage = MultiAxisStage::of_oscillator(&oscillator, 1e-3).unwrap();
+    let options = ControllerOptions::new(1.0, 0.0, 1e-3, (-200.0, 200.0));
+    let wanted: Vec<f64> = (0..300).map(|k| 5e-4 * (0.03 * f64::from(k)).cos()).collect();
+    let drives = |reference: &[f64], targets: Option<&[f64]>| {
+        let mut controller = stage.controller(&[options], &TrackingOptions::default()).unwrap();
+        controller.controller_mut().set_mode(Mode::Feedforward).unwrap();
+        let mut plant = MultiAxisPlant::new(vec![Benchmark::A1.plant(0)], &[1.0]).unwrap();
+        let task = MultiAxisTask::new(reference, 1, None).unwrap();
+        let runs = task.track(&mut plant, &mut controller, targets, |_| Ok::<_, Infallible>(())).unwrap();
+        runs[0].record().drive.clone()
+    };
+    assert_eq!(drives(&wanted, None), drives(&vec![0.0; 300], Some(&wanted)));
 }
