@@ -46,10 +46,7 @@ class Linearizer:
     """Loads from readings, sample by sample."""
 
     def __init__(self, stage: mh.Stage, zero: float, temperature: float) -> None:
-        """Begin without a load, with the reading `zero` of a cell at rest and at a temperature.
-
-        It is `reading[0] - found.drift(0)[0]` of the calibration.
-        """
+        """Begin without a load; at rest the cell reads `zero`, `reading[0] - found.drift(0)[0]`."""
         assert stage.temperature is not None
         self._zero, self._term = zero, stage.temperature
         self._inverse, self._lag = stage.inverse(DT), stage.temperature.lag(DT)

@@ -415,14 +415,23 @@ impl TermSearch<'_> {
 
 impl Candidate {
     /// Whether frequency and damping lie within the bounds of their search, and a resonance that was sought behind a map is one: at an edge,
-    /// or overdamped, it stands for a lag or a dead time, which are tried, too.
+    /// or overdamped, it stands for a lag or a dead time, which are tried, too. So does creep of every decade at its bound: for a transient,
+    /// or for hysteresis of another kind.
     fn has_own_dynamics(&self) -> bool {
+        let is_inside = |parameter| {
+            let value = self.place.point.get(parameter);
+            self.place.space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
+        };
+        let is_below_its_bound = |number| {
+            let parameter = Parameter::Creep(number);
+            self.place.space.axis(parameter).is_none_or(|axis| self.place.point.get(parameter) < axis.upper)
+        };
+        let creeps =
+            if self.options.creep == CreepModel::EveryDecade { self.place.space.creep_amplitudes() } else { 0 };
         let is_resonance = self.place.point.get(Parameter::LogDamping) < 0.0;
         (is_resonance || !self.was_sought || self.place.space.order() != Some(Order::Second))
-            && [Parameter::LogFrequency, Parameter::LogDamping].into_iter().all(|parameter| {
-                let value = self.place.point.get(parameter);
-                self.place.space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
-            })
+            && [Parameter::LogFrequency, Parameter::LogDamping].into_iter().all(is_inside)
+            && (0..creeps).all(is_below_its_bound)
     }
 
     fn structure(&self) -> Structure {

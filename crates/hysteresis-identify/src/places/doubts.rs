@@ -5,7 +5,7 @@ use hysteresis_control::stage::TemperatureTerm;
 use crate::error::Error;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
-use crate::places::given::{Given, KnownLength};
+use crate::places::given::Given;
 use crate::places::rows::{Rows, between, kept};
 use crate::places::weighing::Weighed;
 use crate::records::course::turns;
@@ -114,8 +114,7 @@ pub(crate) fn check_signs(given: &Given<'_>, rows: &Rows, columns: usize) -> Res
 pub(crate) fn missed_lengths(given: &Given<'_>, errors: &[f64], left_out: &[usize]) -> Option<Finding> {
     let steps = given.drive_steps().skip(given.pairs.len());
     let all = steps.zip(given.lengths).zip(errors).enumerate();
-    let kept: Vec<(usize, ((f64, &KnownLength), &f64))> =
-        all.filter(|(place, _)| left_out.binary_search(place).is_err()).collect();
+    let kept: Vec<_> = all.filter(|(place, _)| left_out.binary_search(place).is_err()).collect();
     let (both, square) = kept
         .iter()
         .fold((0.0, 0.0), |(both, square), (_, ((step, known), _))| (both + step * known.length, square + step * step));
@@ -227,6 +226,7 @@ fn stroke(drive: &[f64], turns: &[usize], instant: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::places::given::KnownLength;
 
     /// Row 2 was left out: it neither is the worst nor bends the line.
     #[test]
