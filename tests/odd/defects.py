@@ -126,7 +126,7 @@ STARTS = [
     same("electronics settle at once", STACK, settling(0.1, 0.05)),
     same("electronics settle", STACK, settling(0.1, 0.3)),
     hinted("electronics settle slowly", settling(0.15, 1.0), "start_up_transient", "--skip"),
-    hinted("electronics settle from far away", settling(-0.5, 0.3), "start_up_transient"),
+    same("electronics settle from far away", STACK, settling(-0.5, 0.3)),
     hinted(
         "electronics of a magnet settle",
         settling(0.5, 0.3, of(MAGNET)),
