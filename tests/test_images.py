@@ -11,6 +11,10 @@ import pytest
 from reference.models import PrandtlIshlinskii as ReferenceModel
 from support import Array
 
+# What types would refuse.
+WRONG: Any = "x"
+NONE: Any = None
+
 pytest.importorskip("skimage", reason="the extra `images` is not installed")
 
 WEIGHTS = [0.6, 0.1, 0.1, 0.1, 0.09, 0.08]
@@ -246,12 +250,12 @@ def test_a_stage_that_turns_later_than_its_drive_has_a_lag() -> None:
             lambda: mh.images.fringes([1.0, np.nan, 2.0], np.zeros(3), 1.0),
             "signal: expected finite numbers, got nan at 1",
         ),
-        (lambda: mh.images.fringes(np.ones(9), np.ones(9), "x"), "wavelength: expected a number"),
+        (lambda: mh.images.fringes(np.ones(9), np.ones(9), WRONG), "wavelength: expected a number"),
         (
             lambda: mh.images.match(np.zeros(64), np.zeros((2, 64))),
             r"trace: expected an array of shape \(lines, pixels\), got shape \(64,\)",
         ),
-        (lambda: mh.images.match(None, np.zeros((2, 64))), "trace: .*, got dtype object"),
+        (lambda: mh.images.match(NONE, np.zeros((2, 64))), "trace: .*, got dtype object"),
         (lambda: mh.images.match("a", np.zeros((2, 64))), "trace: .*, got dtype <U1"),
         (lambda: mh.images.match(5.0, np.zeros((2, 64))), "trace: .*, got a single number"),
         (
@@ -263,8 +267,8 @@ def test_a_stage_that_turns_later_than_its_drive_has_a_lag() -> None:
             "trace: .* of real numbers, got dtype complex128",
         ),
         (
-            lambda: mh.images.match(np.zeros((2, 64)), np.zeros((2, 64)), pixel="a"),
-            "pixel: expected a number above 0, got 'a'",
+            lambda: mh.images.match(np.zeros((2, 64)), np.zeros((2, 64)), pixel=WRONG),
+            "pixel: expected a number above 0, got 'x'",
         ),
         (
             lambda: mh.images.match(
