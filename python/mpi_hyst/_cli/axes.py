@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -11,7 +10,7 @@ import click
 import numpy as np
 
 import mpi_hyst as mh
-from mpi_hyst._cli.inputs import sampling_interval, with_time_unit
+from mpi_hyst._cli.inputs import assumptions, shared_interval, with_time_unit
 from mpi_hyst._cli.options import (
     FILE,
     OfText,
@@ -36,7 +35,6 @@ from mpi_hyst._report.page import hashed_file, made_with
 from mpi_hyst.io import Columns
 
 _AXES = ("identify_axes",)
-_SAME = 1e-3  # of sampling intervals that are taken for one
 
 
 def _names(**how: Any) -> Any:
@@ -112,8 +110,9 @@ def run(request: Request) -> str:
         raise CommandError(f"--positions: expected no column of --drives, got {both[0]}")
     read = [_columns(path, request) for path in request.data]
     for columns in read:
-        _tell(columns)
-    dt = _interval(request, read)
+        for said in assumptions(columns, columns.assumed):
+            note(said)
+    dt = shared_interval(read, request.rate)
     u, y = (
         [np.column_stack([columns[name] for name in names]) for columns in read]
         for names in (request.drives, request.positions)
@@ -137,28 +136,6 @@ def _columns(path: Path, request: Request) -> Columns:
         thousands=request.text.thousands,
     )
     return with_time_unit(columns, request.time_unit)
-
-
-def _tell(columns: Columns) -> None:
-    """Say what was assumed in reading a record; what something in it speaks against is refused."""
-    for one in columns.assumed:
-        said = f"{columns.source}: {one.text}"
-        if one.level == "doubtful":
-            raise CommandError(said)
-        if one.level == "assumed":
-            note(said)
-
-
-def _interval(request: Request, read: Sequence[Columns]) -> float:
-    """Return the sampling interval, which all records share."""
-    first, *others = [sampling_interval(columns, request.rate) for columns in read]
-    for path, other in zip(request.data[1:], others, strict=True):
-        if abs(other - first) > _SAME * first:
-            raise CommandError(
-                f"{path}: expected the sampling interval of {request.data[0]}, {first:g} s, "
-                f"got {other:g} s"
-            )
-    return first
 
 
 def _write(request: Request, result: Found) -> None:

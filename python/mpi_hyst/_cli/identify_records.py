@@ -17,7 +17,7 @@ import click
 import numpy as np
 
 from mpi_hyst import io
-from mpi_hyst._cli.inputs import fitted_interval, with_time_unit
+from mpi_hyst._cli.inputs import SAME_INTERVAL, fitted_interval, with_time_unit
 from mpi_hyst._cli.options import (
     FILE,
     OfText,
@@ -47,7 +47,6 @@ _Value = TypeVar("_Value", str, int)
 # Without a name and a unit nothing tells of which size the numbers are.
 _NAMELESS: Level = "doubtful"
 _ROLES = (("V", "--input-unit"), ("um", "--output-unit"))
-_SAME = 1e-3  # share by which equal sampling intervals may differ: clocks are not exact
 _AMOUNT = re.compile(r"(?P<count>\d+(\.\d+)?|\.\d+) ?(?P<seconds>s)?")
 _STRETCH = re.compile(r"(?P<first>[0-9]{1,9}):(?P<end>[0-9]{1,9})")
 _SHORTEST_PART = 10  # samples; what is shorter tells little beside a zero of its own
@@ -368,7 +367,7 @@ def _same_clock(records: Sequence[Record], first: Record) -> list[Record]:
         if (first.dt is None) != (record.dt is None):
             known, unknown = (first, record) if record.dt is None else (record, first)
             raise CommandError(f"{unknown.name}: expected a time column as in {known.name}")
-        near = first.dt and record.dt and abs(record.dt - first.dt) <= _SAME * first.dt
+        near = first.dt and record.dt and abs(record.dt - first.dt) <= SAME_INTERVAL * first.dt
         same.append(replace(record, dt=first.dt) if near else record)
     return same
 

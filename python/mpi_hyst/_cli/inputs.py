@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
@@ -25,6 +26,10 @@ _AVERAGED = 50  # samples
 _SHORTEST, _SLOWEST = 1e-7, 60.0
 
 
+# Share by which equal sampling intervals may differ: clocks are not exact.
+SAME_INTERVAL = 1e-3
+
+
 class UnevenTimesError(CommandError):
     """Times that are not those of an even grid."""
 
@@ -43,6 +48,18 @@ def sampling_interval(columns: Columns, rate: float | None = None) -> float:
             "--rate, to know the sampling interval"
         )
     return dt
+
+
+def shared_interval(records: Sequence[Columns], rate: float | None = None) -> float:
+    """Return the sampling interval in seconds, which all records share."""
+    first, *others = [sampling_interval(columns, rate) for columns in records]
+    for columns, other in zip(records[1:], others, strict=True):
+        if abs(other - first) > SAME_INTERVAL * first:
+            raise CommandError(
+                f"{columns.source}: expected the sampling interval of {records[0].source}, "
+                f"{first:g} s, got {other:g} s"
+            )
+    return first
 
 
 def known_interval(columns: Columns, rate: float | None = None) -> float | None:
@@ -136,10 +153,18 @@ def assumed_of(columns: Columns, name: str, stage_unit: str, sampled: Sampled | 
     doubt = unit_doubt(columns.quantity(name), stage_unit or "that of the stage", option)
     if doubt is not None and not is_given:
         said.append(doubt)
+    return assumptions(columns, said)
+
+
+def assumptions(columns: Columns, said: Iterable[Assumption]) -> list[str]:
+    """Return what was assumed of columns; what something in the file speaks against is refused."""
+    lines = []
     for one in said:
         if one.level == "doubtful":
             raise CommandError(f"{columns.source}: {one.text}")
-    return [f"{columns.source}: {one.text}" for one in said if one.level == "assumed"]
+        if one.level == "assumed":
+            lines.append(f"{columns.source}: {one.text}")
+    return lines
 
 
 def _again(columns: Columns, name: str) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 import mpi_hyst as mh
-from mpi_hyst._cli.inputs import assumed_of, sampling_interval, trajectory
+from mpi_hyst._cli.inputs import assumed_of, shared_interval, trajectory
 from mpi_hyst._cli.options import (
     FILE,
     Sampled,
@@ -38,9 +38,6 @@ from mpi_hyst._report import places as page
 from mpi_hyst._report.page import hashed_file, made_with
 from mpi_hyst._report.places import Places, ScanImages
 from mpi_hyst._types import Matrix, Samples
-
-_SAME = 1e-3  # of sampling intervals that are taken for one
-
 
 _PLACES = ("identify_places",)
 
@@ -158,7 +155,7 @@ def run(request: Request) -> str:
     for one, name in columns:
         for said in assumed_of(one, name, "V", request.sampled):
             note(said)
-    dt = _interval(request, [one for one, _ in columns])
+    dt = shared_interval([one for one, _ in columns], request.sampled.rate)
     before = _before(request)
     ends = _ends(drives, scans, before)
     pairs = [] if request.pairs is None else [_matrix(request.pairs)]
@@ -286,18 +283,6 @@ def _match(
         return mh.images.match(scan.trace, scan.retrace, drive=number, at=at, pixel=pixel)
     except ImportError as error:
         raise CommandError(str(error)) from error
-
-
-def _interval(request: Request, columns: Sequence[mh.io.Columns]) -> float:
-    """Return the sampling interval, which all drives share."""
-    first, *others = [sampling_interval(one, request.sampled.rate) for one in columns]
-    for path, other in zip(request.drives[1:], others, strict=True):
-        if abs(other - first) > _SAME * first:
-            raise CommandError(
-                f"{path}: expected the sampling interval of {request.drives[0]}, {first:g} s, "
-                f"got {other:g} s"
-            )
-    return first
 
 
 def _ends(

@@ -10,7 +10,16 @@ import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst._report import canvas
-from mpi_hyst._report.page import MEANINGS, Card, Provenance, Rows, Verdict, render
+from mpi_hyst._report.page import (
+    MEANINGS,
+    Card,
+    Provenance,
+    Rows,
+    Verdict,
+    findings_table,
+    render,
+    verdict_lines,
+)
 from mpi_hyst._text import digits, text_pairs
 from mpi_hyst._types import Matrix
 
@@ -91,8 +100,7 @@ def tried(result: Found) -> Rows:
 def summary(result: Found) -> str:
     """Return what the terminal shows."""
     found = result.found
-    lines = [f"verdict: {found.verdict}. {MEANINGS[found.verdict]}"]
-    lines += [f"- {one.code}: {one.message}; {one.hint}" for one in found.warnings]
+    lines = verdict_lines(found.verdict, found.warnings)
     return "\n".join([text_pairs(facts(result)), found.summary().rstrip(), *lines])
 
 
@@ -104,15 +112,16 @@ def report(result: Found, provenance: Provenance = ()) -> str:
         Card(found.hysteresis, "hysteresis", found.place.replace("_", " ")),
         Card(str(len(found.model.a)), "states", f"{len(result.drives)} drives"),
     ]
-    findings = [[one.code, one.severity, one.message, one.hint] for one in found.warnings]
     return render(
         "axes.html.j2",
         cards=cards,
-        verdict=Verdict(found.verdict, MEANINGS[found.verdict], [f[2] for f in findings]),
+        verdict=Verdict(
+            found.verdict, MEANINGS[found.verdict], [one.message for one in found.warnings]
+        ),
         provenance=provenance,
         result=result,
         facts=facts(result),
-        findings=(["finding", "severity", "what", "what to try"], findings),
+        findings=findings_table(found.warnings),
         errors=errors(result),
         tried=tried(result),
         record=figure(result),

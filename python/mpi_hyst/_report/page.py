@@ -66,6 +66,18 @@ MEANINGS = {
 """What a verdict means."""
 
 
+def verdict_lines(verdict: str, findings: Iterable[mh.results.Finding]) -> list[str]:
+    """Return a verdict and its findings as the terminal shows them."""
+    said = [f"- {one.code}: {one.message}; {one.hint}" for one in findings]
+    return [f"verdict: {verdict}. {MEANINGS[verdict]}", *said]
+
+
+def findings_table(findings: Iterable[mh.results.Finding]) -> Rows:
+    """Return findings as a table."""
+    rows = [[one.code, one.severity, one.message, one.hint] for one in findings]
+    return (["finding", "severity", "what", "what to try"], rows)
+
+
 @dataclass(frozen=True)
 class Verdict:
     """Green, amber or red, what that means, and one line for each reason."""

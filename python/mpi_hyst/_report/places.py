@@ -10,7 +10,15 @@ import numpy as np
 
 import mpi_hyst as mh
 from mpi_hyst._report import canvas
-from mpi_hyst._report.page import MEANINGS, Card, Provenance, Rows, Verdict, render
+from mpi_hyst._report.page import (
+    MEANINGS,
+    Card,
+    Provenance,
+    Verdict,
+    findings_table,
+    render,
+    verdict_lines,
+)
 from mpi_hyst._text import digits, text_pairs
 from mpi_hyst._types import Matrix, Samples
 
@@ -105,17 +113,10 @@ def differences(corrected: Corrected) -> tuple[float, float]:
     )
 
 
-def _findings(found: mh.results.PlacesIdentification) -> Rows:
-    rows = [[one.code, one.severity, one.message, one.hint] for one in found.warnings]
-    return (["finding", "severity", "what", "what to try"], rows)
-
-
 def summary(result: Places) -> str:
     """Return what the terminal shows."""
     found = result.found
-    lines = [f"verdict: {found.verdict}. {MEANINGS[found.verdict]}"]
-    lines += [f"- {one.code}: {one.message}; {one.hint}" for one in found.warnings]
-    return "\n".join([text_pairs(facts(result)), *lines])
+    return "\n".join([text_pairs(facts(result)), *verdict_lines(found.verdict, found.warnings)])
 
 
 def report(result: Places, provenance: Provenance = ()) -> str:
@@ -137,7 +138,7 @@ def report(result: Places, provenance: Provenance = ()) -> str:
         provenance=provenance,
         result=result,
         facts=facts(result),
-        findings=_findings(found),
+        findings=findings_table(found.warnings),
         images=None if result.corrected is None else images_figure(result.corrected),
     )
 

@@ -52,11 +52,11 @@ trait Term: Sync {
 
 /// The terms. What makes a stage harder to read must gain a tenth of the error: more unknowns cost something.
 const TABLE: [Row; 6] = [
-    Row { terms: 1, is_costly: false, term: &CurveInFront },
-    Row { terms: 1, is_costly: false, term: &CurveBehind },
+    Row { terms: 1, is_costly: false, term: &Curves { in_front: true, behind: false } },
+    Row { terms: 1, is_costly: false, term: &Curves { in_front: false, behind: true } },
     Row { terms: 1, is_costly: false, term: &CreepOfEveryDecade },
     Row { terms: 0, is_costly: false, term: &NoDynamics },
-    Row { terms: 2, is_costly: true, term: &BothCurves },
+    Row { terms: 2, is_costly: true, term: &Curves { in_front: true, behind: true } },
     Row { terms: 1, is_costly: true, term: &DynamicsBehindMap },
 ];
 
@@ -113,13 +113,13 @@ pub(crate) struct Candidate {
 }
 
 /// What tells models apart in the search: maps in front and behind, creep of every decade, dynamics, and whether these were sought anew.
-type Structure = (bool, bool, bool, Option<Order>, bool);
+type Signature = (bool, bool, bool, Option<Order>, bool);
 
 /// What a search has seen on its way.
 struct Way<'a, 'b> {
     tries: usize,
     /// The models that were followed: several ways lead to each.
-    followed: Vec<Structure>,
+    followed: Vec<Signature>,
     /// The best maps that are not there, as a loop shift would predict as well.
     untold: Option<UntoldMap>,
     monitor: &'a mut SearchMonitor<'b>,
@@ -166,8 +166,8 @@ impl TermSearch<'_> {
         }
         let mut ends = Vec::new();
         for next in self.better_neighbours(from, way)? {
-            if !way.followed.contains(&next.structure()) {
-                way.followed.push(next.structure());
+            if !way.followed.contains(&next.signature()) {
+                way.followed.push(next.signature());
                 ends.push(self.end_of(&next, changes - 1, way)?.unwrap_or(next));
             }
         }
@@ -233,7 +233,7 @@ impl TermSearch<'_> {
         }
         way.tries += 1;
         let one = to_compare(self.tried(variant, PASSES, way.tries, way.monitor))?;
-        Ok(one.filter(Candidate::has_own_dynamics))
+        Ok(one.filter(Candidate::stands_for_itself))
     }
 
     /// By which factor a model must lower the mean square error of one with so many terms less, or with others.
@@ -417,7 +417,7 @@ impl Candidate {
     /// Whether frequency and damping lie within the bounds of their search, and a resonance that was sought behind a map is one: at an edge,
     /// or overdamped, it stands for a lag or a dead time, which are tried, too. So does creep of every decade at its bound: for a transient,
     /// or for hysteresis of another kind.
-    fn has_own_dynamics(&self) -> bool {
+    fn stands_for_itself(&self) -> bool {
         let is_inside = |parameter| {
             let value = self.place.point.get(parameter);
             self.place.space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
@@ -434,7 +434,7 @@ impl Candidate {
             && (0..creeps).all(is_below_its_bound)
     }
 
-    fn structure(&self) -> Structure {
+    fn signature(&self) -> Signature {
         let space = &self.place.space;
         let every_decade = self.options.creep == CreepModel::EveryDecade;
         (space.has_input_map(), space.has_output_map(), every_decade, space.order(), self.was_sought)
@@ -495,58 +495,34 @@ fn has_two_amplitudes(asked: &Options, options: &Options) -> bool {
     asked.creep == CreepModel::Auto && options.creep == CreepModel::SlowAndFast
 }
 
-/// Both maps at once: loops that bend at both ends, as those of relays do, are told by neither alone.
-struct BothCurves;
-
-impl Term for BothCurves {
-    fn variants(
-        &self,
-        search: &TermSearch<'_>,
-        from: &Candidate,
-        _: &mut SearchMonitor<'_>,
-    ) -> Result<Vec<Variant>, Error> {
-        let are_open = search.asked.input_map == MapModel::Auto && search.asked.output_map == MapModel::Auto;
-        if !are_open || from.place.space.has_map() {
-            return Ok(Vec::new());
-        }
-        let space = from.place.space.with_output_map(search.output_range(&from.place.space, &from.fit));
-        Ok(vec![from.with_curve(space.with_input_map())])
-    }
+/// A map of the drive in front of the hysteresis, one of the position behind it, or both at once: loops that bend at both ends, as those
+/// of relays do, are told by neither alone.
+struct Curves {
+    in_front: bool,
+    behind: bool,
 }
 
-/// A map of the position behind the hysteresis.
-struct CurveBehind;
-
-impl Term for CurveBehind {
+impl Term for Curves {
     fn variants(
         &self,
         search: &TermSearch<'_>,
         from: &Candidate,
         _: &mut SearchMonitor<'_>,
     ) -> Result<Vec<Variant>, Error> {
-        if search.asked.output_map != MapModel::Auto || from.place.space.has_output_map() {
+        let (space, asked) = (&from.place.space, search.asked);
+        let may_be_in_front = asked.input_map == MapModel::Auto && !space.has_input_map();
+        let may_be_behind = asked.output_map == MapModel::Auto && !space.has_output_map();
+        if self.in_front && !may_be_in_front || self.behind && !may_be_behind {
             return Ok(Vec::new());
         }
-        let space = from.place.space.with_output_map(search.output_range(&from.place.space, &from.fit));
-        Ok(vec![from.with_curve(space)])
-    }
-}
-
-/// A map of the drive in front of the hysteresis.
-struct CurveInFront;
-
-impl Term for CurveInFront {
-    fn variants(
-        &self,
-        search: &TermSearch<'_>,
-        from: &Candidate,
-        _: &mut SearchMonitor<'_>,
-    ) -> Result<Vec<Variant>, Error> {
-        if search.asked.input_map != MapModel::Auto || from.place.space.has_input_map() {
-            return Ok(Vec::new());
+        let mut with = space.clone();
+        if self.behind {
+            with = with.with_output_map(search.output_range(space, &from.fit));
         }
-        let space = from.place.space.with_input_map();
-        Ok(vec![from.with_curve(space)])
+        if self.in_front {
+            with = with.with_input_map();
+        }
+        Ok(vec![from.with_curve(with)])
     }
 }
 

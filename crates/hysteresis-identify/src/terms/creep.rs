@@ -191,7 +191,6 @@ impl CreepModel {
 
     /// The terms for a longest record of so many seconds and the shortest sampling interval.
     pub(crate) fn basis(&self, seconds: f64, dt: f64) -> Result<CreepBasis, Error> {
-        let own = CreepBasis::apart;
         match self {
             Self::None | Self::UnderWay | Self::Auto => Ok(CreepBasis::default()),
             Self::Logarithmic { terms } => CreepBasis::logarithmic(SPAN.0, *terms, seconds, dt),
@@ -200,7 +199,11 @@ impl CreepModel {
                 let decades: Vec<f64> = DECADES.into_iter().filter(is_told).collect();
                 let expected = "records, and samples often enough, that tell a time constant of 10 ms to 100 s: thirty samples of it, \
                                 and a third of it";
-                if decades.is_empty() { Err(Error::domain("creep", None, expected, seconds)) } else { Ok(own(decades)) }
+                if decades.is_empty() {
+                    Err(Error::domain("creep", None, expected, seconds))
+                } else {
+                    Ok(CreepBasis::apart(decades))
+                }
             }
             Self::Slow => CreepBasis::logarithmic(SLOW, None, seconds, dt),
             Self::SlowAndFast => {
@@ -221,7 +224,7 @@ impl CreepModel {
                 let expected = "a number of terms that the record can tell apart: one per decade from 30 samples to a \
                                 third of the record";
                 if fits {
-                    Ok(own((0..*terms).map(|k| slowest * decades(k)).collect()))
+                    Ok(CreepBasis::apart((0..*terms).map(|k| slowest * decades(k)).collect()))
                 } else {
                     Err(Error::whole("creep", expected, *terms))
                 }
@@ -232,7 +235,7 @@ impl CreepModel {
                     return Err(Error::whole("creep", "at most 12 time constants", terms));
                 }
                 Creep::new(&vec![0.0; terms], time_constants).map_err(as_creep)?;
-                Ok(own(time_constants.clone()))
+                Ok(CreepBasis::apart(time_constants.clone()))
             }
         }
     }
