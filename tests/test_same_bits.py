@@ -7,6 +7,7 @@ real time, on a simulated clock.
 from __future__ import annotations
 
 import ctypes
+import functools
 import hashlib
 import itertools
 import json
@@ -55,9 +56,15 @@ def mixed(seed: int) -> Iterator[float]:
         ]
 
 
+@functools.cache
+def signal(seed: int, shift: int = 0) -> Array:
+    """As many samples of it as are compared."""
+    return np.fromiter(itertools.islice(mixed(seed), shift, shift + SAMPLES), float)
+
+
 def outputs_of(made: Callable[[], Any]) -> dict[str, Array]:
     """The outputs of a face: arrays in open loop, steps in closed loop. Each object runs once."""
-    s = np.fromiter(itertools.islice(mixed(1), SAMPLES), float)
+    s = signal(1)
     steps, references = made(), 14.0 + 18.0 * s
     found = {"inverse": steps.inverse(references), **closed_loop(steps, references)}
     if hasattr(steps, "forward"):
@@ -73,7 +80,7 @@ def outputs_of(made: Callable[[], Any]) -> dict[str, Array]:
 
 
 def closed_loop(steps: Any, references: Array) -> dict[str, Array]:
-    d = np.fromiter(itertools.islice(mixed(2), SHIFT, SHIFT + SAMPLES), float)
+    d = signal(2, SHIFT)
     drives, estimates = np.empty(SAMPLES), np.empty(SAMPLES)
     drive = position = 0.0
     observe = getattr(steps, "observe", None)
@@ -256,7 +263,7 @@ def outputs_by_bank() -> dict[str, Array]:
     """The outputs of the hysteresis alone: C and the units cannot ask for a method."""
     stage = mh.load(STAGE)
     assert isinstance(stage, mh.Stage)
-    s = np.fromiter(itertools.islice(mixed(1), SAMPLES), float)
+    s = signal(1)
     forward = stage.hysteresis.forward(method="bank")
     inverse = stage.hysteresis.inverse(stage.limits, method="bank")
     outputs, inputs = forward.run(60.0 + 90.0 * s), inverse.run(14.0 + 18.0 * s)

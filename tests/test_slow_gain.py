@@ -245,13 +245,56 @@ def test_a_gain_that_is_not_there_is_not_found() -> None:
     assert abs(found.slow_gain.amplitude) < 4.0 * found.slow_gain_std[0]
 
 
+def tired(u: Array, gain: mh.plant.SlowGain | None) -> Array:
+    """Return the positions of a stage that was at rest before."""
+    forward = mh.Stage(hysteresis(), slow_gain=gain).forward(0.02)
+    forward.settle(u[0])
+    return forward.run(u)
+
+
+def several_sizes() -> tuple[Array, Array]:
+    """Return a minute and a half of loops that grow again, with a rest, and noise."""
+    t = 0.02 * np.arange(4500)
+    sizes = np.array([60.0, 60.0, 60.0, 25.0, 45.0, 0.0, 35.0, 60.0, 50.0])
+    u = 65.0 + sizes[(t / 10.0).astype(int)] * np.sin(2.0 * np.pi * 0.5 * t)
+    return u, np.random.default_rng(2).normal(0.0, 0.01, u.size)
+
+
+def test_a_gain_is_chosen_where_it_predicts_better() -> None:
+    u, noise = several_sizes()
+    # Another time constant than the one that is tried, other sizes and another frequency.
+    gain = mh.plant.SlowGain(60.0, -0.02, 0.0, 20.0)
+    t = 0.02 * np.arange(3000)
+    other = 65.0 + (50.0 - 0.5 * t) * np.sin(2.0 * np.pi * 0.8 * t)
+    found = mh.identify(u, tired(u, gain) + noise, dt=0.02)
+    assert found.slow_gain is not None and found.slow_gain.time_constant == 30.0
+    without = mh.identify(u, tired(u, gain) + noise, dt=0.02, slow_gain=None)
+    off, off_without = (
+        np.std(np.asarray(one.predict(other, dt=0.02)) - tired(other, gain))
+        for one in (found, without)
+    )
+    assert off < 0.5 * off_without
+
+
+def test_a_gain_is_not_chosen_where_there_is_none() -> None:
+    u, noise = several_sizes()
+    assert mh.identify(u, tired(u, None) + noise, dt=0.02).slow_gain is None
+
+
+def test_a_gain_is_not_chosen_where_no_record_lasts_as_long() -> None:
+    u, noise = several_sizes()
+    part = slice(1100, 2500)  # 28 s
+    y = tired(u, mh.plant.SlowGain(60.0, -0.04, 0.0, 12.0)) + noise
+    assert mh.identify(u[part], y[part], dt=0.02).slow_gain is None
+
+
 def test_a_gain_needs_seconds() -> None:
     u, y, _ = cycles()
     with pytest.raises(ValueError, match="dt: expected") as caught:
         mh.identify(u, y, slow_gain=12.0, **{**PLAIN, "dt": None})
     assert parameter_of(caught.value) == "dt"
     wrong: Any
-    for wrong, error in ((0.0, ValueError), ("auto", TypeError)):
+    for wrong, error in ((0.0, ValueError), ("slow", TypeError)):
         with pytest.raises(error, match="slow_gain: expected") as refused:
             mh.identify(u, y, slow_gain=wrong, **PLAIN)
         assert parameter_of(refused.value) == "slow_gain"

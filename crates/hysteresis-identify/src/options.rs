@@ -176,7 +176,7 @@ impl Options {
     }
 
     fn has_slow_gain(&self) -> bool {
-        self.slow_gain != SlowGainModel::None
+        !matches!(self.slow_gain, SlowGainModel::None | SlowGainModel::Auto)
     }
 
     /// The order of the dynamics, if there are any; none while they are left open.

@@ -120,12 +120,13 @@ class Request(Files):
         help="Movement of the centre of a loop with its amplitude, with this time constant. auto: "
         "if cross-validation asks for it.  [default: auto]",
     )
-    slow_gain: float | Literal["fit", "none"] | None = option(
+    slow_gain: float | Literal["auto", "fit", "none"] | None = option(
         passed=("identify",),
-        metavar="SECONDS|fit|none",
-        **word_or(("fit", "none"), "a time constant in seconds", float),
+        metavar="SECONDS|auto|fit|none",
+        **word_or(("auto", "fit", "none"), "a time constant in seconds", float),
         help="Change of the size of all loops while the drive cycles, with this time constant, or "
-        "with one that is searched.  [default: none]",
+        "with one that is searched. auto: of 30 s if cross-validation asks for it.  "
+        "[default: auto]",
     )
     duhem: Literal["auto", "fit", "none"] | None = option(
         passed=("identify",),

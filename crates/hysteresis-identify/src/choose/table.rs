@@ -28,6 +28,7 @@ use crate::terms::creep::CreepModel;
 use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::{MapModel, OutputMap};
+use crate::terms::slow_gain::SlowGainModel;
 use crate::terms::weights::WeightBasis;
 
 /// A term, and what it costs.
@@ -51,10 +52,11 @@ trait Term: Sync {
 }
 
 /// The terms. What makes a stage harder to read must gain a tenth of the error: more unknowns cost something.
-const TABLE: [Row; 6] = [
+const TABLE: [Row; 7] = [
     Row { terms: 1, is_costly: false, term: &Curves { in_front: true, behind: false } },
     Row { terms: 1, is_costly: false, term: &Curves { in_front: false, behind: true } },
     Row { terms: 1, is_costly: false, term: &CreepOfEveryDecade },
+    Row { terms: 1, is_costly: false, term: &SlowGainOfUsualTime },
     Row { terms: 0, is_costly: false, term: &NoDynamics },
     Row { terms: 2, is_costly: true, term: &Curves { in_front: true, behind: true } },
     Row { terms: 1, is_costly: true, term: &DynamicsBehindMap },
@@ -112,8 +114,9 @@ pub(crate) struct Candidate {
     shifted: Option<CrossValidation>,
 }
 
-/// What tells models apart in the search: maps in front and behind, creep of every decade, dynamics, and whether these were sought anew.
-type Signature = (bool, bool, bool, Option<Order>, bool);
+/// What tells models apart in the search: maps in front and behind, creep of every decade, slow gain, dynamics, and whether these were
+/// sought anew.
+type Signature = ([bool; 2], bool, bool, Option<Order>, bool);
 
 /// What a search has seen on its way.
 struct Way<'a, 'b> {
@@ -287,7 +290,7 @@ impl TermSearch<'_> {
     /// Whether a term may be added, and there is anything left that it may explain.
     fn is_open(&self, found: &Found) -> bool {
         let maps = [&self.asked.input_map, &self.asked.output_map].contains(&&MapModel::Auto);
-        (maps || has_two_amplitudes(self.asked, &found.options))
+        (maps || has_two_amplitudes(self.asked, &found.options) || self.asked.slow_gain == SlowGainModel::Auto)
             && !found.fit.fit.is_exact()
             && found.problem(self.records).colour(&found.fit).is_coloured()
     }
@@ -414,7 +417,7 @@ impl TermSearch<'_> {
 }
 
 impl Candidate {
-    /// Whether frequency and damping lie within the bounds of their search, and a resonance that was sought behind a map is one: at an edge,
+    /// Whether frequency, damping and slow gain lie within the bounds of their search, and a resonance that was sought behind a map is one: at an edge,
     /// or overdamped, it stands for a lag or a dead time, which are tried, too. So does creep of every decade at its bound: for a transient,
     /// or for hysteresis of another kind.
     fn stands_for_itself(&self) -> bool {
@@ -430,19 +433,21 @@ impl Candidate {
             if self.options.creep == CreepModel::EveryDecade { self.place.space.creep_amplitudes() } else { 0 };
         let is_resonance = self.place.point.get(Parameter::LogDamping) < 0.0;
         (is_resonance || !self.was_sought || self.place.space.order() != Some(Order::Second))
-            && [Parameter::LogFrequency, Parameter::LogDamping].into_iter().all(is_inside)
+            && [Parameter::LogFrequency, Parameter::LogDamping, Parameter::SlowGain].into_iter().all(is_inside)
             && (0..creeps).all(is_below_its_bound)
     }
 
     fn signature(&self) -> Signature {
         let space = &self.place.space;
         let every_decade = self.options.creep == CreepModel::EveryDecade;
-        (space.has_input_map(), space.has_output_map(), every_decade, space.order(), self.was_sought)
+        let maps = [space.has_input_map(), space.has_output_map()];
+        (maps, every_decade, space.has_slow_gain(), space.order(), self.was_sought)
     }
 
     /// Whether it has a term that is sought here alone.
     fn has_more(&self) -> bool {
-        self.place.space.has_map() || self.options.creep == CreepModel::EveryDecade
+        let space = &self.place.space;
+        space.has_map() || space.has_slow_gain() || self.options.creep == CreepModel::EveryDecade
     }
 
     fn typical(&self) -> f64 {
@@ -493,6 +498,26 @@ impl Term for CreepOfEveryDecade {
 /// Whether creep is left open, and has the amplitudes of the linear part so far.
 fn has_two_amplitudes(asked: &Options, options: &Options) -> bool {
     asked.creep == CreepModel::Auto && options.creep == CreepModel::SlowAndFast
+}
+
+/// A slow gain of the usual time constant.
+struct SlowGainOfUsualTime;
+
+impl Term for SlowGainOfUsualTime {
+    fn variants(
+        &self,
+        search: &TermSearch<'_>,
+        from: &Candidate,
+        _: &mut SearchMonitor<'_>,
+    ) -> Result<Vec<Variant>, Error> {
+        let Place { space, point } = &from.place;
+        let is_open = search.asked.slow_gain == SlowGainModel::Auto && !space.has_slow_gain();
+        let usual = SlowGainModel::usual(space.intervals().longest_record()).filter(|_| is_open);
+        let Some(slow_gain) = usual else { return Ok(Vec::new()) };
+        let (space, point) = space.with_slow_gain(slow_gain, point)?;
+        let options = Options { slow_gain, ..from.options.clone() };
+        Ok(vec![Variant { options, ..from.with(space, vec![point]) }])
+    }
 }
 
 /// A map of the drive in front of the hysteresis, one of the position behind it, or both at once: loops that bend at both ends, as those

@@ -12,6 +12,7 @@ use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
 use crate::terms::operators::ModelKind;
+use crate::terms::slow_gain::SlowGainModel;
 use crate::terms::weights::WeightLaw;
 
 /// Swings below this share of the range of the input are none.
@@ -89,6 +90,10 @@ impl Options {
         }
         // Conventional plays are for comparison, as they are.
         let bends = tells && self.model == ModelKind::Modified;
+        let tires = bends && variety.apart_from_time && SlowGainModel::usual(intervals.longest_record()).is_some();
+        if !tires && self.slow_gain == SlowGainModel::Auto {
+            resolved.slow_gain = SlowGainModel::None;
+        }
         for map in [&mut resolved.input_map, &mut resolved.output_map] {
             if !bends && *map == MapModel::Auto {
                 *map = MapModel::None;

@@ -22,7 +22,7 @@ use crate::terms::dynamics::{AmplifierModel, LinearPart, Mode, Order};
 use crate::terms::loop_shift::{LoopShiftModel, ShiftColumns};
 use crate::terms::maps::{Curve, DrivePath, OutputMap};
 use crate::terms::operators::{ModelKind, OperatorBank, Placement, spread};
-use crate::terms::slow_gain::{GainAt, GainSpace, START};
+use crate::terms::slow_gain::{GainAt, GainSpace, START, SlowGainModel};
 
 /// The largest ra/r that is searched: the mirror image of an actuator with ra/r = 1/2.
 const MAX_RA: f64 = 2.0;
@@ -73,7 +73,6 @@ impl Space {
         let (low, high) = placement.bounds();
         let range = high - low;
         let shift = shift_columns(records, options.loop_shift, &intervals, (low, high))?;
-        let gain = options.slow_gain.space((low, high), intervals.longest_record(), intervals.smallest())?;
         let fixed_ratios = match (options.model, options.ratios) {
             (ModelKind::Conventional, _) => Some(Ratios::PLAY),
             (ModelKind::Modified, Setting::Fixed(ratios)) => Some(ratios),
@@ -107,10 +106,6 @@ impl Space {
         }
         let searches_negative = axes.iter().any(|axis| axis.parameter == Parameter::DeadTime && axis.lower < 0.0);
         axes.extend(linear_axes(&intervals, options.order(), &creep, options.creep.largest()));
-        if let Some(gain) = &gain {
-            axes.extend(gain_axes(gain));
-            origin = origin.with(Parameter::SlowGain, START).with(Parameter::SlowGainLogTime, gain.start.ln());
-        }
         let start = options.duhem.start()?;
         let duhem = start.map(|table| DuhemSpace { knots: table.knots.clone(), scale: table.scale() });
         if let Some(table) = start {
@@ -125,7 +120,7 @@ impl Space {
             AmplifierModel::None | AmplifierModel::Auto => None,
         };
         origin = bandwidth.map_or(origin, |bandwidth| origin.with(Parameter::LogBandwidth, bandwidth.ln()));
-        Ok(Self {
+        let space = Self {
             placement,
             fixed_ratios,
             dynamics: options.order(),
@@ -134,7 +129,7 @@ impl Space {
             creep,
             intervals,
             shift,
-            gain,
+            gain: None,
             duhem,
             further_modes: 0,
             has_amplifier: bandwidth.is_some(),
@@ -143,7 +138,9 @@ impl Space {
             axes,
             origin,
             unread: if searches_negative { 2 } else { 0 },
-        })
+        };
+        let (space, origin) = space.with_slow_gain(options.slow_gain, space.origin())?;
+        Ok(Self { origin, ..space })
     }
 
     /// What every record has of its own.
@@ -597,6 +594,20 @@ impl Space {
         let (center, half_range) = (0.5 * (low + high), 0.5 * (high - low));
         let shift = (low < high).then_some(ShiftColumns { center, half_range, powers: 2, filters: Vec::new() });
         Self { shift, ..self.clone() }
+    }
+
+    /// The same with a slow gain, if the model is one, and a point in it where the search of that begins.
+    pub(crate) fn with_slow_gain(&self, model: SlowGainModel, point: &Point) -> Result<(Self, Point), Error> {
+        let (longest, dt) = (self.intervals.longest_record(), self.intervals.smallest());
+        let Some(gain) = model.space(self.placement.bounds(), longest, dt)? else { return Ok((self.clone(), *point)) };
+        let point = point.with(Parameter::SlowGain, START).with(Parameter::SlowGainLogTime, gain.start.ln());
+        let space = self.with_axes(gain_axes(&gain));
+        Ok((Self { gain: Some(gain), ..space }, point))
+    }
+
+    /// Whether there is a slow gain.
+    pub(crate) fn has_slow_gain(&self) -> bool {
+        self.gain.is_some()
     }
 
     /// The same with other creep, and a point in it that creeps alike.

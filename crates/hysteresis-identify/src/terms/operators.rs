@@ -6,7 +6,7 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat};
 use hysteresis_core::{CoupledPlay, Model, Offsets, Ratios};
 
-use crate::algebra::eight::{Lanes, SimdLoop, dispatch, eights, load, splat, sum};
+use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, eights, load, splat, sum};
 use crate::records::course::turns;
 use crate::records::record::Record;
 use crate::records::signal::{as_f64, bounds_of};
@@ -536,21 +536,26 @@ impl SimdLoop for Weigh<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let WeightLanes { above, below } = self.weights;
-        let zero = splat(simd, 0.0);
-        for (k, place) in self.sums.iter_mut().enumerate() {
-            let mut total = zero;
-            if below.is_empty() {
-                for (weight, z) in above.iter().zip(self.z.chunks_exact(BLOCK)) {
-                    total = load(simd, weight).mul_add(load(simd, &z[k]), total);
+        let (zero, count) = (splat(simd, 0.0), self.sums.len());
+        let mut totals = [[0.0; LANES]; BLOCK];
+        for (number, (above, z)) in above.iter().zip(self.z.chunks_exact(BLOCK)).enumerate() {
+            let above = load(simd, above);
+            let rows = totals[..count].iter_mut().zip(z);
+            if let Some(below) = below.get(number) {
+                let below = load(simd, below);
+                for (total, z) in rows {
+                    let z = load(simd, z);
+                    let with_above = above.mul_add(z.max(zero), load(simd, total));
+                    *total = below.mul_add(z.min(zero), with_above).into();
                 }
             } else {
-                for ((above, below), z) in above.iter().zip(below).zip(self.z.chunks_exact(BLOCK)) {
-                    let z = load(simd, &z[k]);
-                    total = load(simd, above).mul_add(z.max(zero), total);
-                    total = load(simd, below).mul_add(z.min(zero), total);
+                for (total, z) in rows {
+                    *total = above.mul_add(load(simd, z), load(simd, total)).into();
                 }
             }
-            *place = sum(total);
+        }
+        for (place, total) in self.sums.iter_mut().zip(&totals) {
+            *place = sum(load(simd, total));
         }
     }
 }
@@ -559,7 +564,6 @@ impl SimdLoop for Weigh<'_> {
 mod tests {
     use proptest::prelude::*;
 
-    use crate::algebra::eight::LANES;
 
     use super::*;
 

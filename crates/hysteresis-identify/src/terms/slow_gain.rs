@@ -10,7 +10,7 @@ pub(crate) const LARGEST: f64 = 0.2;
 /// Where a search of the amplitude begins: at 0 there would be no slope over the time constant.
 pub(crate) const START: f64 = -0.002;
 
-/// Where a search of the time constant begins, in seconds, unless the records are too short.
+/// The time constant that is tried where none is given, in seconds, and where a search of it begins unless the records are too short.
 const USUAL: f64 = 30.0;
 
 /// The shortest time constant, in samples: its follower, four times as fast, needs one.
@@ -30,8 +30,10 @@ const LONGEST_RECORDS: f64 = 3.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SlowGainModel {
-    /// None.
+    /// One of 30 s where it predicts better: if a record lasts as long, and loops of several sizes tell it from other terms.
     #[default]
+    Auto,
+    /// None.
     None,
     /// One of this time constant in seconds; its amplitude is searched.
     TimeConstant(f64),
@@ -61,11 +63,16 @@ pub(crate) struct GainAt {
 }
 
 impl SlowGainModel {
+    /// The usual one; none where no record lasts as long as it takes.
+    pub(crate) fn usual(longest: f64) -> Option<Self> {
+        (longest >= USUAL).then_some(Self::TimeConstant(USUAL))
+    }
+
     /// For records whose inputs lie between `low` and `high`. `longest` is the length of the longest record and `dt` the smallest
     /// sampling interval, both in seconds.
     pub(crate) fn space(self, (low, high): (f64, f64), longest: f64, dt: f64) -> Result<Option<GainSpace>, Error> {
         let (time_constants, start) = match self {
-            Self::None => return Ok(None),
+            Self::None | Self::Auto => return Ok(None),
             Self::TimeConstant(tau) if tau.is_finite() && tau > 0.0 => ((tau, tau), tau),
             Self::TimeConstant(tau) => {
                 return Err(Error::domain("slow_gain", None, "a time constant in seconds above 0", tau));

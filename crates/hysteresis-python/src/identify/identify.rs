@@ -69,9 +69,10 @@ use crate::convert::errors;
 /// loop_shift : "auto", None or float
 ///     How far the centre of a loop moves with its amplitude, of this time constant in seconds: see `plant.LoopShift`. It
 ///     holds at the rates of the records only.
-/// slow_gain : None, "fit" or float
+/// slow_gain : "auto", None, "fit" or float
 ///     How the size of all loops changes while the drive cycles, of this time constant in seconds, or of one that is searched:
-///     see `plant.SlowGain`. About 30 s for piezo stacks; it is told by records that last at least as long.
+///     see `plant.SlowGain`. About 30 s for piezo stacks; it is told by records that last at least as long. "auto" has one of 30 s
+///     where such records are predicted better with it by a tenth.
 /// duhem : "auto", None, "fit" or Duhem
 ///     A Duhem operator beside the plays, for loops that do not close or that plays do not describe: f+ and f- at up to five
 ///     knots. "auto" searches one where plays leave 0.2 % of the range, and an operator of a few shapes promises a tenth of the
@@ -146,7 +147,7 @@ pub(crate) fn identify(
     #[py(field = "auto")] modes: ModesModel,
     #[py(field = "auto")] creep: CreepModel,
     #[py(field = "auto")] loop_shift: LoopShiftModel,
-    #[py(field = None)] slow_gain: SlowGainModel,
+    #[py(field = "auto")] slow_gain: SlowGainModel,
     #[py(field = "auto")] duhem: DuhemModel,
     #[py(field = "auto")] amplifier: AmplifierModel,
     #[py(field = "auto")] input_map: MapModel,

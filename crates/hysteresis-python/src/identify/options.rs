@@ -247,7 +247,7 @@ impl Argument<'_> for LoopShiftModel {
     }
 }
 
-#[py("Literal['fit'] | float | None")]
+#[py("Literal['auto', 'fit'] | float | None")]
 impl Argument<'_> for SlowGainModel {
     const TAKES_NONE: bool = true;
 
@@ -255,12 +255,15 @@ impl Argument<'_> for SlowGainModel {
         if value.is_none() {
             return Ok(Self::None);
         }
+        if is_word(value, "auto") {
+            return Ok(Self::Auto);
+        }
         if is_word(value, "fit") {
             return Ok(Self::Fit);
         }
         match value.extract() {
             Ok(time_constant) => Ok(Self::TimeConstant(time_constant)),
-            Err(_) => Err(unexpected(name, "None, \"fit\" or a time constant in seconds", value)),
+            Err(_) => Err(unexpected(name, "None, \"auto\", \"fit\" or a time constant in seconds", value)),
         }
     }
 }
