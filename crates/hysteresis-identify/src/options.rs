@@ -172,7 +172,11 @@ impl Options {
     /// Whether something was asked for that counts in seconds.
     pub(crate) fn needs_seconds(&self) -> bool {
         let shifts = !matches!(self.loop_shift, LoopShiftModel::None | LoopShiftModel::Auto);
-        self.order().is_some() || self.creep.has_terms() || shifts || self.has_slow_gain()
+        matches!(self.amplifier, AmplifierModel::Bandwidth(_))
+            || self.order().is_some()
+            || self.creep.has_terms()
+            || shifts
+            || self.has_slow_gain()
     }
 
     fn has_slow_gain(&self) -> bool {
@@ -256,7 +260,7 @@ impl Options {
             _ => {}
         }
         self.modes.check(!matches!(self.dynamics, DynamicsModel::None | DynamicsModel::Order(Order::First)))?;
-        self.amplifier.check(self.order() == Some(Order::Second))?;
+        self.amplifier.check(self.dynamics)?;
         self.dt.map_or(Ok(()), check_interval)
     }
 }

@@ -137,8 +137,9 @@ class Request(Files):
         passed=_FIT,
         metavar="HZ|auto|none",
         **word_or(("auto", "none"), "a bandwidth in Hz", float),
-        help="Amplifier of this bandwidth in front of the hysteresis. auto: one that is fitted, if "
-        "the records tell its lag from a dead time.  [default: auto]",
+        help="Amplifier of this bandwidth in front of the hysteresis, beside --dynamics 2 or none. "
+        "auto: one that is fitted, if the records tell its lag from a dead time or dynamics.  "
+        "[default: auto]",
     )
     input_map: Maps | None = option(
         passed=_FIT,

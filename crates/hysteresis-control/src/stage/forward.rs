@@ -167,17 +167,21 @@ impl StageForward {
                 let held = self.sub_step(drive);
                 self.position = self.linear.advance(held);
             }
+            if !self.has_modes {
+                self.position = self.linear.output(self.displacement);
+            }
         }
         self.position
     }
 
-    /// Moves amplifier and hysteresis by one sub-step; what the modes are held at meanwhile.
+    /// Moves amplifier and hysteresis by one sub-step; what the modes are held at meanwhile. A dead time alone takes what was put out at
+    /// its start: between these it is straight.
     #[inline]
     fn sub_step(&mut self, drive: f64) -> f64 {
         let before = self.displacement;
         let voltage = self.amplifier.as_mut().map_or(drive, |amplifier| amplifier.advance(drive));
         self.displacement = self.quasi_static.step(voltage);
-        if self.has_modes { 0.5 * (before + self.displacement) } else { self.displacement }
+        if self.has_modes { 0.5 * (before + self.displacement) } else { before }
     }
 
     /// The last position.
@@ -385,5 +389,27 @@ mod tests {
         assert_eq!(count, 1);
         // The exponential is multiplied up 16 times instead of evaluated once.
         assert!(distance(&once, &response(&stage, &drives, Some(16)).1) < 1e-12);
+    }
+
+    /// The position is where the hysteresis was a dead time ago, straight between samples, whichever way it is asked for.
+    #[test]
+    fn a_dead_time_behind_an_amplifier_alone_is_straight_between_samples() {
+        let drives: Vec<f64> = (0..200_u32).map(|k| f64::from(k * k % 997) - 500.0).collect();
+        let without = stage(279.0, LinearDynamics::none());
+        let (_, undelayed) = response(&without, &drives, None);
+        for (samples, whole, share) in [(0.4, 0, 0.4), (1.0, 1, 0.0), (2.7, 2, 0.7)] {
+            let delayed = Stage::new(StageParts { dead_time: samples * 1e-4, ..without.parts().clone() }).unwrap();
+            let (_, got) = response(&delayed, &drives, None);
+            let mut rows = delayed.forward(1e-4).unwrap();
+            rows.step(drives[0]);
+            for k in whole + 1..drives.len() - 1 {
+                let want = (1.0 - share) * undelayed[k - whole] + share * undelayed[k - whole - 1];
+                assert!((got[k] - want).abs() < 1e-12, "{samples} samples, row {k}: {} {want}", got[k]);
+            }
+            for (k, drive) in drives.iter().enumerate().skip(1) {
+                assert_eq!(rows.peek(*drive), got[k - 1], "{samples} samples, row {k}");
+                assert_eq!(rows.step(*drive), got[k - 1], "{samples} samples, row {k}");
+            }
+        }
     }
 }

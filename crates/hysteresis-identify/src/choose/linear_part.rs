@@ -335,7 +335,7 @@ impl JointProblem<'_> {
 }
 
 /// Points whose dead time and amplifier together have the dead time of a point.
-fn amplifier_starts(space: &Space, point: &Point) -> Vec<Point> {
+pub(crate) fn amplifier_starts(space: &Space, point: &Point) -> Vec<Point> {
     let within =
         |parameter, value: f64| space.axis(parameter).map_or(value, |axis| value.clamp(axis.lower, axis.upper));
     let dead_time = point.get(Parameter::DeadTime);

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
 use crate::choose::dynamics::starts;
 use crate::choose::found::{Found, LinearEvidence, Place, UntoldMap};
-use crate::choose::linear_part::to_compare;
+use crate::choose::linear_part::{amplifier_starts, to_compare};
 use crate::choose::told::Variety;
 use crate::error::Error;
 use crate::fit::descent::{best_attempt, best_of_starts};
@@ -25,7 +25,7 @@ use crate::options::Options;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::terms::creep::CreepModel;
-use crate::terms::dynamics::{DynamicsModel, Order};
+use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::{MapModel, OutputMap};
 use crate::terms::slow_gain::SlowGainModel;
@@ -52,12 +52,13 @@ trait Term: Sync {
 }
 
 /// The terms. What makes a stage harder to read must gain a tenth of the error: more unknowns cost something.
-const TABLE: [Row; 7] = [
+const TABLE: [Row; 8] = [
     Row { terms: 1, is_costly: false, term: &Curves { in_front: true, behind: false } },
     Row { terms: 1, is_costly: false, term: &Curves { in_front: false, behind: true } },
     Row { terms: 1, is_costly: false, term: &CreepOfEveryDecade },
     Row { terms: 1, is_costly: false, term: &SlowGainOfUsualTime },
     Row { terms: 0, is_costly: false, term: &NoDynamics },
+    Row { terms: 1, is_costly: false, term: &LagInFront },
     Row { terms: 2, is_costly: true, term: &Curves { in_front: true, behind: true } },
     Row { terms: 1, is_costly: true, term: &DynamicsBehindMap },
 ];
@@ -114,9 +115,9 @@ pub(crate) struct Candidate {
     shifted: Option<CrossValidation>,
 }
 
-/// What tells models apart in the search: maps in front and behind, creep of every decade, slow gain, dynamics, and whether these were
-/// sought anew.
-type Signature = ([bool; 2], bool, bool, Option<Order>, bool);
+/// What tells models apart in the search: maps in front and behind, creep of every decade, slow gain, dynamics, an amplifier, and whether
+/// dynamics were sought anew.
+type Signature = ([bool; 2], bool, bool, Option<Order>, bool, bool);
 
 /// What a search has seen on its way.
 struct Way<'a, 'b> {
@@ -416,8 +417,12 @@ impl TermSearch<'_> {
     }
 }
 
+/// What must not end at an edge of its search.
+const INSIDE: [Parameter; 4] =
+    [Parameter::LogFrequency, Parameter::LogDamping, Parameter::LogBandwidth, Parameter::SlowGain];
+
 impl Candidate {
-    /// Whether frequency, damping and slow gain lie within the bounds of their search, and a resonance that was sought behind a map is one: at an edge,
+    /// Whether frequency, damping, bandwidth and slow gain lie within the bounds of their search, and a resonance that was sought behind a map is one: at an edge,
     /// or overdamped, it stands for a lag or a dead time, which are tried, too. So does creep of every decade at its bound: for a transient,
     /// or for hysteresis of another kind.
     fn stands_for_itself(&self) -> bool {
@@ -433,7 +438,7 @@ impl Candidate {
             if self.options.creep == CreepModel::EveryDecade { self.place.space.creep_amplitudes() } else { 0 };
         let is_resonance = self.place.point.get(Parameter::LogDamping) < 0.0;
         (is_resonance || !self.was_sought || self.place.space.order() != Some(Order::Second))
-            && [Parameter::LogFrequency, Parameter::LogDamping, Parameter::SlowGain].into_iter().all(is_inside)
+            && INSIDE.into_iter().all(is_inside)
             && (0..creeps).all(is_below_its_bound)
     }
 
@@ -441,13 +446,14 @@ impl Candidate {
         let space = &self.place.space;
         let every_decade = self.options.creep == CreepModel::EveryDecade;
         let maps = [space.has_input_map(), space.has_output_map()];
-        (maps, every_decade, space.has_slow_gain(), space.order(), self.was_sought)
+        (maps, every_decade, space.has_slow_gain(), space.order(), space.has_amplifier(), self.was_sought)
     }
 
     /// Whether it has a term that is sought here alone.
     fn has_more(&self) -> bool {
         let space = &self.place.space;
-        space.has_map() || space.has_slow_gain() || self.options.creep == CreepModel::EveryDecade
+        let has_lag_in_front = space.has_amplifier() && space.order().is_none();
+        space.has_map() || space.has_slow_gain() || has_lag_in_front || self.options.creep == CreepModel::EveryDecade
     }
 
     fn typical(&self) -> f64 {
@@ -573,6 +579,30 @@ impl Term for NoDynamics {
         let alone = alone.with(Parameter::DeadTime, within(search.plain.get(Parameter::DeadTime)));
         let linear = Some(LinearEvidence::default());
         Ok(vec![Variant { options, linear, adds: false, ..from.with(without, vec![here, alone]) }])
+    }
+}
+
+/// A lag in front of the hysteresis, in place of dynamics and of a part of the dead time: that of an amplifier, or of heat.
+struct LagInFront;
+
+impl Term for LagInFront {
+    fn variants(
+        &self,
+        search: &TermSearch<'_>,
+        from: &Candidate,
+        _: &mut SearchMonitor<'_>,
+    ) -> Result<Vec<Variant>, Error> {
+        let (Place { space, point }, asked) = (&from.place, search.asked);
+        let is_open = asked.amplifier == AmplifierModel::Auto && asked.dynamics == DynamicsModel::Auto;
+        if !is_open || space.has_amplifier() && space.order().is_none() {
+            return Ok(Vec::new());
+        }
+        let options = Options { dynamics: DynamicsModel::None, ..from.options.clone() };
+        let with = Space::new(search.records, &options)?.with_maps_of(space).with_amplifier();
+        let lag = with.nearest(Parameter::DeadTime, space.linear_part(point).lag());
+        let starts = amplifier_starts(&with, &point.with(Parameter::DeadTime, lag));
+        let (adds, linear) = (space.order().is_none(), Some(LinearEvidence::default()));
+        Ok(vec![Variant { options, linear, adds, ..from.with(with, starts) }])
     }
 }
 

@@ -54,7 +54,8 @@ impl OperatorsAt {
 /// of the loop shift.
 ///
 /// Behind an output map phi the rows are those of phi(h) linearised: with h the output for the weights of reference, the
-/// columns are phi'(h) z_i, and phi(h) - phi'(h) h is known. Behind an amplifier, row k is that at the end of the interval in which u(k) is held.
+/// columns are phi'(h) z_i, and phi(h) - phi'(h) h is known. Behind an amplifier and
+/// in front of dynamics, row k is that at the end of the interval in which u(k) is held.
 ///
 /// The operators start from z = 0 projected by the first sample. Between samples their outputs are interpolated,
 /// not the input, so that the delay clips no reversal; samples before the record's start hold the first one.

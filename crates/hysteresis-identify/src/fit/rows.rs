@@ -144,8 +144,8 @@ impl<'a> PlainRows<'a> {
         let mut derivatives = layout.derivatives..;
         for (value, slope) in slopes.iter_mut().zip(&self.tangent.slopes) {
             *value = match slope {
-                Slope::Operators(..) => derivatives.next().map_or(0.0, signal),
-                // Only the dead time has no neighbour here: an amplifier comes with dynamics.
+                Slope::Operators(..) | Slope::Amplifier(..) => derivatives.next().map_or(0.0, signal),
+                // Only the dead time has no neighbour here.
                 _ => self.slope_over_dead_time(),
             };
         }

@@ -116,7 +116,7 @@ impl Space {
             origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
         }
         let bandwidth = match options.amplifier {
-            AmplifierModel::Bandwidth(bandwidth) => Some(bandwidth).filter(|_| options.order().is_some()),
+            AmplifierModel::Bandwidth(bandwidth) => Some(bandwidth),
             AmplifierModel::None | AmplifierModel::Auto => None,
         };
         origin = bandwidth.map_or(origin, |bandwidth| origin.with(Parameter::LogBandwidth, bandwidth.ln()));
@@ -270,6 +270,7 @@ impl Space {
             input_offset: point.get(Parameter::InputOffset),
             path: DrivePath {
                 bandwidth: self.bandwidth(point),
+                is_seen_before: self.dynamics.is_none(),
                 map: self.has_input_map.then(|| curve(self.placement.bounds(), Parameter::InputMap)),
             },
             output_map: self.output_map.as_ref().map(|map| curve(map.bounds, Parameter::OutputMap)),
@@ -603,6 +604,10 @@ impl Space {
         let point = point.with(Parameter::SlowGain, START).with(Parameter::SlowGainLogTime, gain.start.ln());
         let space = self.with_axes(gain_axes(&gain));
         Ok((Self { gain: Some(gain), ..space }, point))
+    }
+
+    pub(crate) fn has_amplifier(&self) -> bool {
+        self.has_amplifier
     }
 
     /// Whether there is a slow gain.

@@ -96,22 +96,23 @@ impl ModesModel {
 pub enum AmplifierModel {
     /// None.
     None,
-    /// One whose bandwidth is fitted, if second-order dynamics are and the records tell it from a dead time.
+    /// One whose bandwidth is fitted, if second-order dynamics are and the records tell it from a dead time, or if it predicts better than
+    /// they do, or than a dead time.
     #[default]
     Auto,
-    /// Of this bandwidth in Hz; beside second-order dynamics.
+    /// Of this bandwidth in Hz; beside second-order dynamics or in place of dynamics.
     Bandwidth(f64),
 }
 
 impl AmplifierModel {
-    /// Checks a bandwidth, and that there are dynamics beside it: without them a dead time has its lag.
-    pub(crate) fn check(self, has_dynamics: bool) -> Result<(), Error> {
+    /// Checks a bandwidth, and that dynamics beside it are of second order or known to be none.
+    pub(crate) fn check(self, dynamics: DynamicsModel) -> Result<(), Error> {
         let Self::Bandwidth(bandwidth) = self else { return Ok(()) };
         if !(bandwidth.is_finite() && bandwidth > 0.0) {
             return Err(Error::domain("amplifier", None, "a bandwidth in Hz above 0", bandwidth));
         }
-        if !has_dynamics {
-            let expected = "none without second-order dynamics (dynamics 2): a dead time has its lag";
+        if !matches!(dynamics, DynamicsModel::None | DynamicsModel::Order(Order::Second)) {
+            let expected = "none but beside second-order dynamics (dynamics 2) or without dynamics";
             return Err(Error::domain("amplifier", None, expected, bandwidth));
         }
         Ok(())
@@ -149,7 +150,7 @@ pub(crate) struct LinearPart {
     pub(crate) time_constants: Vec<f64>,
     /// d, in seconds; in samples for records without a sampling interval.
     pub(crate) dead_time: f64,
-    /// Of the amplifier in front of the hysteresis, in Hz; only beside dynamics.
+    /// Of the amplifier in front of the hysteresis, in Hz.
     pub(crate) bandwidth: Option<f64>,
 }
 

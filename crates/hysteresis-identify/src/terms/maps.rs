@@ -104,6 +104,9 @@ pub(crate) struct OutputMap {
 pub(crate) struct DrivePath {
     /// The bandwidth of the amplifier in Hz.
     pub(crate) bandwidth: Option<f64>,
+    /// Whether its voltage is seen at a sample, before the drive of that acts: without dynamics, which go on from there.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) is_seen_before: bool,
     pub(crate) map: Option<Curve>,
 }
 
@@ -117,8 +120,9 @@ pub(crate) struct PathLane<'a> {
 struct Lag {
     /// exp(-dt / tau).
     decay: f64,
-    /// At the end of the interval, once there was one.
-    voltage: Option<f64>,
+    is_seen_before: bool,
+    /// Before the newest drive acts and at the end of its interval, once there was one.
+    voltages: Option<(f64, f64)>,
 }
 
 impl DrivePath {
@@ -128,13 +132,18 @@ impl DrivePath {
     }
 
     pub(crate) fn lane(&self, dt: f64) -> PathLane<'_> {
-        let lag = |bandwidth: f64| Lag { decay: (-TAU * bandwidth * dt).exp(), voltage: None };
+        let lag = |bandwidth: f64| Lag {
+            decay: (-TAU * bandwidth * dt).exp(),
+            is_seen_before: self.is_seen_before,
+            voltages: None,
+        };
         PathLane { map: self.map.as_ref(), amplifier: self.bandwidth.map(lag) }
     }
 }
 
 impl PathLane<'_> {
-    /// What reaches the operators at the end of an interval in which a drive is held, or at its start without an amplifier.
+    /// What reaches the operators: at the end of an interval in which a drive is held, or at its start without dynamics behind the amplifier
+    /// or without an amplifier.
     #[inline]
     pub(crate) fn next(&mut self, u: f64) -> f64 {
         let voltage = self.amplifier.as_mut().map_or(u, |lag| lag.next(u));
@@ -143,15 +152,21 @@ impl PathLane<'_> {
 
     /// What the input map is shown for a drive: the drive of a loop shift.
     pub(crate) fn voltage(&self, u: f64) -> f64 {
-        self.amplifier.as_ref().and_then(|lag| lag.voltage).unwrap_or(u)
+        self.amplifier.as_ref().and_then(Lag::seen).unwrap_or(u)
     }
 }
 
 impl Lag {
     fn next(&mut self, u: f64) -> f64 {
-        let voltage = self.voltage.map_or(u, |voltage| u + self.decay * (voltage - u));
-        self.voltage = Some(voltage);
-        voltage
+        let before = self.voltages.map_or(u, |(_, end)| end);
+        let end = u + self.decay * (before - u);
+        self.voltages = Some((before, end));
+        if self.is_seen_before { before } else { end }
+    }
+
+    /// What the operators are shown, once there was a drive.
+    fn seen(&self) -> Option<f64> {
+        self.voltages.map(|(before, end)| if self.is_seen_before { before } else { end })
     }
 }
 
@@ -192,7 +207,7 @@ mod tests_of_drive_path {
 
     #[test]
     fn the_amplifier_settles_at_the_first_drive_and_then_follows() {
-        let path = DrivePath { bandwidth: Some(400.0), map: None };
+        let path = DrivePath { bandwidth: Some(400.0), ..DrivePath::default() };
         let mut lane = path.lane(1e-4);
         assert_eq!([lane.next(2.0), lane.next(2.0)], [2.0, 2.0]);
         let decay = (-TAU * 0.04_f64).exp();
@@ -202,9 +217,18 @@ mod tests_of_drive_path {
     }
 
     #[test]
+    fn without_dynamics_the_amplifier_is_seen_before_the_drive_acts() {
+        let path = DrivePath { bandwidth: Some(400.0), is_seen_before: true, map: None };
+        let mut lane = path.lane(1e-4);
+        assert_eq!([lane.next(2.0), lane.next(3.0)], [2.0, 2.0]);
+        assert_eq!(lane.voltage(3.0), 2.0);
+        assert!((lane.next(3.0) - (3.0 - (-TAU * 0.04_f64).exp())).abs() < 1e-15);
+    }
+
+    #[test]
     fn without_an_amplifier_the_map_alone_is_passed() {
         let map = Curve::new((0.0, 10.0), [0.5, 0.0, 0.0]);
-        let path = DrivePath { bandwidth: None, map: Some(map.clone()) };
+        let path = DrivePath { map: Some(map.clone()), ..DrivePath::default() };
         let mut lane = path.lane(1e-4);
         assert_eq!((lane.next(4.0), lane.voltage(4.0), path.keeps_turns()), (map.at(4.0).0, 4.0, true));
     }

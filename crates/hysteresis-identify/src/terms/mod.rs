@@ -10,9 +10,9 @@
 //! | Duhem operator | `DuhemModel` | f+ and f- at its knots | a known output beside the columns | `choose::duhem` |
 //! | maps | `MapModel` | three coefficients each | a curve in front, or behind | `choose::table` |
 //! | dynamics, modes | `DynamicsModel`, `ModesModel` | frequency, damping, gain | a filter behind the creep | `choose::linear_part`, `choose::modes` |
-//! | amplifier | `AmplifierModel` | bandwidth | a lag in front | `choose::linear_part` |
+//! | amplifier | `AmplifierModel` | bandwidth | a lag in front | `choose::linear_part`, `choose::table` |
 //!
-//! Dynamics are chosen in `choose::table`, too, once there is a map. Which of all terms the records can tell says
+//! Dynamics are chosen in `choose::table`, too: none, others once there is a map, or a lag in front instead. Which of all terms the records can tell says
 //! `choose::told`. What is searched, as the amplitudes of creep, are axes of
 //! `fit::point`; `fit::descent` searches them all at once.
 

@@ -564,7 +564,6 @@ impl SimdLoop for Weigh<'_> {
 mod tests {
     use proptest::prelude::*;
 
-
     use super::*;
 
     fn steps() -> impl Strategy<Value = Vec<f64>> {

@@ -392,6 +392,7 @@ impl Stage {
         let stage::Units { drive, position } = &parts.units;
         let range =
             self.0.drive_range().map_or(String::new(), |(low, high)| format!(", drive {low} to {high} {drive}"));
+        let amplifier = if parts.amplifier.is_some() { ", amplifier" } else { "" };
         let shift = if parts.loop_shift.is_some() { ", loop shift" } else { "" };
         let duhem = if parts.duhem.is_some() { ", Duhem operator" } else { "" };
         let gain = if parts.slow_gain.is_some() { ", slow gain" } else { "" };
@@ -403,7 +404,7 @@ impl Stage {
         };
         let (operators, dead_time) = (self.0.model().operators(), 1e3 * parts.dead_time);
         format!(
-            "<Stage: {operators} operators, {drive} to {position}{range}, {dynamics}, dead time {dead_time:.4} \
+            "<Stage: {operators} operators, {drive} to {position}{range}{amplifier}, {dynamics}, dead time {dead_time:.4} \
              ms{duhem}{shift}{gain}{creep}{temperature}>"
         )
     }
