@@ -114,6 +114,17 @@ def test_positions_in_a_third_scan(found: mh.results.PlacesIdentification) -> No
     assert np.sqrt(np.mean(off**2)) < 0.01 * span
 
 
+def test_an_offset_of_a_whole_scan_is_no_error_of_its_places(
+    found: mh.results.PlacesIdentification,
+) -> None:
+    """Nothing says where the lines are from rest; within a scan places are told to a per cent."""
+    assert "positions_not_told" not in [one.code for one in found.warnings]
+    third = scan(1.4, MIDDLE + 0.25, 128, 4)
+    line = slice(-256, -128)
+    claimed = float(np.sqrt(np.mean(found.predict_std(third.drive)[line] ** 2)))
+    assert claimed < 0.01 * np.ptp(third.position[line])
+
+
 def test_a_corrected_image_has_both_ways_at_the_same_places(
     found: mh.results.PlacesIdentification,
 ) -> None:

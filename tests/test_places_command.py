@@ -157,9 +157,21 @@ def test_images_that_show_nothing_in_common_are_named(room: Path) -> None:
         (["--pairs", "complex.npy"], "complex.npy: expected a table of numbers, .npy or text: its"),
         (
             ["--trace", "narrow.npy", "--retrace", "narrow.npy"],
-            "trace: expected lines of 16 pixels or more, got 1",
+            "narrow.npy: expected lines of 16 pixels or more, got 1",
         ),
-        (["--pairs", "pairs.npy", "--before", "-1"], "--before: expected one number of samples"),
+        (
+            ["--trace", "trace.npy", "--retrace", "narrow.npy"],
+            "narrow.npy: expected the shape of the trace, (64, 64), got (64, 1)",
+        ),
+        (
+            ["--trace", "two.npy", "--retrace", "back.npy", "--before", "128"],
+            "--trace and --retrace: expected at least 10 pairs and lengths that say something",
+        ),
+        (
+            ["--pairs", "pairs.npy", "--before", "-1"],
+            "--before: expected samples from 0 on, one number for all drives or one for each of 1,"
+            " got -1",
+        ),
         (["--pairs", "pairs.npy", "--corrected", "even.npy"], "--corrected: expected --trace"),
         (["--pairs", "pairs.npy", "-o", "pairs.npy"], "is an input file"),
     ],
@@ -168,6 +180,9 @@ def test_wrong_input_is_refused(room: Path, options: list[str], said: str) -> No
     u = write_scan(room)
     np.save(room / "signal.npy", np.cos(u))
     np.save(room / "narrow.npy", np.zeros((64, 1)))
+    shown = np.tile(np.cos(np.arange(64) ** 2 / 90.0), (2, 1))
+    np.save(room / "two.npy", shown)
+    np.save(room / "back.npy", shown[:, ::-1])
     np.save(room / "complex.npy", np.zeros((3, 3)) + 1j)
     before = {path.name for path in room.iterdir()}
     whole = [str(room / one) if one.endswith((".npy", ".csv")) else one for one in options]

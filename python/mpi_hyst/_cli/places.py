@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -163,9 +164,14 @@ def run(request: Request) -> str:
     with refusing(request.drives[0], _names(request)):
         matched = []
         for number, (scan, first, end) in enumerate(zip(scans, before, ends, strict=False)):
-            at = tuple(one + first for one in mh.images.instants(*scan.trace.shape))
+            there, back = mh.images.instants(*scan.trace.shape)
+            at = (there + first, back + first)
             pixel = float(np.ptp(drives[number][first:end])) / max(1, scan.trace.shape[1] - 1)
-            matched.append(_match(scan, number, (at[0], at[1]), pixel))
+            files = {"trace": request.trace[number], "retrace": request.retrace[number]}
+            with _naming({name: str(path) for name, path in files.items()}):
+                matched.append(
+                    mh.images.match(scan.trace, scan.retrace, drive=number, at=at, pixel=pixel)
+                )
             if not matched[-1].size:
                 raise CommandError(
                     f"{request.trace[number]}: expected marks that are in "
@@ -187,13 +193,10 @@ def run(request: Request) -> str:
 
 def _names(request: Request) -> dict[str, str]:
     """Return the options and files that stand for arguments of the library."""
-    names = {
-        **flags(Request),
-        "drives": str(request.drives[0]),
-        "at": "--before",
-        "positions": "--before",
-    }
+    names = {**flags(Request), "drives": str(request.drives[0])}
     lengths = "--fringes" if request.lengths is None else str(request.lengths)
+    if request.pairs is None and request.trace:
+        names["pairs"] = "--trace and --retrace"
     return names | {"dt": "--rate", "lengths": lengths}
 
 
@@ -224,14 +227,10 @@ def _lengths(request: Request, drives: Sequence[Samples]) -> Matrix:
         )
     for number, (signal, drive) in enumerate(zip(signals, drives, strict=False)):
         assert request.wavelength is not None
-        try:
-            found = mh.images.fringes(
-                signal, drive, request.wavelength, number=number, lag=request.lag
+        with _naming({**_names(request), "signal": str(request.fringes[number])}):
+            known.append(
+                mh.images.fringes(signal, drive, request.wavelength, number=number, lag=request.lag)
             )
-        except ValueError as error:
-            names = {**_names(request), "signal": str(request.fringes[number])}
-            raise CommandError(name_options(str(error), names)) from error
-        known.append(found)
     return np.vstack(known)
 
 
@@ -276,13 +275,15 @@ def _joined(pairs: Sequence[Matrix], matched: Sequence[Matrix]) -> Matrix:
     return np.vstack(both) if both else np.zeros((0, 4))
 
 
-def _match(
-    scan: ScanImages, number: int, at: tuple[Matrix, Matrix], pixel: float
-) -> npt.NDArray[np.float64]:
+@contextmanager
+def _naming(names: Mapping[str, str]) -> Iterator[None]:
+    """Name options and files where `mh.images` refuses: its errors carry no name of an argument."""
     try:
-        return mh.images.match(scan.trace, scan.retrace, drive=number, at=at, pixel=pixel)
+        yield
     except ImportError as error:
         raise CommandError(str(error)) from error
+    except ValueError as error:
+        raise CommandError(name_options(str(error), names)) from error
 
 
 def _ends(
@@ -315,8 +316,10 @@ def _images(request: Request) -> list[ScanImages]:
 def _before(request: Request) -> Sequence[int]:
     given = request.before or (0,)
     if len(given) not in (1, len(request.drives)) or min(given) < 0:
+        said = ", ".join(map(str, given))
         raise CommandError(
-            f"--before: expected one number of samples, or {len(request.drives)}, got {given}"
+            "--before: expected samples from 0 on, one number for all drives or one for each of "
+            f"{len(request.drives)}, got {said}"
         )
     return given * len(request.drives) if len(given) == 1 else given
 
@@ -337,8 +340,9 @@ def _corrected(
     warmth = temperature[number] if temperature else None
     seen_at = found.predict(drives[number], temperature=warmth) + found.drift(number)
     at = seen_at[before[number] : end].reshape(lines, 2, pixels)
-    trace, grid = mh.images.resample(last.trace, at[:, 0], pixels)
-    retrace, _ = mh.images.resample(last.retrace, at[:, 1], grid)
+    with _naming({"positions": "--before"}):
+        trace, grid = mh.images.resample(last.trace, at[:, 0], pixels)
+        retrace, _ = mh.images.resample(last.retrace, at[:, 1], grid)
     return page.Corrected(last, trace, retrace, grid)
 
 

@@ -73,7 +73,7 @@ impl CrossValidation {
 
     /// The mean logarithm of the mean square errors on the stretches.
     fn mean_log(&self) -> f64 {
-        let log = |square: &f64| (square + self.rounding + f64::MIN_POSITIVE).ln();
+        let log = |square: &f64| square.max(self.rounding).max(f64::MIN_POSITIVE).ln();
         mean(&self.stretches.iter().map(log).collect::<Vec<_>>())
     }
 
@@ -85,8 +85,8 @@ impl CrossValidation {
     /// the others says little, and a factor below `margin` is none.
     pub(crate) fn good(all: &[Self], margin: f64) -> impl Iterator<Item = usize> {
         let best = Self::best(all);
-        let rounding = best.map_or(0.0, |best| best.rounding) + f64::MIN_POSITIVE;
-        let factor = move |(p, q): (&f64, &f64)| ((p + rounding) / (q + rounding)).ln();
+        let rounding = best.map_or(0.0, |best| best.rounding).max(f64::MIN_POSITIVE);
+        let factor = move |(p, q): (&f64, &f64)| (p.max(rounding) / q.max(rounding)).ln();
         let is_good = move |one: &Self| {
             let excess = |best: &Self| one.stretches.iter().zip(&best.stretches).map(factor).collect::<Vec<_>>();
             best.map(excess).is_some_and(|excess| mean(&excess) <= standard_error(&excess).max(margin.ln()))

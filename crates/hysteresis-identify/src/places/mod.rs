@@ -43,7 +43,7 @@ use crate::places::search::{FoundPlace, PlaceSearch, SEARCH_SMOOTHNESS};
 use crate::places::space::{Axis, PlaceSpace};
 use crate::places::spread::Uncertainty;
 use crate::places::validation::PairStretches;
-use crate::places::weighing::{RobustLoss, Shares, System};
+use crate::places::weighing::{RobustLoss, Shares, System, Weighed};
 use crate::records::signal;
 use crate::terms::creep::CreepModel;
 use crate::terms::operators::ModelKind;
@@ -202,7 +202,9 @@ fn candidate(search: &PlaceSearch<'_>, found: &FoundPlace, shares: &Shares, opti
         let law = search.law(&found.space, &found.point, *smoothness);
         stretches.validate(&law, found.space.creep.directions.len(), *smoothness)
     };
-    let tried: Vec<CrossValidation> = options.smoothnesses().iter().map(validate).collect();
+    // Without any smoothness weights that pairs do not tell are open: that must be asked for.
+    let is_tried = |smoothness: &&f64| **smoothness > 0.0 || options.smoothness != Setting::Fit;
+    let tried: Vec<CrossValidation> = options.smoothnesses().iter().filter(is_tried).map(validate).collect();
     let validation = CrossValidation::best(&tried).unwrap_or(&tried[0]).clone();
     let drift = found.space.drift != DriftModel::None;
     PlacesCandidate { model: found.space.model, drift, validation }
@@ -234,7 +236,7 @@ fn result(
     let FoundPlace { space, point, weighed, .. } = found;
     let given = &search.system.given;
     let positions: Vec<_> = all.iter().map(|found| spread::positions(given, found)).collect();
-    let trusts = trusts(&candidates, chosen, &positions);
+    let trusts = trusts(&candidates, chosen, &positions, left_to_explain(given, weighed));
     let chain = found.chain(given.dt);
     let columns = chain.weights.len();
     let (weights, amplitudes) = weighed.weights.split_at(columns);
@@ -320,14 +322,32 @@ fn result(
     })
 }
 
-/// The trust in each of the models that were tried, which say these positions along the drives; none in one whose weights are open.
-fn trusts(candidates: &[PlacesCandidate], chosen: usize, positions: &[Vec<Vec<f64>>]) -> Vec<f64> {
+/// The trust in each of the models that were tried, which say these positions along the drives; none in one whose weights are open. In one
+/// that has all of the chosen one and more it is less, by what is `left` to explain.
+fn trusts(candidates: &[PlacesCandidate], chosen: usize, positions: &[Vec<Vec<f64>>], left: f64) -> Vec<f64> {
     let CrossValidation { rmse, rounding, .. } = &candidates[chosen].validation;
     let trust = |(one, said): (&PlacesCandidate, &Vec<Vec<f64>>)| {
-        let is_open = rivals::is_open(said, &positions[chosen]);
-        if is_open { 0.0 } else { rivals::trust(*rmse, one.validation.rmse, rounding.sqrt()) }
+        if rivals::is_open(said, &positions[chosen]) {
+            return 0.0;
+        }
+        let counts = if one.contains(&candidates[chosen]) { left.sqrt() } else { 1.0 };
+        counts * rivals::trust(*rmse, one.validation.rmse, rounding.sqrt())
     };
     candidates.iter().zip(positions).map(trust).collect()
+}
+
+/// The share of the mismatches of pairs that were kept that is alike from each to the next, by their later instants: no noise, but of what the
+/// model lacks. Without pairs all of what is missed may be.
+fn left_to_explain(given: &Given<'_>, weighed: &Weighed) -> f64 {
+    if given.pairs.is_empty() {
+        return 1.0;
+    }
+    let mut kept: Vec<(usize, f64, f64)> = (given.pairs.iter().zip(&weighed.mismatches).zip(&weighed.shares.of_pairs))
+        .filter(|(_, share)| **share > 0.0)
+        .map(|((pair, mismatch), _)| (pair.drive, pair.first.max(pair.second), *mismatch))
+        .collect();
+    kept.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    rivals::alike(&kept.into_iter().map(|(_, _, mismatch)| mismatch).collect::<Vec<_>>())
 }
 
 /// All but the chosen one that are trusted at all.

@@ -13,6 +13,7 @@ use crate::places::beside::Courses;
 use crate::places::rivals::{Rival, distances};
 use crate::places::rows::kept;
 use crate::records::record::check_finite;
+use crate::records::signal::centred;
 use crate::result::identification::warning;
 use crate::terms::operators::ModelKind;
 use crate::uncertainty::standard_errors::Spread;
@@ -28,6 +29,14 @@ pub struct PlacesCandidate {
     pub drift: bool,
     /// How it predicts pairs of stretches that it was not fitted to, at the smoothness that suits it.
     pub validation: CrossValidation,
+}
+
+impl PlacesCandidate {
+    /// Whether it has all terms that another one has.
+    pub(crate) fn contains(&self, other: &Self) -> bool {
+        let kinds = self.model == other.model || self.model == ModelKind::Modified;
+        kinds && self.validation.creep >= other.validation.creep && self.drift >= other.drift
+    }
 }
 
 /// What [`identify_places`](crate::identify_places) found.
@@ -127,18 +136,25 @@ impl PlacesIdentification {
     /// The standard deviation of every sample of [`predict`](Self::predict): the root of the sum of two squares. One is what errors of the
     /// pairs and of the lengths make of it. The other is how far the [`candidates`](Self::candidates) are from it, root mean square over
     /// all of them, the chosen one with distance zero. Each counts by the square of its trust: the rms error that the chosen one leaves of pairs
-    /// that were not fitted over the one that it leaves. What all of them lack comes on top.
+    /// that were not fitted over the one that it leaves. Those that have all terms of the chosen one and more count less: the square of
+    /// their distance by the share of the mismatches that is alike from pair to pair, and no noise. What all of them lack comes on top.
+    ///
+    /// Pairs do not tell an offset. So it is that of the position about its mean over the input; with lengths alone, from the first sample
+    /// of the first drive.
     ///
     /// # Errors
     /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
     pub fn predict_std(&self, input: &[f64]) -> Result<Vec<f64>, RecordError> {
         check_finite("input", input)?;
-        let others = self.rivals.iter().map(|rival| {
-            let response = rival.chain.response(input, self.dt);
-            (response.into_iter().map(|y| rival.output_offset + y).collect(), &rival.trust)
-        });
-        let apart = distances(&self.predict(input)?, others);
-        Ok(self.spread.of(input, self.dt).iter().zip(apart).map(|(deviation, apart)| deviation.hypot(apart)).collect())
+        let tell_no_offset = !self.mismatches.is_empty();
+        let of = |chain: &Chain, offset: f64| {
+            let response = chain.response(input, self.dt).into_iter().map(|y| offset + y).collect::<Vec<_>>();
+            if tell_no_offset { centred(&response) } else { response }
+        };
+        let others = self.rivals.iter().map(|rival| (of(&rival.chain, rival.output_offset), &rival.trust));
+        let apart = distances(&of(&self.chain, self.output_offset), others);
+        let own = if tell_no_offset { self.spread.about_mean(input, self.dt) } else { self.spread.of(input, self.dt) };
+        Ok(own.iter().zip(apart).map(|(deviation, apart)| deviation.hypot(apart)).collect())
     }
 
     /// The stage: [`stage_parts`](Self::stage_parts) as they are.

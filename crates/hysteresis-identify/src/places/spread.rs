@@ -83,7 +83,8 @@ fn clusterings(given: &Given<'_>) -> Vec<Vec<usize>> {
     counts.flat_map(|count| [of(&by_time, count), of(&by_drive, count)]).collect()
 }
 
-/// What the position at some samples of each drive changes by with the columns of a tangent and its searched parameters.
+/// What the position at some samples of each drive changes by with the columns of a tangent and its searched parameters: about its mean
+/// where there are pairs, which tell no offset, and from the first sample of the first drive where there are lengths alone.
 fn gradients(given: &Given<'_>, tangent: &Tangent) -> Vec<Vec<Vec<f64>>> {
     let width = tangent.columns + tangent.slopes.len();
     let mut first: Option<Vec<f64>> = None;
@@ -93,19 +94,22 @@ fn gradients(given: &Given<'_>, tangent: &Tangent) -> Vec<Vec<Vec<f64>>> {
         let samples: Vec<usize> = (0..=count).map(|number| number * last / count).collect();
         let course = Course::Some { rows: samples.clone(), turns: Some(turns(drive, 0.0)) };
         let mut rows = tangent.rows(drive, given.dt, Some(&course));
-        let mut at = |sample: usize| {
+        let at = |sample: &usize| {
             let mut row = vec![0.0; width];
-            rows.write(sample, &mut row);
-            let first = first.get_or_insert_with(|| row.clone());
-            row.iter_mut().zip(first).for_each(|(value, first)| *value -= *first);
+            rows.write(*sample, &mut row);
             row
         };
-        samples.into_iter().map(&mut at).collect()
+        let mut all: Vec<Vec<f64>> = samples.iter().map(at).collect();
+        let first = first.get_or_insert_with(|| all[0].clone());
+        let of_mean = |i: usize| mean(&all.iter().map(|row| row[i]).collect::<Vec<_>>());
+        let zero = if given.pairs.is_empty() { first.clone() } else { (0..width).map(of_mean).collect() };
+        all.iter_mut().flatten().zip(zero.iter().cycle()).for_each(|(value, zero)| *value -= zero);
+        all
     };
     given.drives.iter().map(of_drive).collect()
 }
 
-/// Where a model is at some samples of each drive, from the first of all.
+/// Where a model is at some samples of each drive, but for an offset of each.
 pub(crate) fn positions(given: &Given<'_>, found: &FoundPlace) -> Vec<Vec<f64>> {
     let tangent = found.space.tangent(&found.point, None);
     let at = |row: &Vec<f64>| row.iter().zip(&found.weighed.weights).map(|(value, weight)| value * weight).sum();

@@ -358,7 +358,9 @@ impl Law {
         let weights = std::iter::repeat_n((0.0, f64::INFINITY), self.columns);
         let beside = std::iter::repeat_n((f64::NEG_INFINITY, f64::INFINITY), self.linear - self.columns);
         let bounds: Vec<(f64, f64)> = weights.chain(beside).chain(further.iter().copied()).collect();
-        bounded::solve(all.get(.., ..columns), &target, &bounds, &[]).x
+        // Most weights are above zero: to release them one by one takes as many solutions.
+        let free: Vec<usize> = (0..columns).collect();
+        bounded::solve(all.get(.., ..columns), &target, &bounds, &free).x
     }
 
     /// The best weights for a triangle.

@@ -7,6 +7,7 @@ use faer::Mat;
 use crate::fit::projection::ProjectedFit;
 use crate::fit::rows::Tangent;
 use crate::fit::space::Space;
+use crate::records::signal::as_f64;
 use crate::terms::weights::WeightBasis;
 use crate::uncertainty::root::{Gradients, Quantity, Root};
 
@@ -227,18 +228,33 @@ impl Spread {
     pub(crate) fn from_zero(root: Mat<f64>, tangent: Tangent, input: &[f64], dt: f64) -> Self {
         let mut first = vec![0.0; root.nrows()];
         tangent.rows(input, dt, None).write(0, &mut first);
-        let of_offset = |k: usize| -first.iter().enumerate().map(|(i, slope)| slope * root[(i, k)]).sum::<f64>();
-        Self { of_offset: (0..root.ncols()).map(of_offset).collect(), root, tangent }
+        Self { of_offset: less(&first, &root), root, tangent }
     }
 
     /// The standard deviation of every sample of the output for an input that starts from the virgin state.
     pub(crate) fn of(&self, input: &[f64], dt: f64) -> Vec<f64> {
+        self.beside(input, dt, &self.of_offset)
+    }
+
+    /// The same of the output about its mean over all samples.
+    pub(crate) fn about_mean(&self, input: &[f64], dt: f64) -> Vec<f64> {
+        let mut rows = self.tangent.rows(input, dt, None);
+        let (mut gradient, mut mean) = (vec![0.0; self.root.nrows()], vec![0.0; self.root.nrows()]);
+        for k in 0..input.len() {
+            rows.write(k, &mut gradient);
+            mean.iter_mut().zip(&gradient).for_each(|(mean, slope)| *mean += slope / as_f64(input.len()));
+        }
+        self.beside(input, dt, &less(&mean, &self.root))
+    }
+
+    /// The standard deviation of every sample of the output with an offset of this root.
+    fn beside(&self, input: &[f64], dt: f64, of_offset: &[f64]) -> Vec<f64> {
         let mut rows = self.tangent.rows(input, dt, None);
         let mut gradient = vec![0.0; self.root.nrows()];
-        let mut sums = self.of_offset.clone();
+        let mut sums = of_offset.to_vec();
         let deviation = |k: usize| {
             rows.write(k, &mut gradient);
-            for (j, (sum, of_offset)) in sums.iter_mut().zip(&self.of_offset).enumerate() {
+            for (j, (sum, of_offset)) in sums.iter_mut().zip(of_offset).enumerate() {
                 let column = self.root.col(j);
                 *sum = gradient.iter().enumerate().map(|(i, slope)| slope * column[i]).sum::<f64>() + of_offset;
             }
@@ -246,4 +262,10 @@ impl Spread {
         };
         (0..input.len()).map(deviation).collect()
     }
+}
+
+/// The root of an offset that takes an output with this gradient away.
+fn less(gradient: &[f64], root: &Mat<f64>) -> Vec<f64> {
+    let along = |k: usize| gradient.iter().enumerate().map(|(i, slope)| slope * root[(i, k)]).sum::<f64>();
+    (0..root.ncols()).map(|k| -along(k)).collect()
 }

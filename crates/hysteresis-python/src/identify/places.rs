@@ -244,7 +244,11 @@ impl PlacesIdentification {
 
     /// The standard deviation of every sample of `predict`: what errors of pairs and lengths make of it, and how far the other `candidates`
     /// are from it, root mean square over all of them. Each counts by the square of its trust: the rms error that the chosen one leaves over the
-    /// one that it leaves. What all of them lack comes on top.
+    /// one that it leaves. Those that have all terms of the chosen one and more count less: the square of
+    /// their distance by the share of the mismatches that is alike from pair to pair, and no noise. What all of them lack comes on top.
+    ///
+    /// Pairs do not tell an offset. So it is that of the position about its mean over `u`; with lengths alone, from the first sample of the
+    /// first drive.
     fn predict_std<'py>(&self, py: Python<'py>, u: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let deviation = self.found.predict_std(u.as_slice()?);
         deviation.map(|y| PyArray1::from_vec(py, y)).map_err(|error| one_record(error, None))
