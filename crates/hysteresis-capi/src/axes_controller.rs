@@ -3,7 +3,9 @@
 use core::ffi::{c_char, c_void};
 use core::mem::MaybeUninit;
 
-use hysteresis_control::multi_axis::{MultiAxisStage, MultiAxisStageController, MultiAxisStageState, TrackingOptions};
+use hysteresis_control::multi_axis::{
+    MultiAxisStage, MultiAxisStageController, MultiAxisStageState, Tracking, TrackingOptions,
+};
 use hysteresis_core::{ControllerOptions, HybridController};
 
 use crate::axes::AxesStage;
@@ -128,13 +130,12 @@ pub extern "C" fn mpih_axes_controller_align() -> usize {
 }
 
 /// Makes a controller of a stage with as many drives as positions, 16 at most, in `memory` of `bytes` bytes, or on the heap if
-/// `memory` is NULL. `limits_low` and `limits_high` have a number for each of the `n` drives. NULL for `options` stands for
+/// `memory` is NULL. `limits` has `n` rows, the lowest and the highest drive of each. NULL for `options` stands for
 /// those of mpih_axes_controller_options_default. End it with mpih_axes_controller_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_controller_new(
     stage: Option<&AxesStage>,
-    limits_low: *const f64,
-    limits_high: *const f64,
+    limits: *const f64,
     n: usize,
     options: Option<&AxesControllerOptions>,
     memory: *mut c_void,
@@ -147,8 +148,8 @@ pub unsafe extern "C" fn mpih_axes_controller_new(
             return Err(wrong(format!("n: expected {}, the number of drives, got {n}", stage.drives())));
         }
         // SAFETY: as the header asks of the caller.
-        let (low, high) = unsafe { (slice("limits_low", n, limits_low)?, slice("limits_high", n, limits_high)?) };
-        let limits: Vec<_> = low.iter().copied().zip(high.iter().copied()).collect();
+        let limits = unsafe { slice("limits", n.saturating_mul(2), limits) }?;
+        let limits: Vec<_> = limits.as_chunks().0.iter().map(|[low, high]| (*low, *high)).collect();
         let made = options.copied().unwrap_or_default().controller(stage, &limits)?;
         Ok(AxesController::new(made))
     };
@@ -245,7 +246,7 @@ pub extern "C" fn mpih_axes_controller_disturbance(controller: Option<&AxesContr
 /// How many samples early references must come.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_axes_controller_ahead(controller: Option<&AxesController>) -> usize {
-    controller.and_then(|controller| controller.controller.tracking()).map_or(0, |tracking| tracking.ahead())
+    controller.and_then(|controller| controller.controller.tracking()).map_or(0, Tracking::ahead)
 }
 
 /// For how many seconds at most, from the next sample on, the drives are not yet those of the law. NaN for NULL.

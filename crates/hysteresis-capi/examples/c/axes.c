@@ -37,11 +37,11 @@ static double both_axes(const char *path, FILE *file) {
     mpih_axes_forward *plant;
     check(mpih_axes_stage_from_file(path, &stage));
     if (mpih_axes_stage_drives(stage) != AXES || mpih_axes_stage_positions(stage) != AXES) exit(1);
-    const double low[AXES] = {-9.0, -9.0}, high[AXES] = {9.0, 9.0};
+    const double limits[AXES][2] = {{-9.0, 9.0}, {-9.0, 9.0}};
     mpih_axes_controller_options options;
     check(mpih_axes_controller_options_default(&options));
     options.slew = 4000.0;
-    check(mpih_axes_controller_new(stage, low, high, AXES, &options, NULL, 0, &controller));
+    check(mpih_axes_controller_new(stage, limits[0], AXES, &options, NULL, 0, &controller));
     check(mpih_axes_forward_new(stage, NULL, 0, &plant));
     mpih_axes_stage_free(stage);
 

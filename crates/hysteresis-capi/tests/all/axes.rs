@@ -8,8 +8,7 @@ use std::ffi::CString;
 use mpi_hyst::*;
 
 const FILE: &str = include_str!("../../examples/axes.json");
-const LOW: [f64; 2] = [-9.0, -8.0];
-const HIGH: [f64; 2] = [9.0, 8.0];
+const LIMITS: [f64; 4] = [-9.0, 9.0, -8.0, 8.0];
 
 fn last_error() -> String {
     // SAFETY: it is a string of this thread, copied at once.
@@ -31,8 +30,8 @@ fn controller(change: impl FnOnce(&mut AxesControllerOptions)) -> Result<*mut Ax
     let status = unsafe {
         let mut options = options.assume_init();
         change(&mut options);
-        let (low, high, options) = (LOW.as_ptr(), HIGH.as_ptr(), Some(&options));
-        let status = mpih_axes_controller_new(stage.as_ref(), low, high, 2, options, null_mut(), 0, &raw mut made);
+        let (limits, options) = (LIMITS.as_ptr(), Some(&options));
+        let status = mpih_axes_controller_new(stage.as_ref(), limits, 2, options, null_mut(), 0, &raw mut made);
         mpih_axes_stage_free(stage);
         status
     };
@@ -94,7 +93,7 @@ fn rows_are_steps_also_in_place_and_a_saved_state_goes_on() {
 
 #[test]
 fn what_a_controller_is_told_and_tells() {
-    let made = controller(|options| (options.ahead, options.slew) = (12, 100.0)).unwrap();
+    let made = controller(|options| (options.ahead, options.slew) = (12, 125.0)).unwrap();
     // SAFETY: a controller that nothing else uses, and arrays of two numbers or two rows.
     unsafe {
         let one = &mut *made;
@@ -108,7 +107,7 @@ fn what_a_controller_is_told_and_tells() {
         assert_eq!(counters.assume_init().rejected, 1);
         assert_eq!(mpih_axes_controller_stop(Some(one), 1e3, [0.0, 9.0].as_ptr(), 2), Status::Argument);
         assert_eq!(mpih_axes_controller_stop(Some(one), 1e3, [0.0, 1.0].as_ptr(), 2), Status::Ok);
-        // 100 a second of the slew, in samples of 1 ms.
+        // 125 a second of the slew, in samples of 1 ms.
         mpih_axes_controller_step(Some(one), first.as_ptr(), first.as_ptr(), drives.as_mut_ptr());
         assert_eq!((drives, mpih_axes_controller_mode(Some(one))), ([0.9, 1.9], Mode::Stop));
         mpih_axes_controller_release(Some(one));
@@ -133,11 +132,11 @@ fn what_does_not_fit_is_refused() {
     let (good, mut forward, mut other) = (stage(), null_mut(), null_mut());
     // SAFETY: a stage that is not used after it is freed, arrays of two numbers, and places for pointers.
     unsafe {
-        let (low, high, place) = (LOW.as_ptr(), HIGH.as_ptr(), &raw mut other);
+        let (limits, place) = (LIMITS.as_ptr(), &raw mut other);
         let stage = good.as_ref();
-        assert_eq!(mpih_axes_controller_new(stage, low, high, 1, None, null_mut(), 0, place), Status::Argument);
+        assert_eq!(mpih_axes_controller_new(stage, limits, 1, None, null_mut(), 0, place), Status::Argument);
         assert_eq!(last_error(), "n: expected 2, the number of drives, got 1");
-        assert_eq!(mpih_axes_controller_new(stage, null(), high, 2, None, null_mut(), 0, place), Status::Null);
+        assert_eq!(mpih_axes_controller_new(stage, null(), 2, None, null_mut(), 0, place), Status::Null);
         let (size, mut memory) = (mpih_axes_forward_size(), vec![0_u64; mpih_axes_forward_size() / 8 + 1]);
         assert_eq!(mpih_axes_forward_align(), 8);
         let memory = memory.as_mut_ptr().cast();
@@ -174,9 +173,9 @@ fn an_oscillator_is_a_stage_of_one_axis() {
         assert_eq!(mpih_oscillator_from_json(text.as_ptr(), &raw mut oscillator), Status::Ok, "{}", last_error());
         assert_eq!(mpih_axes_stage_of_oscillator(oscillator.as_ref(), DT, &raw mut stage), Status::Ok);
         assert_eq!((mpih_axes_stage_drives(stage.as_ref()), mpih_axes_stage_dt(stage.as_ref())), (1, DT));
-        let (low, high) = ([-200.0], [200.0]);
+        let limits = [-200.0, 200.0];
         let (place, none) = (&raw mut controller, null_mut());
-        let status = mpih_axes_controller_new(stage.as_ref(), low.as_ptr(), high.as_ptr(), 1, None, none, 0, place);
+        let status = mpih_axes_controller_new(stage.as_ref(), limits.as_ptr(), 1, None, none, 0, place);
         assert_eq!(status, Status::Ok, "{}", last_error());
         let status = mpih_oscillator_forward_new(oscillator.as_ref(), DT, 1, null_mut(), 0, &raw mut plant);
         assert_eq!((status, last_error().starts_with("sub_steps: ")), (Status::Ok, false));
