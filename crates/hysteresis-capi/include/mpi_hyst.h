@@ -370,11 +370,10 @@ size_t mpih_axes_controller_size(void);
 size_t mpih_axes_controller_align(void);
 
 // Makes a controller of a stage with as many drives as positions, 16 at most, in `memory` of `bytes` bytes, or on the heap if
-// `memory` is NULL. `limits_low` and `limits_high` have a number for each of the `n` drives. NULL for `options` stands for
+// `memory` is NULL. `limits` has `n` rows, the lowest and the highest drive of each. NULL for `options` stands for
 // those of mpih_axes_controller_options_default. End it with mpih_axes_controller_free.
 mpih_status mpih_axes_controller_new(const mpih_axes_stage *stage,
-                                     const double *limits_low,
-                                     const double *limits_high,
+                                     const double *limits,
                                      size_t n,
                                      const mpih_axes_controller_options *options,
                                      void *memory,

@@ -109,7 +109,7 @@ fn what_a_controller_is_told_and_tells() {
         assert_eq!(mpih_axes_controller_stop(Some(one), 1e3, [0.0, 1.0].as_ptr(), 2), Status::Ok);
         // 125 a second of the slew, in samples of 1 ms.
         mpih_axes_controller_step(Some(one), first.as_ptr(), first.as_ptr(), drives.as_mut_ptr());
-        assert_eq!((drives, mpih_axes_controller_mode(Some(one))), ([0.9, 1.9], Mode::Stop));
+        assert_eq!((drives, mpih_axes_controller_mode(Some(one))), ([0.875, 1.875], Mode::Stop));
         mpih_axes_controller_release(Some(one));
         mpih_axes_controller_hold(Some(one));
         assert_eq!(mpih_axes_controller_mode(Some(one)), Mode::Hold);
