@@ -363,7 +363,8 @@ def axes_in_python() -> Array:
         seen = positions[k].copy()
     oscillator = mh.plant.HystereticOscillator.load(HERE / "examples" / "oscillator.json")
     forces = [math.nan if k % 101 == 0 else 100.0 * square(k, 130) for k in range(samples)]
-    return np.r_[drives.ravel(), positions.ravel(), oscillator.forward(2.5e-4).run(forces)]
+    shown = oscillator.forward(2.5e-4).run(forces)
+    return np.concatenate([drives.ravel(), positions.ravel(), shown])
 
 
 def test_axes_and_oscillators_are_the_same_in_c(prefix: Path, tmp_path: Path) -> None:

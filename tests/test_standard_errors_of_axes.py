@@ -108,7 +108,8 @@ def test_modes_plays_and_offsets_of_axes_scatter_as_they_say(is_coloured: bool) 
             u, noisy, dt=DT, order=3, hysteresis="plays", place="in_front", skip=20
         )
         gains = moved(found.model, found.deviations)
-        weights = [np.asarray(operator[1]) for operator in found.model.operators]
+        operators: list[Any] = found.model.operators
+        weights = [np.asarray(operator[1]) for operator in operators]
         assert [one.size for one in weights] == [one.size for one in found.operators_std] == [8, 8]
         # Of w and bw the records tell the product alone.
         estimates.append(
@@ -150,7 +151,7 @@ def test_modes_plays_and_offsets_of_axes_scatter_as_they_say(is_coloured: bool) 
 def slopes_of_truth(z: Array, rising: bool) -> Array:
     """Return f of the operators below between their knots, NaN beyond."""
     low, high = (1.5, 0.6) if rising else (0.6, 1.5)
-    return np.interp(z, [-2.0, 0.0, 2.0], [low, 1.0, high], np.nan, np.nan)
+    return np.asarray(np.interp(z, [-2.0, 0.0, 2.0], [low, 1.0, high], np.nan, np.nan))
 
 
 def test_f_of_axes_scatters_as_it_says() -> None:
@@ -165,9 +166,8 @@ def test_f_of_axes_scatters_as_it_says() -> None:
 
     def seen(stage: mh.MultiAxisStage) -> Array:
         a, b, cq, dq = (np.asarray(one) for one in (stage.a, stage.b, stage.cq, stage.dq))
-        return np.linalg.norm(
-            (dq + cq @ np.linalg.solve(np.eye(len(a)) - a, b)) * of_drives, axis=1
-        )
+        gains = (dq + cq @ np.linalg.solve(np.eye(len(a)) - a, b)) * of_drives
+        return np.asarray(np.linalg.norm(gains, axis=1))
 
     distances: list[float] = []
     for seed in range(4):
