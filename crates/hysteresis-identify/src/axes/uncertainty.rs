@@ -192,3 +192,79 @@ fn spread(plain: &Mat<f64>, coloured: &Mat<f64>, gradients: &Mat<f64>) -> Option
     let square = |j: usize| (0..count).map(|i| moved[(i, j)] * noise[(i, j)]).sum::<f64>();
     Some((0..gradients.ncols()).map(|j| square(j).max(0.0).sqrt()).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::bank::{Bank, Kind};
+    use super::super::data::AxesRecord;
+    use super::super::pass::missed;
+    use super::*;
+
+    /// Two drives and two positions, slow enough that moves are short beside knots, and a point with three states.
+    fn fit(kind: Kind) -> (Data, Point) {
+        let mut seed = 5_u32;
+        let mut random = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(seed >> 8) / f64::from(1_u32 << 24) - 0.5
+        };
+        let mut u = vec![0.0; 2 * 2000];
+        for k in 2..u.len() {
+            u[k] = 0.9 * u[k - 2] + 0.4 * random();
+        }
+        let y: Vec<f64> = (0..u.len()).map(|_| random()).collect();
+        let data = Data::new(&[AxesRecord { u: &u, y: &y }], 2, 2, 3).unwrap();
+        let c = vec![1.0, 0.2, 0.3, -0.1, 0.9, 0.5];
+        let mut point = Point::of_dynamics(vec![[0.7, 0.4], [0.6, -0.3], [0.5, 0.0]], c, 2, 2);
+        point = point.with_banks(|_| Bank::new(kind, 3, 2.5));
+        point.b = vec![0.3, 0.1, 0.0, 0.4, 0.2, -0.2];
+        point.bw = vec![0.1, 0.05, -0.1, 0.1, 0.05, 0.1];
+        point.cq = vec![0.3, -0.2, 0.1, 0.1, 0.2, 0.0];
+        (data, point)
+    }
+
+    fn errors(data: &Data, point: &Point) -> AxesStandardErrors {
+        let all = data.all();
+        let residuals = missed(point, data, &all).unwrap();
+        standard_errors(point, data, (&all, &residuals), Free { dynamics: true, query: true }, 1e-3).unwrap()
+    }
+
+    /// Other coordinates of the states, and other units of w or q: the same stage with the same errors.
+    #[test]
+    fn what_only_looks_different_has_the_same_errors() {
+        for kind in [Kind::Plays, Kind::Duhem] {
+            let (data, point) = fit(kind);
+            let mut other = point.clone();
+            // The first two states are three times as large.
+            for i in 0..2 {
+                other.b[2 * i..][..2].iter_mut().for_each(|b| *b *= 3.0);
+                other.bw[2 * i..][..2].iter_mut().for_each(|bw| *bw *= 3.0);
+                for operator in 0..2 {
+                    other.c[3 * operator + i] /= 3.0;
+                    other.cq[3 * operator + i] /= 3.0;
+                }
+            }
+            // The first operator has twice the w of plays, or twice the q of a Duhem operator.
+            let factor = if kind == Kind::Plays { 2.0 } else { 0.5 };
+            other.banks[0].numbers_mut().iter_mut().for_each(|number| *number *= factor);
+            match kind {
+                Kind::Plays => other.bw.iter_mut().step_by(2).for_each(|bw| *bw /= 2.0),
+                _ => {
+                    other.cq[..3].iter_mut().for_each(|cq| *cq *= 2.0);
+                    other.dq[..2].iter_mut().for_each(|dq| *dq *= 2.0);
+                }
+            }
+            let (one, two) = (errors(&data, &point), errors(&data, &other));
+            let same = |one: &[f64], two: &[f64], factor: f64| {
+                assert_eq!(one.len(), two.len());
+                for (p, q) in one.iter().zip(two) {
+                    assert!(*p > 0.0 && (q / (p * factor) - 1.0).abs() < 1e-3, "{kind:?} {p} {q} {factor}");
+                }
+            };
+            same(&one.frequencies, &two.frequencies, 1.0);
+            same(&one.dampings, &two.dampings, 1.0);
+            same(&one.output_offset, &two.output_offset, 1.0);
+            same(&one.operators[0], &two.operators[0], factor);
+            same(&one.operators[1], &two.operators[1], 1.0);
+        }
+    }
+}
