@@ -246,12 +246,11 @@ mod tests {
             // The first operator has twice the w of plays, or twice the q of a Duhem operator.
             let factor = if kind == Kind::Plays { 2.0 } else { 0.5 };
             other.banks[0].numbers_mut().iter_mut().for_each(|number| *number *= factor);
-            match kind {
-                Kind::Plays => other.bw.iter_mut().step_by(2).for_each(|bw| *bw /= 2.0),
-                _ => {
-                    other.cq[..3].iter_mut().for_each(|cq| *cq *= 2.0);
-                    other.dq[..2].iter_mut().for_each(|dq| *dq *= 2.0);
-                }
+            if kind == Kind::Plays {
+                other.bw.iter_mut().step_by(2).for_each(|bw| *bw /= 2.0);
+            } else {
+                other.cq[..3].iter_mut().for_each(|cq| *cq *= 2.0);
+                other.dq[..2].iter_mut().for_each(|dq| *dq *= 2.0);
             }
             let (one, two) = (errors(&data, &point), errors(&data, &other));
             let same = |one: &[f64], two: &[f64], factor: f64| {
