@@ -190,7 +190,7 @@ bench-many: $(PACKAGE) $(TOOLS) ## time and accuracy of identifying 4096 actuato
 bench-read: $(PACKAGE) $(TOOLS) ## time and memory of reading a CSV of 1 GB beside polars; READ="--size 0.3" for 0.3 GB
 	$(BIN)/python benches/python/read.py $(READ)
 
-bench-benchmarks: $(PACKAGE) $(TOOLS) ## public benchmarks beside published figures; BOUC_WEN="--official FOLDER" and MIRROR="--training FILES --test FILES" for the official files
+bench-benchmarks: $(PACKAGE) $(TOOLS) ## public benchmarks beside published figures; BOUC_WEN="--official FOLDER" and MIRROR="--official FOLDER" for the official files
 	$(BIN)/python benches/benchmarks/bouc_wen.py $(BOUC_WEN)
 	$(BIN)/python benches/benchmarks/steering_mirror.py $(MIRROR)
 

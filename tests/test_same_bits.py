@@ -246,15 +246,19 @@ def in_rust(pytestconfig: pytest.Config) -> InRust:
     return InRust(random=pytestconfig.getoption("--hypothesis-profile") == "random")
 
 
-def as_program(prefix: Path) -> dict[str, Array]:
-    """A program that is compiled as the pkg-config file says."""
+def compiled(prefix: Path, name: str) -> Path:
+    """An example in C, compiled as the pkg-config file says."""
     search = {"PKG_CONFIG_PATH": str(prefix / "lib" / "pkgconfig"), "PATH": os.environ["PATH"]}
     asked = ["pkg-config", "--cflags", "--libs", "mpi_hyst"]
     flags = subprocess.run(asked, env=search, check=True, capture_output=True, text=True).stdout
-    program, output = prefix / "same_bits", prefix / "same_bits.f64"
+    program, source = prefix / name, HERE / "examples" / "c" / f"{name}.c"
     warnings = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off"]
-    source = HERE / "examples" / "c" / "same_bits.c"
     subprocess.run(["cc", *warnings, source, "-o", program, *flags.split()], check=True)
+    return program
+
+
+def as_program(prefix: Path) -> dict[str, Array]:
+    program, output = compiled(prefix, "same_bits"), prefix / "same_bits.f64"
     subprocess.run([program, STAGE, output], check=True)
     return dict(zip(NAMES, np.fromfile(output).reshape(len(NAMES), SAMPLES), strict=True))
 
@@ -341,3 +345,37 @@ def test_a_state_goes_from_c_to_python_and_back(prefix: Path) -> None:
     library.loaded(json.dumps(python.controller.state))
     assert library.control(20.0, 19.0) == expected
     library.free()
+
+
+# ---- several axes, and hysteresis inside
+
+
+def axes_in_python() -> Array:
+    """What axes.c writes: drives and positions of two axes, positions of an oscillator."""
+    stage = mh.MultiAxisStage.load(HERE / "examples" / "axes.json")
+    controller = stage.controller((-9.0, 9.0), slew=4000.0)
+    plant, samples = stage.forward(), 2000
+
+    def square(k: int, period: int) -> float:
+        return 0.5 if k // period % 2 == 0 else -0.25
+
+    drives, positions, seen = np.empty((samples, 2)), np.empty((samples, 2)), np.array([0.3, -0.2])
+    for k in range(samples):
+        later = k + controller.ahead
+        references = [0.3 + square(later, 400), -0.2 + square(later, 300)]
+        if k % 97 == 0:
+            seen[1] = math.nan
+        drives[k] = controller.step(references, seen)
+        positions[k] = plant.advance(drives[k])
+        seen = positions[k].copy()
+    oscillator = mh.plant.HystereticOscillator.load(HERE / "examples" / "oscillator.json")
+    forces = [math.nan if k % 101 == 0 else 100.0 * square(k, 130) for k in range(samples)]
+    shown = oscillator.forward(2.5e-4).run(forces)
+    return np.concatenate([drives.ravel(), positions.ravel(), shown])
+
+
+def test_axes_and_oscillators_are_the_same_in_c(prefix: Path, tmp_path: Path) -> None:
+    program = compiled(prefix, "axes")
+    files = [HERE / "examples" / "axes.json", HERE / "examples" / "oscillator.json"]
+    subprocess.run([program, *files, tmp_path / "axes.f64"], check=True)
+    assert np.fromfile(tmp_path / "axes.f64").tobytes() == axes_in_python().tobytes()

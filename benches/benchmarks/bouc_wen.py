@@ -164,13 +164,27 @@ def official(folder: Path) -> list[tuple[str, Array, Array, int | None]]:
     from scipy.io import loadmat
 
     def signal(name: str) -> Array:
-        values: Array = np.ravel(loadmat(folder / f"{name}.mat")[name]).astype(float)
+        path = folder / f"{name}.mat"
+        if not path.exists():
+            raise ValueError(f"{path}: expected an official test file, got no such file")
+        arrays = loadmat(path)
+        if name not in arrays:
+            named = ", ".join(sorted(key for key in arrays if not key.startswith("__")))
+            raise ValueError(f"{path}: expected an array {name}, got {named}")
+        values: Array = np.ravel(arrays[name]).astype(float)
         return values
 
-    tests = (("official multisine", "multisine", 1), ("official sweep", "sinesweep", None))
-    return [
-        (name, signal(f"uval_{key}"), signal(f"yval_{key}"), settle) for name, key, settle in tests
-    ]
+    tests = []
+    for name, key, settle in (
+        ("official multisine", "multisine", 1),
+        ("official sweep", "sinesweep", None),
+    ):
+        u, y = signal(f"uval_{key}"), signal(f"yval_{key}")
+        if u.size != y.size or not (np.isfinite(u).all() and np.isfinite(y).all()):
+            expected = f"finite numbers, as many in uval_{key}.mat as in yval_{key}.mat"
+            raise ValueError(f"{folder}: expected {expected}, got {u.size} and {y.size}")
+        tests.append((name, u, y, settle))
+    return tests
 
 
 def run(
@@ -203,11 +217,14 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3, 4])
     parser.add_argument("--official", type=Path, help="folder of the official test files")
     options = parser.parse_args()
+    try:
+        tests = official(options.official) if options.official else []
+    except (OSError, ValueError) as failure:
+        parser.error(str(failure))
     tell("Bouc-Wen benchmark, simulated from its equations (no official records).\n")
     tell("Published, rms error over the official multisine test:")
     for name, value, source in PUBLISHED:
         tell(f"  {name:<26} {value:.2e} m   {source}")
-    tests = official(options.official) if options.official else []
     tell("\nHere, rms errors in m over tests without noise, and of tracking an unseen motion:")
     tell("seed  knots  parameters  seconds  multisine      sweep   inverse   linear inverse")
     swept = sweep()

@@ -1,10 +1,13 @@
 """The fast steering mirror benchmark, beside the published figures: `make bench-benchmarks`.
 
 Three piezo drives, three displacements, 6.4 kHz. Its files are not part of this repository:
-`--training FILES --test FILES` takes them by path. A file holds arrays `u` and `y` (.npz, or .mat
-with scipy) of shape (samples, 3) or (samples, 3, realisations), or it is a .csv of six columns,
-drives first. The first 100 samples of every realisation are dropped; the figure is the rms error
-over the standard deviation, of each position, realisation and period, and their plain mean.
+`--official FOLDER` takes the folder of u_100mV_train.npy, y_100mV_train.npy, ..._test.npy and those
+of 200 and 300 mV, as merijnfloren/fsm-benchmark-data has them: arrays of shape (samples of a
+period, 3, realisations, periods). The periods of a realisation follow each other in one record.
+`--training FILES --test FILES` takes other files: arrays `u` and `y` (.npz, or .mat with scipy) of
+shape (samples, 3) or (samples, 3, realisations), or a .csv of six columns, drives first. The first
+100 samples of every period are dropped; the figure is the rms error over the standard deviation, of
+each position, realisation and period, and their plain mean.
 
 Without files a mirror is simulated by equations of this file that know nothing of the package:
 each drive goes through plays and creeping lags, the sums move three resonances that are coupled,
@@ -20,7 +23,7 @@ import argparse
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import mpi_hyst as mh
 import numpy as np
@@ -34,20 +37,66 @@ RATE, DROPPED, CHANNELS = 6400.0, 100, 3
 PUBLISHED = (("linear", 13.8), ("neural NL-LFR, 63 minutes on a GPU", 5.13))
 
 
-def read(path: Path) -> list[tuple[Array, Array]]:
-    """Return the realisations of a file: drives and positions, rows of samples."""
+class Record(NamedTuple):
+    """Drives and positions, rows of samples, of periods that follow each other."""
+
+    u: Array
+    y: Array
+    periods: int = 1
+
+
+def read(path: Path) -> list[Record]:
+    """Return the realisations of a file."""
     if path.suffix == ".csv":
-        table = np.loadtxt(path, delimiter=",", skiprows=1)
-        return [(table[:, :CHANNELS], table[:, CHANNELS : 2 * CHANNELS])]
+        table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+        if table.shape[1] != 2 * CHANNELS:
+            raise ValueError(f"{path}: expected {2 * CHANNELS} columns, got {table.shape[1]}")
+        return realisations(path, table[:, :CHANNELS], table[:, CHANNELS:])
     if path.suffix == ".mat":
         from scipy.io import loadmat
 
         arrays: Any = loadmat(path)
-    else:
+    elif path.suffix == ".npz":
         arrays = np.load(path)
-    u, y = (np.asarray(arrays[name], dtype=float) for name in ("u", "y"))
-    u, y = (np.atleast_3d(signal).reshape(*signal.shape[:2], -1) for signal in (u, y))
-    return [(u[:, :, i].copy(), y[:, :, i].copy()) for i in range(u.shape[2])]
+    else:
+        raise ValueError(f"{path}: expected a file .npz, .mat or .csv, got {path.suffix!r}")
+    missing = {"u", "y"} - set(arrays)
+    if missing:
+        named = sorted(name for name in arrays if not name.startswith("__"))
+        raise ValueError(f"{path}: expected arrays u and y, got {', '.join(named)}")
+    return realisations(path, arrays["u"], arrays["y"])
+
+
+def official(folder: Path, part: str) -> list[Record]:
+    """Return all realisations of the official files of a part: train or test."""
+    paths = sorted(folder.glob(f"u_*_{part}.npy"))
+    if not paths:
+        raise ValueError(f"{folder}: expected files u_*_{part}.npy, got none")
+    records = []
+    for path in paths:
+        other = path.with_name(f"y{path.name[1:]}")
+        if not other.exists():
+            raise ValueError(f"{other}: expected the positions to {path.name}, got no such file")
+        records += realisations(path, np.load(path), np.load(other))
+    return records
+
+
+def realisations(path: Path, u: Any, y: Any) -> list[Record]:
+    """Take arrays apart: samples, channels, realisations if there are any, and their periods."""
+    u, y = (np.asarray(signal, dtype=float) for signal in (u, y))
+    if u.shape != y.shape or u.ndim not in (2, 3, 4) or u.shape[1] != CHANNELS:
+        expected = f"u and y of one shape (samples, {CHANNELS}, realisations, periods)"
+        raise ValueError(
+            f"{path}: expected {expected}, the last two or the last if there are any, "
+            f"got {u.shape} and {y.shape}"
+        )
+    if not (np.isfinite(u).all() and np.isfinite(y).all() and len(u) > DROPPED):
+        raise ValueError(f"{path}: expected finite numbers, and more than {DROPPED} samples")
+    u, y = (signal.reshape(*signal.shape, *[1] * (4 - signal.ndim)) for signal in (u, y))
+    if np.ptp(u, axis=3).max() > 1e-9 * np.ptp(u):
+        raise ValueError(f"{path}: expected periods of the same drives along the last axis")
+    one = [signal.transpose(2, 3, 0, 1).reshape(u.shape[2], -1, CHANNELS) for signal in (u, y)]
+    return [Record(drives, seen, u.shape[3]) for drives, seen in zip(*one, strict=True)]
 
 
 def multisine(samples: int, rng: np.random.Generator) -> Array:
@@ -87,13 +136,25 @@ def mirror(u: Array, rng: np.random.Generator) -> Array:
     return np.asarray(found + noise)
 
 
-def error(model: mh.MultiAxisStage, records: list[tuple[Array, Array]]) -> float:
+def simulated(samples: int) -> tuple[list[Record], list[Record]]:
+    """Return four training realisations of the simulated mirror, and one to test."""
+    sys.stdout.write("NO FILES: A SIMULATED MIRROR, NO RESULT ON THE BENCHMARK (see --help)\n")
+    rng = np.random.default_rng(1)
+    drives = [multisine(samples, rng) for _ in range(5)]
+    records = [Record(u, mirror(u, rng)) for u in drives]
+    return records[:4], records[4:]
+
+
+def error(model: mh.MultiAxisStage, records: list[Record]) -> float:
     """Return the plain mean of rms error over standard deviation, in %."""
     ratios = []
-    for u, y in records:
-        missed = (y - model.forward().run(u))[DROPPED:]
-        ratios.append(np.sqrt((missed**2).mean(axis=0)) / y[DROPPED:].std(axis=0))
-    return 100.0 * float(np.mean(ratios))
+    for u, y, periods in records:
+        positions, missed = (
+            signal.reshape(periods, -1, CHANNELS)[:, DROPPED:]
+            for signal in (y, y - model.forward().run(u))
+        )
+        ratios.append(np.sqrt((missed**2).mean(axis=1)) / positions.std(axis=1))
+    return 100.0 * float(np.mean(np.concatenate(ratios)))
 
 
 def main() -> None:
@@ -101,6 +162,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
+    parser.add_argument("--official", type=Path, help="folder of the official files")
     parser.add_argument("--training", nargs="+", type=Path, default=[], help="files to fit")
     parser.add_argument("--test", nargs="+", type=Path, default=[], help="files to judge, once")
     parser.add_argument("--order", type=int, help="the number of states; by default found")
@@ -108,30 +170,32 @@ def main() -> None:
     arguments = parser.parse_args()
     if bool(arguments.training) != bool(arguments.test):
         parser.error("--training and --test: expected both or none of them")
-    if arguments.training:
-        training, test = (
-            [record for path in paths for record in read(path)]
-            for paths in (arguments.training, arguments.test)
-        )
-    else:
-        sys.stdout.write("NO FILES: A SIMULATED MIRROR, NO RESULT ON THE BENCHMARK (see --help)\n")
-        rng = np.random.default_rng(1)
-        drives = [multisine(arguments.samples, rng) for _ in range(5)]
-        training = [(u, mirror(u, rng)) for u in drives[:4]]
-        test = [(u, mirror(u, rng)) for u in drives[4:]]
-    u, y = [list(signals) for signals in zip(*training, strict=True)]
+    measured = True
+    try:
+        if arguments.official:
+            training, test = (official(arguments.official, part) for part in ("train", "test"))
+        elif arguments.training:
+            training, test = (
+                [record for path in paths for record in read(path)]
+                for paths in (arguments.training, arguments.test)
+            )
+        else:
+            training, test, measured = *simulated(arguments.samples), False
+    except (OSError, ValueError) as failure:
+        parser.error(str(failure))
+    u, y = [record.u for record in training], [record.y for record in training]
     wall, start = time.perf_counter(), time.process_time()
     order: Any = "auto" if arguments.order is None else arguments.order
     found = mh.identify_axes(u, y, dt=1.0 / RATE, order=order, skip=DROPPED)
     seconds, wall = time.process_time() - start, time.perf_counter() - wall
-    forward, drive = found.model.forward(), test[0][0]
+    forward, drive = found.model.forward(), test[0].u
     forward.run(drive)
     start = time.process_time()
     forward.run(np.tile(drive, (20, 1)))
     step = (time.process_time() - start) / (20 * len(drive))
     ratio = error(found.model, test)
     rows = [(f"this package, {found.hysteresis} {found.place}", ratio)]
-    rows += PUBLISHED if arguments.training else ()
+    rows += PUBLISHED if measured else ()
     lines = [
         found.summary(),
         f"\nTest realisations: {len(test)}; mean of rms error over standard deviation, %",

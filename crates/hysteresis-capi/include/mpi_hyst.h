@@ -8,12 +8,14 @@
 //
 // The loop. step, step_given, peek, plan, commit, advance, run, hold, release and what reads one number never allocate, lock,
 // log or read a clock, and cannot fail. Bad numbers hold the output and are counted. A call with NULL instead of an object
-// returns NaN, 0 or false: check the status of mpih_*_new once.
+// returns NaN, 0 or false: check the status of mpih_*_new once. Loops of several axes return a status, which is MPIH_STATUS_OK
+// unless a pointer is NULL.
 //
 // Configuration returns a status. Where it is not MPIH_STATUS_OK, mpih_last_error has the message, for each thread its own.
 //
 // What the caller must keep. A pointer is NULL or points to what its name says. An array has as many numbers as `n` says;
-// arrays of one call are the same or do not overlap. An object is used by one thread at a time, a stage by any number at once.
+// one of rows has a number for each axis in every row, the rows one behind the other. Arrays of one call are the same, where
+// their rows are as long, or do not overlap. An object is used by one thread at a time, a stage by any number at once.
 // Texts are UTF-8 and end with a zero byte.
 
 #ifndef MPI_HYST_H
@@ -106,6 +108,17 @@ typedef int32_t mpih_feedforward;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
+// Feed-forward and feedback that lead all drives of a stage of several axes, within limits and slew rates.
+typedef struct mpih_axes_controller mpih_axes_controller;
+
+// A stage of several axes sample by sample, from the drives to the positions. A simulated plant, or the model beside a real
+// one.
+typedef struct mpih_axes_forward mpih_axes_forward;
+
+// A stage of several axes: what the file of a MultiAxisStage says. It never changes, so several threads may use it at once.
+// What is made from it keeps what it needs: the stage may be freed before.
+typedef struct mpih_axes_stage mpih_axes_stage;
+
 // Feed-forward and proportional-integral feedback, sample by sample, within limits and slew rate.
 typedef struct mpih_controller mpih_controller;
 
@@ -121,9 +134,45 @@ typedef struct mpih_inverse mpih_inverse;
 // controller instead of the measurement.
 typedef struct mpih_observer mpih_observer;
 
+// An oscillator with hysteresis inside: what the file of a HystereticOscillator says. It never changes, so several threads may
+// use it at once. What is made from it keeps what it needs: the oscillator may be freed before.
+typedef struct mpih_oscillator mpih_oscillator;
+
+// An oscillator sample by sample, from the drive to the position, integrated in sub-steps.
+typedef struct mpih_oscillator_forward mpih_oscillator_forward;
+
 // A stage: what a stage file says of an actuator. It never changes, so several threads may use it at once. What is made
 // from it keeps what it needs: the stage may be freed before.
 typedef struct mpih_stage mpih_stage;
+
+// How a controller of several axes is set up. Fill it with mpih_axes_controller_options_default first, then change what you
+// need.
+typedef struct {
+    // How fast each drive may move, per second; NaN or infinity for no bound.
+    double slew;
+    // By how much the feedback may at most amplify what disturbs a position, at any frequency: 1.05 to 5; NaN for 2.
+    double peak_sensitivity;
+    // How long a motion takes from where it starts to its references, and a change to vanish, in seconds; NaN for 5 ms.
+    double bumpless_time;
+    // How many samples early references come, 1 to 512; -1 for as many as the dynamics use.
+    int32_t ahead;
+    // For how many measurements in a row that are missing the estimate stands in, before feed-forward goes on alone; -1 for 10.
+    int32_t max_missing;
+} mpih_axes_controller_options;
+
+// How many samples were unusual.
+typedef struct {
+    // References, or given feed-forwards, that were not finite (or beyond 1e100), or feed-forwards that did not come.
+    uint64_t rejected;
+    // Measurements that were not finite (or beyond 1e100).
+    uint64_t missing;
+    // Measurements that were finite but cannot be.
+    uint64_t implausible;
+    // Unlimited drives beyond the limits.
+    uint64_t saturated;
+    // Unlimited drives farther from the last drive than the slew allows.
+    uint64_t slewing;
+} mpih_counters;
 
 // How a controller is set up. Fill it with mpih_controller_options_default first, then change what you need. NaN stands for
 // what the stage says.
@@ -192,20 +241,6 @@ typedef struct {
     int32_t slewing;
 } mpih_terms;
 
-// How many samples were unusual.
-typedef struct {
-    // References, or given feed-forwards, that were not finite (or beyond 1e100), or feed-forwards that did not come.
-    uint64_t rejected;
-    // Measurements that were not finite (or beyond 1e100).
-    uint64_t missing;
-    // Measurements that were finite but cannot be.
-    uint64_t implausible;
-    // Unlimited drives beyond the limits.
-    uint64_t saturated;
-    // Unlimited drives farther from the last drive than the slew allows.
-    uint64_t slewing;
-} mpih_counters;
-
 // What a stage says of itself. A number that the stage does not state is NaN. Drives and positions are in the units of the
 // stage (V and um by default), times in seconds.
 typedef struct {
@@ -246,6 +281,193 @@ uint32_t mpih_abi(void);
 
 // The version of the library, such as "0.1.0".
 const char *mpih_version(void);
+
+// Reads a stage of several axes from the text of its file. `text` is UTF-8 and ends with a zero byte. Free the stage with
+// mpih_axes_stage_free.
+mpih_status mpih_axes_stage_from_json(const char *text,
+                                      mpih_axes_stage **stage);
+
+// Reads the file of a stage of several axes. `path` is UTF-8 and ends with a zero byte. Free the stage with
+// mpih_axes_stage_free.
+mpih_status mpih_axes_stage_from_file(const char *path, mpih_axes_stage **stage);
+
+// An oscillator sampled every `dt` seconds as a stage of one axis: for mpih_axes_controller_new. Errors of what it shows go
+// with the square of `dt`; to simulate finely take mpih_oscillator_forward_new. Free the stage with mpih_axes_stage_free.
+mpih_status mpih_axes_stage_of_oscillator(const mpih_oscillator *oscillator,
+                                          double dt,
+                                          mpih_axes_stage **stage);
+
+// Frees a stage of several axes; nothing for NULL.
+void mpih_axes_stage_free(mpih_axes_stage *stage);
+
+// The number of drives. 0 for NULL.
+size_t mpih_axes_stage_drives(const mpih_axes_stage *stage);
+
+// The number of positions. 0 for NULL.
+size_t mpih_axes_stage_positions(const mpih_axes_stage *stage);
+
+// The sampling interval in seconds, which is part of the stage. NaN for NULL.
+double mpih_axes_stage_dt(const mpih_axes_stage *stage);
+
+// How many bytes mpih_axes_forward_new needs.
+size_t mpih_axes_forward_size(void);
+
+// Of which number the address of the memory for mpih_axes_forward_new must be a multiple.
+size_t mpih_axes_forward_align(void);
+
+// Makes a forward model of a stage of several axes at rest, in `memory` of `bytes` bytes, or on the heap if `memory` is NULL.
+// End it with mpih_axes_forward_free.
+mpih_status mpih_axes_forward_new(const mpih_axes_stage *stage,
+                                  void *memory,
+                                  size_t bytes,
+                                  mpih_axes_forward **forward);
+
+// Ends a forward model: frees what it holds, and itself unless it lies in memory of the caller. Nothing for NULL.
+void mpih_axes_forward_free(mpih_axes_forward *forward);
+
+// A row of a record: writes the positions at this moment, t_k. The drives are then held until t_(k+1).
+//
+// A drive that is not finite counts as the last one of its axis. One that would bring a state beyond 1e100 leaves the states
+// as they are. Both are counted. Fails for NULL alone.
+mpih_status mpih_axes_forward_step(mpih_axes_forward *forward,
+                                   const double *drives,
+                                   double *positions);
+
+// A plant in a loop: holds the drives for one sampling interval, then writes the positions at its end, just before the next
+// drives. That is what a controller reads next. Bad drives are as for mpih_axes_forward_step. Fails for NULL alone.
+mpih_status mpih_axes_forward_advance(mpih_axes_forward *forward,
+                                      const double *drives,
+                                      double *positions);
+
+// mpih_axes_forward_step for `n` rows, one behind the other, bit for bit. Both arrays may be the same where rows of both are as
+// long.
+mpih_status mpih_axes_forward_run(mpih_axes_forward *forward,
+                                  const double *drives,
+                                  double *positions,
+                                  size_t n);
+
+// How many drives were not finite (or beyond 1e100), and how many samples would have brought a state beyond 1e100.
+uint64_t mpih_axes_forward_rejected(const mpih_axes_forward *forward);
+
+// Back to rest, all counts zero.
+void mpih_axes_forward_reset(mpih_axes_forward *forward);
+
+// Writes everything that the model remembers to `text`, as mpih_forward_save does.
+mpih_status mpih_axes_forward_save(const mpih_axes_forward *forward, char *text, size_t bytes, size_t *needed);
+
+// Goes on, bit for bit, from what mpih_axes_forward_save wrote for a model of the same stage. If it fails the model is as
+// before.
+mpih_status mpih_axes_forward_load(mpih_axes_forward *forward,
+                                   const char *text);
+
+// Fills the options with what stands for NaN and -1.
+mpih_status mpih_axes_controller_options_default(mpih_axes_controller_options *options);
+
+// How many bytes mpih_axes_controller_new needs.
+size_t mpih_axes_controller_size(void);
+
+// Of which number the address of the memory for mpih_axes_controller_new must be a multiple.
+size_t mpih_axes_controller_align(void);
+
+// Makes a controller of a stage with as many drives as positions, 16 at most, in `memory` of `bytes` bytes, or on the heap if
+// `memory` is NULL. `limits` has `n` rows, the lowest and the highest drive of each. NULL for `options` stands for
+// those of mpih_axes_controller_options_default. End it with mpih_axes_controller_free.
+mpih_status mpih_axes_controller_new(const mpih_axes_stage *stage,
+                                     const double *limits,
+                                     size_t n,
+                                     const mpih_axes_controller_options *options,
+                                     void *memory,
+                                     size_t bytes,
+                                     mpih_axes_controller **controller);
+
+// Ends a controller: frees what it holds, and itself unless it lies in memory of the caller. Nothing for NULL.
+void mpih_axes_controller_free(mpih_axes_controller *controller);
+
+// Takes the references, which come mpih_axes_controller_ahead samples early, and the measurements of now, and writes the
+// drives to put out: a number for each axis.
+//
+// Drives are always finite, within their limits and no farther than the slew allows from the last ones. A reference that is
+// not finite holds all drives; a measurement that is not finite moves no estimate. All are counted. Fails for NULL alone.
+mpih_status mpih_axes_controller_step(mpih_axes_controller *controller,
+                                      const double *references,
+                                      const double *measurements,
+                                      double *drives);
+
+// mpih_axes_controller_step for `n` rows, one behind the other, bit for bit. Arrays may be the same.
+mpih_status mpih_axes_controller_run(mpih_axes_controller *controller,
+                                     const double *references,
+                                     const double *measurements,
+                                     double *drives,
+                                     size_t n);
+
+// The drives that mpih_axes_controller_step would write; nothing changes. Fails for NULL alone.
+mpih_status mpih_axes_controller_peek(mpih_axes_controller *controller,
+                                      const double *references,
+                                      const double *measurements,
+                                      double *drives);
+
+// The drives for a sample that only mpih_axes_controller_commit takes: where writing to the amplifiers may fail. A plan
+// replaces the one before; any change of the controller drops it. Fails for NULL alone.
+mpih_status mpih_axes_controller_plan(mpih_axes_controller *controller,
+                                      const double *references,
+                                      const double *measurements,
+                                      double *drives);
+
+// Takes the sample that was planned; false if there is none.
+bool mpih_axes_controller_commit(mpih_axes_controller *controller);
+
+// The present drive of an axis: what its amplifier has. NaN for NULL, and if there is no such axis.
+double mpih_axes_controller_drive(const mpih_axes_controller *controller, size_t axis);
+
+// What comes in with a drive that is not of the model, as measurements tell. NaN for NULL, and if there is no such axis.
+double mpih_axes_controller_disturbance(const mpih_axes_controller *controller,
+                                        size_t axis);
+
+// How many samples early references must come.
+size_t mpih_axes_controller_ahead(const mpih_axes_controller *controller);
+
+// For how many seconds at most, from the next sample on, the drives are not yet those of the law. NaN for NULL.
+double mpih_axes_controller_lead_in(const mpih_axes_controller *controller);
+
+// What the controller does with its samples; MPIH_MODE_HOLD for NULL.
+mpih_mode mpih_axes_controller_mode(const mpih_axes_controller *controller);
+
+// Holds all drives, from the next sample on. Neither allocates nor fails: it may be called in the loop.
+void mpih_axes_controller_hold(mpih_axes_controller *controller);
+
+// Ramps the `n` drives to their `rest_drives` at `rate` per second, or at the slew if that is slower, and holds them there,
+// whatever references and measurements come. Go on calling step: every call writes the next drives of the ramp. Does not
+// allocate unless it fails.
+mpih_status mpih_axes_controller_stop(mpih_axes_controller *controller,
+                                      double rate,
+                                      const double *rest_drives,
+                                      size_t n);
+
+// Back from a hold or a stop to the mode before it. Neither allocates nor fails.
+void mpih_axes_controller_release(mpih_axes_controller *controller);
+
+// As made, but for the drives, which stay: the next motion starts from them. All counts are zero. Neither allocates nor fails.
+void mpih_axes_controller_reset(mpih_axes_controller *controller);
+
+// Goes on from `n` other drives that the amplifiers have, with everything that is remembered. For the model they go out for
+// one sample more.
+mpih_status mpih_axes_controller_start_at(mpih_axes_controller *controller,
+                                          const double *drives,
+                                          size_t n);
+
+// Takes over what was driven before: `n` rows of drives, oldest first, one per sampling interval.
+mpih_status mpih_axes_controller_follow(mpih_axes_controller *controller, const double *drives, size_t n);
+
+// How many samples of an axis were unusual since the controller was made or reset. Does not allocate unless it fails.
+mpih_status mpih_axes_controller_counters(const mpih_axes_controller *controller, size_t axis, mpih_counters *counters);
+
+// Writes everything that the controller remembers to `text`, as mpih_forward_save does.
+mpih_status mpih_axes_controller_save(const mpih_axes_controller *controller, char *text, size_t bytes, size_t *needed);
+
+// Goes on, bit for bit, from what mpih_axes_controller_save wrote for a controller of the same stage, limits and options. The
+// amplifiers must be at the drives of the state. If it fails the controller is as before.
+mpih_status mpih_axes_controller_load(mpih_axes_controller *controller,
+                                      const char *text);
 
 // Reads a stage from the `n` bytes that mpih_stage_to_bytes wrote, or from those in a header that `mpi-hyst export --c` made.
 // Other bytes are refused: MPIH_STATUS_FORMAT. Free the stage with mpih_stage_free.
@@ -623,6 +845,72 @@ mpih_status mpih_observer_save(const mpih_observer *observer, char *text, size_t
 // drift. If it fails the observer is as before.
 mpih_status mpih_observer_load(mpih_observer *observer,
                                const char *text);
+
+// Reads an oscillator from the text of its file. `text` is UTF-8 and ends with a zero byte. Free it with
+// mpih_oscillator_free.
+mpih_status mpih_oscillator_from_json(const char *text, mpih_oscillator **oscillator);
+
+// Reads the file of an oscillator. `path` is UTF-8 and ends with a zero byte. Free it with mpih_oscillator_free.
+mpih_status mpih_oscillator_from_file(const char *path, mpih_oscillator **oscillator);
+
+// Frees an oscillator; nothing for NULL.
+void mpih_oscillator_free(mpih_oscillator *oscillator);
+
+// How many bytes mpih_oscillator_forward_new needs.
+size_t mpih_oscillator_forward_size(void);
+
+// Of which number the address of the memory for mpih_oscillator_forward_new must be a multiple.
+size_t mpih_oscillator_forward_align(void);
+
+// Makes a forward model of an oscillator at rest for a sampling interval of `dt` seconds, integrated in so many sub-steps, or
+// in as many as the oscillator needs for 0; in `memory` of `bytes` bytes, or on the heap if `memory` is NULL. End it with
+// mpih_oscillator_forward_free.
+mpih_status mpih_oscillator_forward_new(const mpih_oscillator *oscillator,
+                                        double dt,
+                                        size_t sub_steps,
+                                        void *memory,
+                                        size_t bytes,
+                                        mpih_oscillator_forward **forward);
+
+// Ends a forward model: frees what it holds, and itself unless it lies in memory of the caller. Nothing for NULL.
+void mpih_oscillator_forward_free(mpih_oscillator_forward *forward);
+
+// A row of a record: returns the position at this moment, t_k, then holds the drive until t_(k+1).
+//
+// A drive that is not finite counts as the last one. One that would bring the motion beyond 1e100 changes nothing. Both are
+// counted. NaN for NULL.
+double mpih_oscillator_forward_step(mpih_oscillator_forward *forward,
+                                    double drive);
+
+// A plant in a loop: holds a drive for one sampling interval and returns the position at its end. Bad drives are as for
+// mpih_oscillator_forward_step. NaN for NULL.
+double mpih_oscillator_forward_advance(mpih_oscillator_forward *forward, double drive);
+
+// mpih_oscillator_forward_step for `n` drives, bit for bit. Both arrays may be the same.
+mpih_status mpih_oscillator_forward_run(mpih_oscillator_forward *forward,
+                                        const double *drives,
+                                        double *positions,
+                                        size_t n);
+
+// The position of now. NaN for NULL.
+double mpih_oscillator_forward_position(const mpih_oscillator_forward *forward);
+
+// How many drives were not finite, or would have brought the motion beyond 1e100.
+uint64_t mpih_oscillator_forward_rejected(const mpih_oscillator_forward *forward);
+
+// Back to rest, all counts zero.
+void mpih_oscillator_forward_reset(mpih_oscillator_forward *forward);
+
+// Writes everything that the model remembers to `text`, as mpih_forward_save does.
+mpih_status mpih_oscillator_forward_save(const mpih_oscillator_forward *forward,
+                                         char *text,
+                                         size_t bytes,
+                                         size_t *needed);
+
+// Goes on, bit for bit, from what mpih_oscillator_forward_save wrote for a model of the same oscillator. If it fails the model
+// is as before.
+mpih_status mpih_oscillator_forward_load(mpih_oscillator_forward *forward,
+                                         const char *text);
 
 // Reads a stage from the text of a stage file, or from that of a model file: a stage of that hysteresis alone. `text` is
 // UTF-8 and ends with a zero byte. Free the stage with mpih_stage_free.

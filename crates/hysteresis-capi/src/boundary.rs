@@ -6,6 +6,7 @@ use std::cell::RefCell;
 use std::ffi::CString;
 
 use hysteresis_control::binary::Sampled;
+use hysteresis_control::multi_axis::FileError;
 use hysteresis_control::{guarded, stage};
 use hysteresis_core as core_;
 use serde::Serialize;
@@ -62,6 +63,15 @@ impl From<stage::Error> for Failure {
             _ => Status::Argument,
         };
         Self::new(status, error.to_string())
+    }
+}
+
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Self {
+        match error {
+            FileError::Value(error) => error.into(),
+            error => Self::new(Status::Format, error.to_string()),
+        }
     }
 }
 
@@ -227,6 +237,48 @@ pub(crate) unsafe fn read<'a>(name: &str, text: *const c_char) -> Result<&'a str
     text.to_str().map_err(|error| Failure::new(Status::Format, format!("{name}: expected UTF-8 text: {error}")))
 }
 
+/// The text of the file of that path.
+///
+/// # Safety
+/// As for [`read`].
+pub(crate) unsafe fn read_file(path: *const c_char) -> Result<String, Failure> {
+    // SAFETY: as asked of the caller.
+    let path = unsafe { read("path", path)? };
+    let bytes =
+        stage::read_file(path.as_ref()).map_err(|error| Failure::new(Status::File, format!("{path}: {error}")))?;
+    String::from_utf8(bytes)
+        .map_err(|error| Failure::new(Status::Format, format!("{path}: expected UTF-8 text: {error}")))
+}
+
+/// Makes an object that never changes on the heap, and tells C where it is.
+///
+/// # Safety
+/// `place` is NULL or may be written.
+pub(crate) unsafe fn hand_over<T>(name: &str, place: *mut *mut T, make: impl FnOnce() -> Result<T, Failure>) -> Status {
+    guard(|| {
+        if place.is_null() {
+            return Err(Failure::null(name));
+        }
+        // SAFETY: it is not NULL, so it may be written. What fails leaves no pointer that could be taken for an object.
+        unsafe { place.write(core::ptr::null_mut()) };
+        let made = Box::into_raw(Box::new(make()?));
+        // SAFETY: as above.
+        unsafe { place.write(made) };
+        Ok(())
+    })
+}
+
+/// Frees what was handed over; nothing for NULL.
+///
+/// # Safety
+/// `object` is NULL, or came from [`hand_over`] and nobody uses it after this.
+pub(crate) unsafe fn free<T>(object: *mut T) {
+    if !object.is_null() {
+        // SAFETY: it came from a box.
+        drop(unsafe { Box::from_raw(object) });
+    }
+}
+
 /// A buffer of the caller for a text or bytes.
 pub(crate) struct Buffer<'a> {
     pub(crate) to: *mut u8,
@@ -304,6 +356,42 @@ pub(crate) unsafe fn run<T, const N: usize>(
         let row = inputs.map(|input| unsafe { input.add(k).read() });
         // SAFETY: as above.
         unsafe { output.1.add(k).write(step(object, row)) };
+    }
+    Status::Ok
+}
+
+/// What takes and gives a number for each axis: it has room for them, as arrays of C may be the same.
+pub(crate) trait Rows<const N: usize> {
+    /// Room for a row of each input, and of the output.
+    fn rows(&mut self) -> ([&mut [f64]; N], &mut [f64]);
+}
+
+/// One row of outputs for each row of inputs, in order: a number for each axis.
+///
+/// # Safety
+/// An array is NULL or has `n` rows, which nothing else changes until this returns.
+pub(crate) unsafe fn run_rows<T: Rows<N>, const N: usize>(
+    (name, object): (&str, Option<&mut T>),
+    n: usize,
+    inputs: [(&str, *const f64); N],
+    output: (&str, *mut f64),
+    mut step: impl FnMut(&mut T),
+) -> Status {
+    let Some(object) = object else { return guard(|| Err(Failure::null(name))) };
+    let mut arrays = inputs.into_iter().chain([(output.0, output.1.cast_const())]);
+    if let Some((name, _)) = arrays.find(|(_, array)| n > 0 && array.is_null()) {
+        return guard(|| Err(Failure::null(name)));
+    }
+    for k in 0..n {
+        let (rows, _) = object.rows();
+        for (row, (_, input)) in rows.into_iter().zip(inputs) {
+            // SAFETY: no array is NULL, and k is below n; the row is memory of ours.
+            unsafe { row.as_mut_ptr().copy_from_nonoverlapping(input.add(k * row.len()), row.len()) };
+        }
+        step(object);
+        let (_, row) = object.rows();
+        // SAFETY: as above.
+        unsafe { output.1.add(k * row.len()).copy_from_nonoverlapping(row.as_ptr(), row.len()) };
     }
     Status::Ok
 }

@@ -7,11 +7,11 @@ use hysteresis_control::binary::{Binary, Sampled};
 use hysteresis_control::stage::{self, StageState};
 use hysteresis_core::{ControllerState, QuasiStaticState};
 
-use crate::boundary::{Buffer, Failure, Status, at, guard, slice, there};
+use crate::boundary::{Buffer, Failure, Status, at, guard, hand_over, slice, there};
 use crate::controller::Controller;
 use crate::models::{Forward, Inverse};
 use crate::observer::Observer;
-use crate::stage::{Stage, hand_over};
+use crate::stage::Stage;
 
 /// What C gives as bytes.
 ///
@@ -27,7 +27,7 @@ unsafe fn read<T: Binary>(bytes: *const u8, n: usize) -> Result<T, Failure> {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_stage_from_bytes(bytes: *const u8, n: usize, stage: *mut *mut Stage) -> Status {
     // SAFETY: as the header asks of the caller.
-    unsafe { hand_over(stage, || Stage::of(read::<stage::Stage>(bytes, n)?)) }
+    unsafe { hand_over("stage", stage, || Stage::of(read::<stage::Stage>(bytes, n)?)) }
 }
 
 /// Writes a stage to `bytes`, of which there are `n`, and how many that takes to `needed`. With NULL for `bytes` it only tells

@@ -432,7 +432,7 @@ impl Default for ControllerOptions {
     }
 }
 
-fn wrong(message: String) -> Failure {
+pub(crate) fn wrong(message: String) -> Failure {
     Failure::new(Status::Argument, message)
 }
 
@@ -461,7 +461,7 @@ pub(crate) fn limits(low: f64, high: f64) -> Result<Option<(f64, f64)>, Failure>
 }
 
 /// A count that may be left open by -1.
-fn count(name: &str, got: i32) -> Result<Option<u32>, Failure> {
+pub(crate) fn count(name: &str, got: i32) -> Result<Option<u32>, Failure> {
     match got {
         -1 => Ok(None),
         _ => u32::try_from(got).map(Some).map_err(|_| wrong(format!("{name}: expected 0 or more, or -1, got {got}"))),
@@ -573,6 +573,18 @@ pub struct Counters {
     pub slewing: u64,
 }
 
+impl From<hysteresis_core::Counters> for Counters {
+    fn from(now: hysteresis_core::Counters) -> Self {
+        Self {
+            rejected: now.rejected_count,
+            missing: now.missing_count,
+            implausible: now.implausible_count,
+            saturated: now.saturated_count,
+            slewing: now.slewing_count,
+        }
+    }
+}
+
 /// The terms of the last sample. Does not allocate.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_controller_terms(
@@ -605,15 +617,5 @@ pub extern "C" fn mpih_controller_counters(
     controller: Option<&Controller>,
     counters: Option<&mut MaybeUninit<Counters>>,
 ) -> Status {
-    guard(|| {
-        let now = there("controller", controller)?.controller.counters();
-        let made = Counters {
-            rejected: now.rejected_count,
-            missing: now.missing_count,
-            implausible: now.implausible_count,
-            saturated: now.saturated_count,
-            slewing: now.slewing_count,
-        };
-        tell("counters", counters, made)
-    })
+    guard(|| tell("counters", counters, there("controller", controller)?.controller.counters().into()))
 }

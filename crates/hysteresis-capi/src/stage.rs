@@ -6,7 +6,7 @@ use std::ffi::CString;
 
 use hysteresis_control::stage;
 
-use crate::boundary::{Failure, Status, guard, read, tell, there};
+use crate::boundary::{Failure, Status, free, guard, hand_over, read, read_file, tell, there};
 
 /// A stage: what a stage file says of an actuator. It never changes, so several threads may use it at once. What is made
 /// from it keeps what it needs: the stage may be freed before.
@@ -75,55 +75,26 @@ impl Stage {
     }
 }
 
-/// Tells C where a stage is.
-///
-/// # Safety
-/// `place` is NULL or may be written.
-pub(crate) unsafe fn hand_over(place: *mut *mut Stage, make: impl FnOnce() -> Result<Stage, Failure>) -> Status {
-    guard(|| {
-        if place.is_null() {
-            return Err(Failure::null("stage"));
-        }
-        // SAFETY: it is not NULL, so it may be written. What fails leaves no pointer that could be taken for a stage.
-        unsafe { place.write(core::ptr::null_mut()) };
-        let stage = Box::into_raw(Box::new(make()?));
-        // SAFETY: as above.
-        unsafe { place.write(stage) };
-        Ok(())
-    })
-}
-
 /// Reads a stage from the text of a stage file, or from that of a model file: a stage of that hysteresis alone. `text` is
 /// UTF-8 and ends with a zero byte. Free the stage with mpih_stage_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_stage_from_json(text: *const c_char, stage: *mut *mut Stage) -> Status {
     // SAFETY: as the header asks of the caller.
-    unsafe { hand_over(stage, || Stage::from_json(read("text", text)?)) }
+    unsafe { hand_over("stage", stage, || Stage::from_json(read("text", text)?)) }
 }
 
 /// Reads a stage file, or a model file. `path` is UTF-8 and ends with a zero byte. Free the stage with mpih_stage_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_stage_from_file(path: *const c_char, stage: *mut *mut Stage) -> Status {
-    let make = || {
-        // SAFETY: as the header asks of the caller.
-        let path = unsafe { read("path", path)? };
-        let bytes =
-            stage::read_file(path.as_ref()).map_err(|error| Failure::new(Status::File, format!("{path}: {error}")))?;
-        let text = str::from_utf8(&bytes)
-            .map_err(|error| Failure::new(Status::Format, format!("{path}: expected UTF-8 text: {error}")))?;
-        Stage::from_json(text)
-    };
     // SAFETY: as the header asks of the caller.
-    unsafe { hand_over(stage, make) }
+    unsafe { hand_over("stage", stage, || Stage::from_json(&read_file(path)?)) }
 }
 
 /// Frees a stage; nothing for NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_stage_free(stage: *mut Stage) {
-    if !stage.is_null() {
-        // SAFETY: it came from a box, and nobody uses it after this.
-        drop(unsafe { Box::from_raw(stage) });
-    }
+    // SAFETY: as the header asks of the caller.
+    unsafe { free(stage) }
 }
 
 /// What a stage says of itself.

@@ -48,7 +48,10 @@ mod terms;
 mod threads;
 mod uncertainty;
 
-pub use axes::{AxesHysteresis, AxesIdentification, AxesOptions, AxesPlace, AxesRecord, AxesTrial, identify_axes};
+pub use axes::{
+    AxesHysteresis, AxesIdentification, AxesOptions, AxesPlace, AxesRecord, AxesStandardErrors, AxesTrial,
+    identify_axes,
+};
 pub use choose::cross_validation::CrossValidation;
 pub use compare::compare;
 pub use compare::comparison::{ComparedModel, Comparison, Extension, Omission};

@@ -1,5 +1,6 @@
 //! The tests of what the crate promises, in one program: it is linked once.
 
+mod axes;
 mod bytes;
 mod header;
 mod interface;

@@ -4,7 +4,10 @@ use std::io::{Write, stderr};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use hysteresis_control::multi_axis::{MultiAxisForward, MultiAxisStage, TrackingOptions};
+use hysteresis_control::oscillator::{HystereticOscillator, OscillatorForward};
 use hysteresis_control::stage::Stage;
+use hysteresis_core::{ControllerOptions, Process};
 // Else cargo does not build the libraries for this test.
 use mpi_hyst as _;
 use same_bits::{NAMES, SAMPLES, digest, outputs};
@@ -19,8 +22,17 @@ const SYSTEM: &[&str] = if cfg!(target_os = "linux") {
     &["-lm"]
 };
 
+fn example(name: &str) -> PathBuf {
+    Path::new(HERE).join("examples").join(name)
+}
+
 fn stage() -> PathBuf {
-    Path::new(HERE).join("examples/stage.json")
+    example("stage.json")
+}
+
+fn numbers(file: &Path) -> Vec<f64> {
+    let bytes = std::fs::read(file).unwrap();
+    bytes.as_chunks().0.iter().map(|bytes| f64::from_ne_bytes(*bytes)).collect()
 }
 
 /// The folder of this test, where cargo puts the libraries too.
@@ -103,12 +115,50 @@ fn a_million_mixed_samples_give_the_same_bits_in_c_as_in_rust() {
     let Some(program) = compiled(C, "c/same_bits.c", &["-lmpi_hyst"]) else { return };
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("same_bits.f64");
     run(&program, &[&stage(), &file]);
-    let bytes = std::fs::read(&file).unwrap();
-    let numbers: Vec<f64> = bytes.as_chunks().0.iter().map(|bytes| f64::from_ne_bytes(*bytes)).collect();
+    let numbers = numbers(&file);
     assert_eq!(numbers.len(), NAMES.len() * SAMPLES);
     let stage = Stage::from_json(&std::fs::read_to_string(stage()).unwrap()).unwrap();
     for ((name, rust), c) in NAMES.iter().zip(&outputs(&stage).unwrap()).zip(numbers.chunks(SAMPLES)) {
         assert!(rust.iter().all(|number| number.is_finite()), "{name}");
         assert_eq!(digest(c), digest(rust), "{name}");
     }
+}
+
+/// What examples/c/axes.c writes: the drives and the positions of both axes, and the positions of the oscillator.
+fn axes_in_rust() -> Vec<f64> {
+    const SAMPLES: usize = 2000;
+    let text = |name: &str| std::fs::read_to_string(example(name)).unwrap();
+    let square = |k: usize, period: usize| if (k / period).is_multiple_of(2) { 0.5 } else { -0.25 };
+    let stage = MultiAxisStage::from_json(&text("axes.json")).unwrap();
+    let options = ControllerOptions { slew: Some(4000.0), ..ControllerOptions::new(1.0, 0.0, stage.dt(), (-9.0, 9.0)) };
+    let mut controller = stage.controller(&[options; 2], &TrackingOptions::default()).unwrap();
+    let ahead = controller.tracking().unwrap().ahead();
+    let (mut plant, mut y, mut all) = (MultiAxisForward::new(&stage), [0.3, -0.2], Vec::new());
+    let mut positions = Vec::new();
+    for k in 0..SAMPLES {
+        let references = [0.3 + square(k + ahead, 400), -0.2 + square(k + ahead, 300)];
+        let seen = [y[0], if k % 97 == 0 { f64::NAN } else { y[1] }];
+        let mut drives = [0.0; 2];
+        controller.step((&references).into(), &seen, &mut drives).unwrap();
+        plant.advance(&drives, &mut y).unwrap();
+        all.extend(drives);
+        positions.extend(y);
+    }
+    all.extend(positions);
+    let oscillator = HystereticOscillator::from_json(&text("oscillator.json")).unwrap();
+    let mut forward = OscillatorForward::new(&oscillator, 2.5e-4, None).unwrap();
+    all.extend((0..SAMPLES).map(|k| forward.step(if k % 101 == 0 { f64::NAN } else { 100.0 * square(k, 130) })));
+    all
+}
+
+#[test]
+fn axes_and_oscillators_give_the_same_bits_in_c_as_in_rust() {
+    let Some(program) = compiled(C, "c/axes.c", &["-lmpi_hyst"]) else { return };
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("axes.f64");
+    let (stage, oscillator) = (example("axes.json"), example("oscillator.json"));
+    let said = String::from_utf8(run(&program, &[&stage, &oscillator, &file]).stdout).unwrap();
+    assert!(said.contains("stopped at 0 and 0") && said.contains("20 drives were no numbers"), "{said}");
+    let bits = |numbers: &[f64]| numbers.iter().map(|number| number.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(&numbers(&file)), bits(&axes_in_rust()));
+    clean_memory(&program, &[&stage, &oscillator, &file]);
 }

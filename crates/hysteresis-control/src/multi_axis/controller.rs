@@ -120,8 +120,8 @@ impl MultiAxisStage {
 }
 
 impl MultiAxisStageController {
-    /// Led by a stage. Its controllers take volts that are given with every sample, and previews that look as far ahead
-    /// as the stage.
+    /// Led by a stage at rest, which takes the present drives for those that go out until the first measurement. Its
+    /// controllers take volts that are given with every sample, and previews that look as far ahead as the stage.
     ///
     /// # Errors
     /// [`Error`] for controllers of another number, sampling interval, feed-forward, preview or other limits, for a kp that
@@ -152,6 +152,7 @@ impl MultiAxisStageController {
         }
         self.discard_plan();
         self.tracking = Some(tracking);
+        self.hold();
         Ok(self)
     }
 
@@ -324,6 +325,7 @@ impl MultiAxisStageController {
         if let Some(tracking) = &mut self.tracking {
             tracking.reset();
         }
+        self.hold();
         Ok(())
     }
 
@@ -340,13 +342,25 @@ impl MultiAxisStageController {
         Ok(())
     }
 
-    /// Goes on from other drives that the amplifiers have, with everything that is remembered.
+    /// Goes on from other drives that the amplifiers have, with everything that is remembered. For what leads the stage they
+    /// go out for one sample more.
     ///
     /// # Errors
     /// As [`MultiAxisController::start_at`]; nothing changes then.
     pub fn start_at(&mut self, drives: &[f64]) -> Result<(), Error> {
+        self.controller.start_at(drives)?;
         self.planned = None;
-        self.controller.start_at(drives)
+        self.hold();
+        Ok(())
+    }
+
+    /// What leads the stage takes the present drives for those that go out until the next measurement.
+    fn hold(&mut self) {
+        let Some(tracking) = &mut self.tracking else { return };
+        let mut drives = Numbers::default();
+        let controllers = self.controller.controllers();
+        drives.iter_mut().zip(controllers).for_each(|(drive, controller)| *drive = controller.drive());
+        tracking.hold(drives.get(..controllers.len()).unwrap_or(&drives));
     }
 
     /// Everything that is remembered. Allocates.

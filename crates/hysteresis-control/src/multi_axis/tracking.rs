@@ -392,6 +392,14 @@ impl Tracking {
         self.rest();
     }
 
+    /// One sample more without a measurement, in which other drives go out than those that were asked for: the stage follows
+    /// them, and so does its hysteresis. The next motion begins where that leads.
+    pub(super) fn hold(&mut self, drives: &[f64]) {
+        let mut own = Numbers::default();
+        own.iter_mut().zip(drives).for_each(|(own, drive)| *own = *drive);
+        self.take(&Asked::default(), false, (&own, drives));
+    }
+
     /// Everything that it remembers. Allocates.
     #[must_use]
     pub fn state(&self) -> TrackingState {

@@ -158,6 +158,39 @@ fn a_stop_ramps_the_drives_and_a_motion_begins_where_it_ended() {
     assert_eq!(drives, before);
 }
 
+/// What the amplifiers have is known to the observer as it is to the controllers: what it expects is measured.
+#[test]
+fn the_observer_follows_drives_that_jump() {
+    let steps =
+        |count: usize, controller: &mut MultiAxisStageController, plant: &mut MultiAxisForward, y: &mut [f64; 2]| {
+            let mut drives = [0.0; 2];
+            for k in 0..count {
+                controller.step((&wanted(k)).into(), y, &mut drives).unwrap();
+                let found = controller.tracking().unwrap().disturbance();
+                assert!(found.iter().all(|number| number.abs() < 1e-12), "{k} {found:?}");
+                plant.advance(&drives, y).unwrap();
+            }
+        };
+    let jumped = [1.5, -0.5];
+    let (mut one, mut plant, mut y) = (controller((-9.0, 9.0)), MultiAxisForward::new(&stage(1.0)), [0.3, -0.2]);
+    steps(200, &mut one, &mut plant, &mut y);
+    assert!(one.start_at(&[0.0, 9.5]).is_err());
+    one.start_at(&jumped).unwrap();
+    plant.advance(&jumped, &mut y).unwrap();
+    steps(1, &mut one, &mut plant, &mut y);
+    one.reset(Some(&jumped)).unwrap();
+    plant.reset();
+    plant.advance(&jumped, &mut y).unwrap();
+    steps(1, &mut one, &mut plant, &mut y);
+    // Limits that do not hold 0.
+    let mut above = controller((0.5, 9.0));
+    let start: Vec<f64> = above.controller().controllers().iter().map(HybridController::drive).collect();
+    assert_eq!(start, [0.5; 2]);
+    plant.reset();
+    plant.advance(&start, &mut y).unwrap();
+    steps(1, &mut above, &mut plant, &mut y);
+}
+
 #[test]
 fn what_does_not_fit_is_refused() {
     let options = ControllerOptions::new(1.0, 0.0, DT, (-9.0, 9.0));

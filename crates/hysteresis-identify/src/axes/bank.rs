@@ -111,6 +111,31 @@ impl Bank {
         }
     }
 
+    /// Whether one of its numbers is at a bound of what operators can have.
+    pub(super) fn is_at_bound(&self, number: f64) -> bool {
+        self.acts_on_memory() && number <= LEAST_SLOPE
+    }
+
+    /// Its numbers with w times `of_w` and, if it takes any unit of q, q over `of_q`.
+    pub(super) fn in_units(&self, of_w: f64, of_q: f64) -> Vec<f64> {
+        match self {
+            // Thresholds say in which unit q is.
+            Self::Plays { weights, .. } | Self::Curve { weights, .. } => {
+                weights.iter().map(|weight| weight * of_w).collect()
+            }
+            Self::Duhem { knots, slopes } => {
+                let (rising, falling) = slopes.split_at(knots.len());
+                let at = |f: &[f64], z: f64| {
+                    let above = knots.iter().position(|knot| z < *knot).unwrap_or(knots.len() - 1).max(1);
+                    let share = (z - knots[above - 1]) / (knots[above] - knots[above - 1]);
+                    f[above - 1] + share * (f[above] - f[above - 1])
+                };
+                let branch = |f: &[f64]| knots.iter().map(|z| at(f, z / of_w) * of_w * of_q).collect::<Vec<_>>();
+                [branch(rising), branch(falling)].concat()
+            }
+        }
+    }
+
     /// How many memories it has.
     pub(super) fn elements(&self) -> usize {
         if self.acts_on_memory() { 1 } else { self.numbers().len() }

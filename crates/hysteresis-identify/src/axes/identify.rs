@@ -8,6 +8,7 @@ use super::pass::{missed, reaches};
 use super::point::{Free, Point};
 use super::result::{AxesIdentification, AxesTrial, findings};
 use super::subspace::{Observability, fewest_samples};
+use super::uncertainty::{modes, standard_errors};
 use crate::error::Error;
 use crate::records::signal::as_f64;
 
@@ -233,6 +234,7 @@ impl Search<'_> {
         let residuals = missed(&last.point, data, &all).ok_or_else(unable)?;
         let scaled = |errors: &[f64]| errors.iter().zip(&data.position_scale).map(|(e, s)| e * s).collect::<Vec<_>>();
         let relative = errors(&residuals, data.positions);
+        let doubts = standard_errors(&last.point, data, (&all, &residuals), free, dt).ok_or_else(unable)?;
         Ok(AxesIdentification {
             model,
             hysteresis: chosen.hysteresis.name().to_owned(),
@@ -241,6 +243,8 @@ impl Search<'_> {
             held_out_errors: scaled(&chosen.errors),
             linear_errors: scaled(&linear.errors),
             deviations: data.position_scale.clone(),
+            modes: modes(&last.point, dt),
+            standard_errors: doubts,
             warnings: findings(&self.tried, linear, &chosen, &residuals, data),
             tried: self.tried,
             evaluations: self.passes,

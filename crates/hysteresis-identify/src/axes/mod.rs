@@ -4,7 +4,7 @@
 //! `data` are records in units of their own size. `subspace` finds the best linear dynamics, `point` is what is
 //! searched, `bank` an operator with its derivatives, `pass` the normal equations of a point, `descent` the way to a
 //! better one. A `candidate` is a structure, `identify` goes from the linear one to ever
-//! more, and `result` is what comes out.
+//! more, `uncertainty` says how far the last may be from the truth, and `result` is what comes out.
 
 mod bank;
 mod candidate;
@@ -15,8 +15,10 @@ mod pass;
 mod point;
 mod result;
 mod subspace;
+mod uncertainty;
 
 pub use candidate::{AxesHysteresis, AxesPlace};
 pub use data::AxesRecord;
 pub use identify::{AxesOptions, identify_axes};
 pub use result::{AxesIdentification, AxesTrial};
+pub use uncertainty::AxesStandardErrors;

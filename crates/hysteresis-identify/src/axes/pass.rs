@@ -14,6 +14,7 @@ use super::bank::{Bank, BankStream, Follows};
 use super::data::{Data, Stretch};
 use super::point::{Free, Point};
 use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, load, splat};
+use crate::fit::colour::{Autoregression, RowFilter};
 use crate::threads::Shared;
 
 /// Samples in a block.
@@ -210,8 +211,19 @@ pub(super) struct Normal {
 
 /// The normal equations of a point. None if the motion leaves all bounds.
 pub(super) fn linearise(point: &Point, data: &Data, stretches: &[Stretch], free: Free) -> Option<Normal> {
+    coloured(point, data, stretches, free, &[])
+}
+
+/// The same with the derivatives of each position behind the filter of its noise, so that J'J is J' Omega J of the plain ones.
+pub(super) fn coloured(
+    point: &Point,
+    data: &Data,
+    stretches: &[Stretch],
+    free: Free,
+    colours: &[Autoregression],
+) -> Option<Normal> {
     let columns = columns(point, free);
-    let mut parts = shared(stretches, |stretch| of_stretch(point, data, stretch, &columns))?.into_iter();
+    let mut parts = shared(stretches, |stretch| of_stretch(point, data, stretch, (&columns, colours)))?.into_iter();
     let mut sum = parts.next()?;
     for part in parts {
         sum.matrix += &part.matrix;
@@ -221,8 +233,14 @@ pub(super) fn linearise(point: &Point, data: &Data, stretches: &[Stretch], free:
     Some(sum)
 }
 
-fn of_stretch(point: &Point, data: &Data, (record, range): &Stretch, columns: &[(Target, usize)]) -> Option<Normal> {
+fn of_stretch(
+    point: &Point,
+    data: &Data,
+    (record, range): &Stretch,
+    (columns, colours): (&[(Target, usize)], &[Autoregression]),
+) -> Option<Normal> {
     let (u, y) = &data.records[*record];
+    let mut filters: Vec<_> = colours.iter().map(|colour| RowFilter::new(colour, columns.len())).collect();
     let (m, p, count) = (data.drives, data.positions, columns.len());
     let mut runner = Runner::new(point)?;
     let mut groups: Vec<Group> = groups(point, columns);
@@ -266,6 +284,7 @@ fn of_stretch(point: &Point, data: &Data, (record, range): &Stretch, columns: &[
                 column.iter_mut().zip(&out[behind * p..]).for_each(|(entry, lanes)| *entry = lanes[lane]);
             }
         }
+        filter_rows(&mut jacobian, &mut filters);
         let residual = &residual[behind * p..];
         for (j, sum) in sum.vector.iter_mut().enumerate() {
             *sum += jacobian.col_as_slice(j).iter().zip(residual).map(|(j, r)| j * r).sum::<f64>();
@@ -276,6 +295,16 @@ fn of_stretch(point: &Point, data: &Data, (record, range): &Stretch, columns: &[
         matmul(sum.matrix.as_mut(), lower, Accum::Add, transposed, whole, jacobian, whole, 1.0, Par::Seq);
     }
     sum.squares.is_finite().then_some(sum)
+}
+
+/// Every row goes through the filter of its position; none if there are none.
+fn filter_rows(rows: &mut Mat<f64>, filters: &mut [RowFilter<'_>]) {
+    let mut row = vec![0.0; rows.ncols()];
+    for i in 0..rows.nrows().min(rows.nrows() * filters.len()) {
+        row.iter_mut().enumerate().for_each(|(j, entry)| *entry = rows[(i, j)]);
+        let position = i % filters.len();
+        filters[position].coloured(&row).iter().enumerate().for_each(|(j, entry)| rows[(i, j)] = *entry);
+    }
 }
 
 /// Eight tangents.

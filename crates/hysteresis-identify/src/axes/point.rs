@@ -132,15 +132,21 @@ impl Point {
         })
     }
 
+    /// What each operator of the stage takes times its q, to have that of this point: q in front has the unit of its drive, which
+    /// is what thresholds are read in.
+    pub(super) fn operator_gains(&self, data: &Data) -> Vec<f64> {
+        let gain = |i: usize| if self.is_in_front() { 1.0 / data.drive_scale[i] } else { 1.0 };
+        (0..self.banks.len()).map(gain).collect()
+    }
+
     /// The stage in the units of the records. None if an operator is one that no stage has.
     pub(super) fn stage(&self, data: &Data, dt: f64) -> Result<Option<MultiAxisStage>, Error> {
         let (n, m, p, h) = (self.states, self.drives, self.positions, self.banks.len());
         let (u, y) = (&data.drive_scale, &data.position_scale);
-        // q in front has the unit of its drive, which is what thresholds are read in.
-        let gain = |i: usize| if self.is_in_front() { 1.0 / u[i] } else { 1.0 };
+        let gains = self.operator_gains(data);
         let mut operators = Vec::with_capacity(h);
         for (i, bank) in self.banks.iter().enumerate() {
-            let Some(operator) = bank.operator(gain(i))? else { return Ok(None) };
+            let Some(operator) = bank.operator(gains[i])? else { return Ok(None) };
             operators.push(operator);
         }
         let mut a = DMatrix::zeros(n, n);
@@ -155,8 +161,8 @@ impl Point {
             bw: DMatrix::from_fn(n, h, |i, j| self.bw[i * h + j]),
             c: DMatrix::from_fn(p, n, |i, j| self.c[i * n + j] * y[i]),
             d: DMatrix::from_fn(p, m, |i, j| self.d[i * m + j] * y[i] / u[j]),
-            cq: DMatrix::from_fn(h, n, |i, j| self.cq[i * n + j] / gain(i)),
-            dq: DMatrix::from_fn(h, m, |i, j| self.dq[i * m + j] / u[j] / gain(i)),
+            cq: DMatrix::from_fn(h, n, |i, j| self.cq[i * n + j] / gains[i]),
+            dq: DMatrix::from_fn(h, m, |i, j| self.dq[i * m + j] / u[j] / gains[i]),
         };
         let offset = (0..p).map(|i| self.offset[i] * y[i] + data.position_mean[i]).collect();
         Ok(Some(MultiAxisStage::new(matrices, operators, offset, dt)?))

@@ -1,9 +1,10 @@
 //! What the identification of a stage of several axes returns.
 
-use hysteresis_control::multi_axis::MultiAxisStage;
+use hysteresis_control::multi_axis::{MultiAxisStage, ScalarOperator};
 
 use super::candidate::{AxesHysteresis, Candidate};
 use super::data::Data;
+use super::uncertainty::AxesStandardErrors;
 use crate::judge::finding::{Finding, Verdict};
 use crate::judge::finding_code::FindingCode;
 use crate::judge::residual::poor_fit;
@@ -27,6 +28,10 @@ pub struct AxesIdentification {
     pub linear_errors: Vec<f64>,
     /// The standard deviation of each position.
     pub deviations: Vec<f64>,
+    /// Frequency in Hz and damping ratio of each mode, from the lowest frequency up: of A, what rings while operators stand.
+    pub modes: Vec<[f64; 2]>,
+    /// Standard errors of what does not depend on the coordinates of the states, for noise with the spectrum of what is left.
+    pub standard_errors: AxesStandardErrors,
     /// All structures that were tried.
     pub tried: Vec<AxesTrial>,
     /// What makes the numbers doubtful.
@@ -73,6 +78,15 @@ impl AxesIdentification {
                 self.errors[i], self.held_out_errors[i], self.linear_errors[i], self.deviations[i]
             ));
         }
+        let doubts = self.standard_errors.frequencies.iter().zip(&self.standard_errors.dampings);
+        for ([frequency, damping], (of_frequency, of_damping)) in self.modes.iter().zip(doubts) {
+            lines.push(format!(
+                "Mode: {frequency:.6e} +- {of_frequency:.1e} Hz, damping ratio {damping:.4e} +- {of_damping:.1e}"
+            ));
+        }
+        for (i, (operator, doubts)) in self.model.operators().iter().zip(&self.standard_errors.operators).enumerate() {
+            lines.push(format!("Operator {i}: {}", numbers(operator, doubts)));
+        }
         lines.push("Tried, % of the standard deviation:            states  parameters  fitted  held out".to_owned());
         for AxesTrial { name, states, parameters, fitted, held_out } in &self.tried {
             let (fitted, held_out) = (100.0 * fitted, 100.0 * held_out);
@@ -81,6 +95,16 @@ impl AxesIdentification {
         lines.extend(self.warnings.iter().map(ToString::to_string));
         lines.join("\n")
     }
+}
+
+/// The weights of an operator, or f+ and then f-, with their standard errors.
+fn numbers(operator: &ScalarOperator, doubts: &[f64]) -> String {
+    let (name, numbers) = match operator {
+        ScalarOperator::Plays { weights, .. } => ("weights", weights.clone()),
+        ScalarOperator::Duhem(duhem) => ("f+, f-", duhem.rising().chain(duhem.falling()).collect()),
+    };
+    let each = numbers.iter().zip(doubts).map(|(number, doubt)| format!("{number:.3e} +- {doubt:.0e}"));
+    format!("{name} {}", each.collect::<Vec<_>>().join(", "))
 }
 
 /// The held-out error of a model with hysteresis is at most this share of that of another one.

@@ -5,6 +5,7 @@ use hysteresis_control::oscillator::HystereticOscillator;
 
 use super::descent::Fit;
 use crate::algebra::factor::{back_substitute, triangle_of};
+use crate::fit::colour::{Autoregression, RowFilter};
 use crate::judge::finding::{Finding, Verdict};
 use crate::judge::finding_code::FindingCode;
 use crate::judge::residual::poor_fit;
@@ -37,8 +38,8 @@ pub struct OscillatorIdentification {
     pub noise: Option<f64>,
     /// Whether the knots cover all of z over the record: beyond them f is extrapolated.
     pub covered: bool,
-    /// Standard errors of b, c, k, f+ and f- at the knots, and the output offset, for white noise; infinite where the
-    /// record does not tell a parameter.
+    /// Standard errors of b, c, k, f+ and f- at the knots, and the output offset, for noise with the spectrum of what the fit
+    /// leaves; infinite where the record does not tell a parameter.
     pub standard_errors: Vec<f64>,
     /// The linear oscillator and every number of knots that was tried.
     pub tried: Vec<OscillatorTrial>,
@@ -69,6 +70,13 @@ impl OscillatorIdentification {
         Verdict::of(&self.warnings)
     }
 
+    /// The standard errors of f+ and of f- at the knots.
+    #[must_use]
+    pub fn of_slopes(&self) -> (&[f64], &[f64]) {
+        let slopes = &self.standard_errors[3..self.standard_errors.len() - 1];
+        slopes.split_at(slopes.len() / 2)
+    }
+
     /// The numbers as a text: the model, its parameters with their standard errors, and what was tried.
     #[must_use]
     pub fn summary(&self) -> String {
@@ -80,7 +88,7 @@ impl OscillatorIdentification {
         for ((name, value), error) in named.zip(&self.standard_errors) {
             lines.push(format!("  {name:<20} {value:>13.6e} +- {error:.1e}"));
         }
-        let (rising, falling) = self.standard_errors[3..].split_at(knots);
+        let (rising, falling) = self.of_slopes();
         let slopes = operator.rising().zip(rising).zip(operator.falling().zip(falling));
         for (z, ((up, up_error), (down, down_error))) in operator.knots().zip(slopes) {
             let slopes = format!("f+ {up:>12.5e} +- {up_error:.1e}, f- {down:>12.5e} +- {down_error:.1e}");
@@ -119,7 +127,8 @@ pub(super) fn findings(residual: &[f64], range: f64, tried: &[OscillatorTrial], 
     findings.into_iter().filter(|finding| finding.value > finding.limit).collect()
 }
 
-/// Standard errors from the derivatives at the end of a fit.
+/// Standard errors from the derivatives J at the end of a fit: the roots of the diagonal of (J'J)^-1 J' Omega J (J'J)^-1, Omega
+/// the covariance of an autoregressive process with the spectrum of what the fit leaves.
 pub(super) fn standard_errors(fit: &Fit) -> Vec<f64> {
     let jacobian = &fit.at.jacobian;
     let (rows, columns) = (jacobian.nrows(), jacobian.ncols());
@@ -127,20 +136,27 @@ pub(super) fn standard_errors(fit: &Fit) -> Vec<f64> {
     let norms: Vec<f64> = (0..columns).map(|j| jacobian.col(j).norm_l2()).collect();
     // The record tells nothing of a parameter that moves no sample.
     let told: Vec<usize> = (0..columns).filter(|j| norms[*j] > 0.0).collect();
-    let triangle = triangle_of(Mat::from_fn(rows, told.len(), |i, j| jacobian[(i, told[j])] / norms[told[j]]));
-    let variance = fit.at.squares / as_f64(rows.saturating_sub(told.len()).max(1));
-    let mut sums = vec![0.0; told.len()];
-    for j in 0..told.len() {
-        let mut column = vec![0.0; told.len()];
-        column[j] = 1.0;
-        back_substitute(triangle.as_ref(), &mut column);
-        for (sum, x) in sums.iter_mut().zip(column) {
-            *sum += x * x;
-        }
+    let count = told.len();
+    let entry = |i: usize, j: usize| jacobian[(i, told[j])] / norms[told[j]];
+    let colour = Autoregression::of(&fit.at.residual);
+    let mut filter = RowFilter::new(&colour, count);
+    let mut coloured = Mat::zeros(rows, count);
+    for i in 0..rows {
+        let row: Vec<f64> = (0..count).map(|j| entry(i, j)).collect();
+        filter.coloured(&row).iter().enumerate().for_each(|(j, value)| coloured[(i, j)] = *value);
     }
+    let triangle = triangle_of(Mat::from_fn(rows, count, entry));
+    let mut inverse = Mat::zeros(count, count);
+    for j in 0..count {
+        let column = inverse.col_as_slice_mut(j);
+        column[j] = 1.0;
+        back_substitute(triangle.as_ref(), column);
+    }
+    let root = triangle_of(coloured) * &inverse * inverse.transpose();
+    let freedom = as_f64(rows) / as_f64(rows.saturating_sub(count).max(1));
     let mut errors = vec![f64::INFINITY; columns];
-    for (j, sum) in told.into_iter().zip(sums) {
-        let error = (variance * sum).sqrt() / norms[j];
+    for (place, j) in told.into_iter().enumerate() {
+        let error = freedom.sqrt() * root.col(place).norm_l2() / norms[j];
         errors[j] = if error.is_finite() { error } else { f64::INFINITY };
     }
     errors
@@ -157,7 +173,8 @@ mod tests {
             let entry = |i: usize, j: usize| place(j).map_or(0.0, |power| (0.1 * as_f64(i)).powi(power));
             let jacobian = Mat::from_fn(20, columns, entry);
             let point = Point { knots: Vec::new(), parameters: vec![0.0; columns - 1], offset: 0.0 };
-            let at = Linearised { residual: vec![0.1; 20], jacobian, squares: 0.2, range: (0.0, 0.0) };
+            let residual = (0..20).map(|i| if i % 2 == 0 { 0.1 } else { -0.1 }).collect();
+            let at = Linearised { residual, jacobian, squares: 0.2, range: (0.0, 0.0) };
             standard_errors(&Fit { point, at, passes: 1 })
         };
         // A straight line and a parabola: the errors of its coefficients.

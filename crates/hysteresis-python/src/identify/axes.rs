@@ -86,6 +86,39 @@ impl AxesIdentification {
         read_only(py, self.0.deviations.iter().copied())
     }
 
+    /// The modes from the lowest frequency up, each (frequency in Hz, damping ratio): of A, what rings while all operators
+    /// stand.
+    #[getter]
+    fn modes(&self) -> Vec<(f64, f64)> {
+        self.0.modes.iter().map(|mode| (*mode).into()).collect()
+    }
+
+    /// Standard errors of `modes`, of frequency and damping ratio of each.
+    ///
+    /// These, `operators_std` and `output_offset_std` are for noise with the spectrum of what the model leaves. What the model
+    /// lacks and follows the drives is not in them. The matrices have none: other coordinates of the states, or a larger w
+    /// with a smaller bw, are the same stage.
+    #[getter]
+    fn modes_std(&self) -> Vec<(f64, f64)> {
+        let errors = &self.0.standard_errors;
+        errors.frequencies.iter().copied().zip(errors.dampings.iter().copied()).collect()
+    }
+
+    /// Standard errors of the operators of `model`: an array for each, of the weights of its plays, or of f+ and then f- at
+    /// its knots. They hold where w moves the positions, and the drives move q, by as much as in `model`: beside bw and cq
+    /// the records tell no more. NaN for f at its bound.
+    #[getter]
+    #[py(-> "list[Vector]")]
+    fn operators_std<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyArray1<f64>>>> {
+        self.0.standard_errors.operators.iter().map(|errors| read_only(py, errors.iter().copied())).collect()
+    }
+
+    /// Standard errors of the output offsets of `model`.
+    #[getter]
+    fn output_offset_std<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+        read_only(py, self.0.standard_errors.output_offset.iter().copied())
+    }
+
     /// All structures that were tried: name, states, parameters; fitted and held_out, rms errors over standard
     /// deviations.
     #[getter]

@@ -102,11 +102,47 @@ impl OscillatorIdentification {
         self.0.covered
     }
 
-    /// Standard errors for white noise of b, c, k, f+ and f- at the knots, and the output offset; infinite where the
-    /// record does not tell a parameter.
+    /// Standard errors of b, c, k, f+ and f- at the knots, and the output offset, for noise with the spectrum of what the model
+    /// leaves; infinite where the record does not tell a parameter.
     #[getter]
     fn standard_errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         read_only(py, self.0.standard_errors.iter().copied())
+    }
+
+    /// The standard error of the gain b.
+    #[getter]
+    fn gain_std(&self) -> f64 {
+        self.0.standard_errors[0]
+    }
+
+    /// The standard error of the damping c, in 1/s.
+    #[getter]
+    fn damping_std(&self) -> f64 {
+        self.0.standard_errors[1]
+    }
+
+    /// The standard error of the stiffness k, in 1/s^2.
+    #[getter]
+    fn stiffness_std(&self) -> f64 {
+        self.0.standard_errors[2]
+    }
+
+    /// Standard errors of f+ at the knots.
+    #[getter]
+    fn rising_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.0.of_slopes().0.iter().copied())
+    }
+
+    /// Standard errors of f- at the knots.
+    #[getter]
+    fn falling_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.0.of_slopes().1.iter().copied())
+    }
+
+    /// The standard error of the output offset.
+    #[getter]
+    fn output_offset_std(&self) -> f64 {
+        self.0.standard_errors[self.0.standard_errors.len() - 1]
     }
 
     /// The linear oscillator (0 knots) and every number of knots that was tried: knots, parameters, fitted_rms,

