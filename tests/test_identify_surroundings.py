@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -99,7 +100,7 @@ def heated(u: Array, dt: float, time: float) -> Array:
 
 def turned(sizes: list[float], samples: int) -> Array:
     """Return straight ways to these places."""
-    ways = [np.linspace(a, b, samples, endpoint=False) for a, b in zip(sizes, sizes[1:], strict=False)]
+    ways = [np.linspace(a, b, samples, endpoint=False) for a, b in pairwise(sizes)]
     return np.concatenate([*ways, sizes[-1:]])
 
 

@@ -418,11 +418,10 @@ impl TermSearch<'_> {
 }
 
 /// What must not end at an edge of its search.
-const INSIDE: [Parameter; 4] =
-    [Parameter::LogFrequency, Parameter::LogDamping, Parameter::LogBandwidth, Parameter::SlowGain];
+const INSIDE: [Parameter; 3] = [Parameter::LogFrequency, Parameter::LogDamping, Parameter::SlowGain];
 
 impl Candidate {
-    /// Whether frequency, damping, bandwidth and slow gain lie within the bounds of their search, and a resonance that was sought behind a map is one: at an edge,
+    /// Whether frequency, damping and slow gain lie within the bounds of their search, and a resonance that was sought behind a map is one: at an edge,
     /// or overdamped, it stands for a lag or a dead time, which are tried, too. So does creep of every decade at its bound: for a transient,
     /// or for hysteresis of another kind.
     fn stands_for_itself(&self) -> bool {
