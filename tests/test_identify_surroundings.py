@@ -124,6 +124,43 @@ def test_a_lag_in_front_of_the_hysteresis_is_none_behind_it(dt: float, time: flo
         assert one.stage.amplifier_bandwidth == pytest.approx(amplifier)
 
 
+def test_a_lag_in_front_is_found_beside_a_dead_time_that_is_given() -> None:
+    dt, time = 2e-3, 0.01
+    u = turned([0.0, 50.0, -50.0, 40.0, -30.0, 20.0, -45.0, 35.0, -20.0, 50.0, 0.0], 150)
+    y = heated(u, dt, time)
+    y = y + np.random.default_rng(1).normal(0.0, 5e-4 * np.ptp(y), u.size)
+    # Nothing else is left open.
+    settled: dict[str, Any] = {
+        **{"creep": None, "loop_shift": None, "slow_gain": None, "smoothness": 1e-3},
+        **{"input_map": None, "output_map": None, "weights": "free"},
+    }
+    amplifier = mh.identify(u, y, dt=dt, dead_time=0.0, **settled).stage.amplifier_bandwidth
+    assert amplifier is not None
+    assert 1.0 / (2.0 * np.pi * amplifier) == pytest.approx(time, rel=0.05)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.01])
+def test_a_lag_behind_the_hysteresis_or_none_is_not_found_in_front(lag: float) -> None:
+    dt = 2e-3
+    u = turned([0.0, 50.0, -50.0, 40.0, -30.0, 20.0, -45.0, 35.0, -20.0, 50.0, 0.0], 150)
+    x = HEATED.forward().run(u)
+    y = lagged(x, dt, lag) if lag else np.r_[[x[0]] * 3, x[:-3]]  # three samples of dead time
+    y = y + np.random.default_rng(1).normal(0.0, 5e-4 * np.ptp(y), u.size)
+    assert mh.identify(u, y, dt=dt).stage.amplifier_bandwidth is None
+
+
+def test_a_lag_in_front_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    u = turned([0.0, 50.0, -50.0, 40.0, -30.0, 20.0, -45.0, 0.0], 150)
+    rows = np.c_[2e-3 * np.arange(u.size), u, heated(u, 2e-3, 0.01)]
+    np.savetxt("loops.csv", rows, delimiter=",", header="time_s,voltage_v,position_um", comments="")
+    columns = ["--input", "voltage_v", "--output", "position_um", "--operators", "6"]
+    result = run("identify", "loops.csv", *columns, "--dynamics", "none", "--amplifier", "16")
+    assert result.exit_code == 0, result.output
+    assert "amplifier bandwidth" in result.stdout and "16.00 Hz" in result.stdout
+    assert "a dead time fits as well" not in result.stdout
+
+
 @pytest.mark.parametrize("name", ["input_map", "output_map"])
 def test_a_map_that_is_asked_for_is_there(name: str) -> None:
     asked: dict[str, Any] = {name: "smooth"}

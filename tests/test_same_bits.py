@@ -59,7 +59,9 @@ def mixed(seed: int) -> Iterator[float]:
 @functools.cache
 def signal(seed: int, shift: int = 0) -> Array:
     """As many samples of it as are compared."""
-    return np.fromiter(itertools.islice(mixed(seed), shift, shift + SAMPLES), float)
+    samples = np.fromiter(itertools.islice(mixed(seed), shift, shift + SAMPLES), float)
+    samples.setflags(write=False)
+    return samples
 
 
 def outputs_of(made: Callable[[], Any]) -> dict[str, Array]:

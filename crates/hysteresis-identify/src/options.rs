@@ -179,6 +179,11 @@ impl Options {
             || self.has_slow_gain()
     }
 
+    /// Whether a lag in front of the hysteresis may take the place of dynamics.
+    pub(crate) fn leaves_lag_open(&self) -> bool {
+        self.amplifier == AmplifierModel::Auto && self.dynamics == DynamicsModel::Auto
+    }
+
     fn has_slow_gain(&self) -> bool {
         !matches!(self.slow_gain, SlowGainModel::None | SlowGainModel::Auto)
     }

@@ -119,13 +119,13 @@ def _maps(found: mh.results.Identification) -> list[tuple[str, str]]:
 
 
 def _dynamics(task: Task, found: mh.results.Identification) -> list[tuple[str, str]]:
-    if found.dynamics is None:
-        asked = "dynamics" in task.given
-        return [("dynamics", "none: a dead time fits as well")] if asked else []
-    if isinstance(found.dynamics, mh.plant.FirstOrder):
-        return [("bandwidth", with_error(found.dynamics.frequency, found.frequency_std, "Hz"))]
     bandwidth = found.amplifier_bandwidth
     pairs = [("amplifier bandwidth", f"{digits(bandwidth)} Hz")] if bandwidth else []
+    if found.dynamics is None:
+        is_needless = "dynamics" in task.given and not pairs
+        return [("dynamics", "none: a dead time fits as well")] if is_needless else pairs
+    if isinstance(found.dynamics, mh.plant.FirstOrder):
+        return [("bandwidth", with_error(found.dynamics.frequency, found.frequency_std, "Hz"))]
     for number, (mode, std) in enumerate(zip(found.modes, found.modes_std, strict=True), start=1):
         several = len(found.modes) > 1
         of_mode = f", mode {number}" if several else ""

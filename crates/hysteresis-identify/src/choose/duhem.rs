@@ -131,6 +131,7 @@ fn searched(
     let options = Options {
         duhem: DuhemModel::Near(start.clone()),
         dynamics: plays.options.dynamics,
+        slow_gain: plays.options.slow_gain,
         loop_shift: if asked.loop_shift == LoopShiftModel::Auto { LoopShiftModel::None } else { all.loop_shift },
         input_map: is_auto(asked.input_map),
         output_map: is_auto(asked.output_map),
@@ -191,7 +192,8 @@ fn lag_in_front(problem: &JointProblem<'_>, asked: &Options, found: &JointFit) -
         && matches!(asked.dynamics, DynamicsModel::Auto | DynamicsModel::Order(Order::Second));
     let lag = found.space.linear_part(&found.fit.point).lag();
     let intervals = found.space.intervals();
-    let is_known = found.space.searches(Parameter::LogBandwidth) || !intervals.are_seconds();
+    let has_mode_behind = found.space.searches(Parameter::LogBandwidth) && found.space.order().is_some();
+    let is_known = has_mode_behind || !intervals.are_seconds();
     if !is_open || is_known || lag < LEAST_LAG * intervals.smallest() {
         return Ok(None);
     }

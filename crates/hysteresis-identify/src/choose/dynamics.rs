@@ -58,7 +58,8 @@ impl JointProblem<'_> {
     pub(crate) fn without_dynamics(&self, near: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
         let options = Options { dynamics: DynamicsModel::None, ..self.options.clone() };
         let space = Space::new(self.records, &options)?.with_maps_of(&near.space);
-        let dead_time = space.nearest(Parameter::DeadTime, near.space.linear_part(&near.fit.point).lag());
+        let lag = near.space.linear_part(&near.fit.point).lag() - space.linear_part(&near.fit.point).amplifier_lag();
+        let dead_time = space.nearest(Parameter::DeadTime, lag);
         let point = near.fit.point.with(Parameter::DeadTime, dead_time);
         self.search_from(space, &point, monitor)
     }
@@ -99,7 +100,8 @@ pub(crate) fn starts(records: &[Record<'_>], plain: &ProjectedFit, plain_space: 
     let lag = plain.point.get(Parameter::DeadTime);
     let known = space.axis(Parameter::DeadTime).is_none().then(|| space.origin().get(Parameter::DeadTime));
     let Some(order) = space.order() else {
-        return vec![point(known.unwrap_or(lag))];
+        let left = lag - space.linear_part(space.origin()).amplifier_lag();
+        return vec![point(space.nearest(Parameter::DeadTime, left))];
     };
     let scan = Scan::new(records, plain, plain_space, space);
     let mut along: Vec<(f64, Point)> = Vec::new();

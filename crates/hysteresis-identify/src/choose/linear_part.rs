@@ -329,23 +329,21 @@ impl JointProblem<'_> {
     /// The best fit with an amplifier in front of the hysteresis, from a point near by.
     pub(crate) fn with_amplifier(&self, near: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
         let space = near.space.with_amplifier();
-        let starts = amplifier_starts(&space, &near.fit.point);
+        let starts = amplifier_starts(&space, &near.fit.point, near.fit.point.get(Parameter::DeadTime));
         self.search_starts(space, &starts, Attempts { level: 0, passes: AMPLIFIER_PASSES }, monitor)
     }
 }
 
-/// Points whose dead time and amplifier together have the dead time of a point.
-pub(crate) fn amplifier_starts(space: &Space, point: &Point) -> Vec<Point> {
+/// Points whose dead time and amplifier together have a lag; the amplifier alone has parts of it where the dead time is known.
+pub(crate) fn amplifier_starts(space: &Space, point: &Point, lag: f64) -> Vec<Point> {
     let within =
         |parameter, value: f64| space.axis(parameter).map_or(value, |axis| value.clamp(axis.lower, axis.upper));
-    let dead_time = point.get(Parameter::DeadTime);
-    let most = dead_time + 0.1 * space.intervals().smallest();
+    let most = lag + 0.1 * space.intervals().smallest();
     let start = |share: f64| {
-        let lag = share * most;
-        let rest = if space.axis(Parameter::DeadTime).is_some() { dead_time - lag } else { dead_time };
+        let part = share * most;
         point
-            .with(Parameter::LogBandwidth, within(Parameter::LogBandwidth, -(TAU * lag).ln()))
-            .with(Parameter::DeadTime, within(Parameter::DeadTime, rest))
+            .with(Parameter::LogBandwidth, within(Parameter::LogBandwidth, -(TAU * part).ln()))
+            .with(Parameter::DeadTime, space.nearest(Parameter::DeadTime, lag - part))
     };
     AMPLIFIER_SHARES.into_iter().filter(|_| most > 0.0).map(start).collect()
 }
@@ -585,7 +583,11 @@ pub(crate) fn untold_dead_time(space: &Space, fit: &ProjectedFit, errors: &Stand
 
 /// The evidence for dynamics, and what noise alone may pretend.
 fn too_little(space: &Space, (evidence, needed): (f64, f64)) -> Finding {
-    let instead = if space.order().is_some() { "critically damped ones" } else { "a dead time alone" };
+    let instead = match (space.order(), space.has_amplifier()) {
+        (Some(_), _) => "critically damped ones",
+        (None, true) => "the amplifier and a dead time",
+        (None, false) => "a dead time alone",
+    };
     let message = format!(
         "the dynamics lower the sum of squares by {evidence:.1} noise variances, and noise alone may pretend {needed:.1}: the \
          result has {instead} with the same lag"

@@ -10,7 +10,7 @@ use crate::choose::told::Variety;
 use crate::error::Error;
 use crate::fit::descent::search;
 use crate::fit::joint::{JointFit, JointProblem};
-use crate::fit::point::Point;
+use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::{SearchMonitor, Span};
 use crate::fit::projection::levels;
 use crate::fit::space::Space;
@@ -267,5 +267,8 @@ fn with_structure(
     // An amplitude for every decade was chosen for good.
     let settled = if options.creep == CreepModel::EveryDecade { options.creep.clone() } else { asked.creep.clone() };
     let asked = &Options { creep: settled, ..asked.clone() };
-    restructured(records, asked, Found { options, linear, untold_map: untold, ..found }, place, monitor)
+    // Dynamics that were sought with all records are not those that one record told.
+    let keeps_told = place.space.order().is_some() && !place.space.searches(Parameter::LogFrequency);
+    let told_alone = found.told_alone.filter(|_| keeps_told);
+    restructured(records, asked, Found { options, linear, told_alone, untold_map: untold, ..found }, place, monitor)
 }

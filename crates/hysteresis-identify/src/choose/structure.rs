@@ -166,7 +166,7 @@ pub(crate) fn restructured(
     let (fit, partial) = last_descents(problem, &mut structure, Place { space, point }, monitor)?;
     let is_told = |_: &LinearEvidence| {
         let asked = matches!(asked.dynamics, DynamicsModel::Order(_));
-        asked || fit.space.order().is_some() || fit.space.creep_amplitudes() > 0
+        asked || fit.space.order().is_some() || fit.space.creep_amplitudes() > 0 || fit.space.has_amplifier()
     };
     let linear = found.linear.filter(is_told);
     Ok(Found { fit, smoothness: structure.smoothness, options, basis, structure, linear, partial, ..found })

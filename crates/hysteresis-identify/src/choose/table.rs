@@ -25,7 +25,7 @@ use crate::options::Options;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::terms::creep::CreepModel;
-use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Order};
+use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::{MapModel, OutputMap};
 use crate::terms::slow_gain::SlowGainModel;
@@ -291,7 +291,9 @@ impl TermSearch<'_> {
     /// Whether a term may be added, and there is anything left that it may explain.
     fn is_open(&self, found: &Found) -> bool {
         let maps = [&self.asked.input_map, &self.asked.output_map].contains(&&MapModel::Auto);
-        (maps || has_two_amplitudes(self.asked, &found.options) || self.asked.slow_gain == SlowGainModel::Auto)
+        let (creep, gain) =
+            (has_two_amplitudes(self.asked, &found.options), self.asked.slow_gain == SlowGainModel::Auto);
+        (maps || creep || gain || self.asked.leaves_lag_open())
             && !found.fit.fit.is_exact()
             && found.problem(self.records).colour(&found.fit).is_coloured()
     }
@@ -421,9 +423,9 @@ impl TermSearch<'_> {
 const INSIDE: [Parameter; 3] = [Parameter::LogFrequency, Parameter::LogDamping, Parameter::SlowGain];
 
 impl Candidate {
-    /// Whether frequency, damping and slow gain lie within the bounds of their search, and a resonance that was sought behind a map is one: at an edge,
-    /// or overdamped, it stands for a lag or a dead time, which are tried, too. So does creep of every decade at its bound: for a transient,
-    /// or for hysteresis of another kind.
+    /// Whether frequency, damping, slow gain and a lag in front lie within the bounds of their search, and a resonance that was sought behind a
+    /// map is one: at an edge, or overdamped, it stands for a lag or a dead time, which are tried, too. So does creep of every decade at its
+    /// bound: for a transient, or for hysteresis of another kind.
     fn stands_for_itself(&self) -> bool {
         let is_inside = |parameter| {
             let value = self.place.point.get(parameter);
@@ -436,7 +438,10 @@ impl Candidate {
         let creeps =
             if self.options.creep == CreepModel::EveryDecade { self.place.space.creep_amplitudes() } else { 0 };
         let is_resonance = self.place.point.get(Parameter::LogDamping) < 0.0;
-        (is_resonance || !self.was_sought || self.place.space.order() != Some(Order::Second))
+        let space = &self.place.space;
+        (is_resonance || !self.was_sought || space.order() != Some(Order::Second))
+            // Beside modes an amplifier that is fast without bound is none.
+            && (space.order().is_some() || is_inside(Parameter::LogBandwidth))
             && INSIDE.into_iter().all(is_inside)
             && (0..creeps).all(is_below_its_bound)
     }
@@ -556,7 +561,7 @@ impl Term for Curves {
     }
 }
 
-/// A dead time in place of dynamics: beside the hysteresis, and beside that which was fitted alone.
+/// A dead time in place of dynamics, or of a lag in front: beside the hysteresis, and beside that which was fitted alone.
 struct NoDynamics;
 
 impl Term for NoDynamics {
@@ -567,7 +572,8 @@ impl Term for NoDynamics {
         _: &mut SearchMonitor<'_>,
     ) -> Result<Vec<Variant>, Error> {
         let Place { space, point } = &from.place;
-        if search.asked.dynamics != DynamicsModel::Auto || space.order().is_none() {
+        let has_none = space.order().is_none() && !space.has_amplifier();
+        if search.asked.dynamics != DynamicsModel::Auto || has_none {
             return Ok(Vec::new());
         }
         let options = Options { dynamics: DynamicsModel::None, ..from.options.clone() };
@@ -591,17 +597,15 @@ impl Term for LagInFront {
         from: &Candidate,
         _: &mut SearchMonitor<'_>,
     ) -> Result<Vec<Variant>, Error> {
-        let (Place { space, point }, asked) = (&from.place, search.asked);
-        let is_open = asked.amplifier == AmplifierModel::Auto && asked.dynamics == DynamicsModel::Auto;
-        if !is_open || space.has_amplifier() && space.order().is_none() {
+        let Place { space, point } = &from.place;
+        if !search.asked.leaves_lag_open() || space.has_amplifier() && space.order().is_none() {
             return Ok(Vec::new());
         }
         let options = Options { dynamics: DynamicsModel::None, ..from.options.clone() };
         let with = Space::new(search.records, &options)?.with_maps_of(space).with_amplifier();
-        let lag = with.nearest(Parameter::DeadTime, space.linear_part(point).lag());
-        let starts = amplifier_starts(&with, &point.with(Parameter::DeadTime, lag));
+        let starts = amplifier_starts(&with, point, space.linear_part(point).lag());
         let (adds, linear) = (space.order().is_none(), Some(LinearEvidence::default()));
-        Ok(vec![Variant { options, linear, adds, ..from.with(with, starts) }])
+        Ok(vec![Variant { options, linear, adds, was_sought: false, ..from.with(with, starts) }])
     }
 }
 

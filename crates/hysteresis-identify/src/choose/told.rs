@@ -126,6 +126,8 @@ impl Options {
             || self.loop_shift == LoopShiftModel::Auto
             || self.input_map != MapModel::None
             || self.output_map != MapModel::None
+            || self.slow_gain == SlowGainModel::Auto
+            || self.leaves_lag_open()
     }
 }
 

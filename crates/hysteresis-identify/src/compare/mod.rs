@@ -20,7 +20,7 @@ use crate::records::signal::as_f64;
 use crate::result::identification::judged as errors_of;
 use crate::result::quality::Quality;
 use crate::terms::creep::CreepModel;
-use crate::terms::dynamics::DynamicsModel;
+use crate::terms::dynamics::{AmplifierModel, DynamicsModel};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
 use crate::terms::operators::{ModelKind, Thresholds};
@@ -239,7 +239,9 @@ fn has(options: &Options, extension: Extension) -> bool {
     match extension {
         Extension::Creep => options.creep.has_terms() || options.creep == CreepModel::Auto,
         Extension::LoopShift => options.loop_shift != LoopShiftModel::None,
-        Extension::Dynamics => options.dynamics != DynamicsModel::None,
+        Extension::Dynamics => {
+            options.dynamics != DynamicsModel::None || matches!(options.amplifier, AmplifierModel::Bandwidth(_))
+        }
         Extension::Maps => [options.input_map, options.output_map].iter().any(|map| *map != MapModel::None),
     }
 }
@@ -265,7 +267,7 @@ pub(crate) fn judged(records: &[Record<'_>], candidate: &Candidate, found: Found
     let kept = [
         (Extension::Creep, space.creep_amplitudes() > 0),
         (Extension::LoopShift, space.shift_len() > 0 && !candidate.has_polynomial),
-        (Extension::Dynamics, space.order().is_some()),
+        (Extension::Dynamics, space.order().is_some() || space.has_amplifier()),
         (Extension::Maps, space.has_map()),
     ];
     let intervals = (0..records.len()).map(|place| space.intervals().of_record(place)).collect();

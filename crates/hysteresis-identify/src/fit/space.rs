@@ -179,8 +179,10 @@ impl Space {
         let lag = point.get(Parameter::DeadTime);
         match self.dynamics {
             Some(_) => self.critically_damped(&start, lag),
-            None if self.searches(Parameter::DeadTime) => start.with(Parameter::DeadTime, lag),
-            None => start,
+            None => {
+                let left = lag - self.linear_part(&start).amplifier_lag();
+                start.with(Parameter::DeadTime, self.nearest(Parameter::DeadTime, left))
+            }
         }
     }
 

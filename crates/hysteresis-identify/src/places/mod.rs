@@ -39,12 +39,13 @@ use crate::places::equations::Equations;
 use crate::places::given::{Given, KnownLength, PlacePair, PlacesOptions};
 use crate::places::result::{PlacesCandidate, PlacesIdentification};
 use crate::places::rivals::Rival;
+use crate::places::rows::value_at;
 use crate::places::search::{FoundPlace, PlaceSearch, SEARCH_SMOOTHNESS};
 use crate::places::space::{Axis, PlaceSpace};
 use crate::places::spread::Uncertainty;
 use crate::places::validation::PairStretches;
 use crate::places::weighing::{RobustLoss, Shares, System, Weighed};
-use crate::records::signal;
+use crate::records::signal::{self, as_f64};
 use crate::terms::creep::CreepModel;
 use crate::terms::operators::ModelKind;
 use crate::uncertainty::standard_errors::Spread;
@@ -337,17 +338,32 @@ fn trusts(candidates: &[PlacesCandidate], chosen: usize, positions: &[Vec<Vec<f6
 }
 
 /// The share of the mismatches of pairs that were kept that is alike from each to the next, by their later instants: no noise, but of what the
-/// model lacks. Without pairs all of what is missed may be.
+/// model lacks. It counts from the rising branch to the falling one, or else from the earlier to the later instant, however a pair is written.
+/// Without pairs all of what is missed may be.
 fn left_to_explain(given: &Given<'_>, weighed: &Weighed) -> f64 {
     if given.pairs.is_empty() {
         return 1.0;
     }
     let mut kept: Vec<(usize, f64, f64)> = (given.pairs.iter().zip(&weighed.mismatches).zip(&weighed.shares.of_pairs))
         .filter(|(_, share)| **share > 0.0)
-        .map(|((pair, mismatch), _)| (pair.drive, pair.first.max(pair.second), *mismatch))
+        .map(|((pair, mismatch), _)| (pair.drive, pair.first.max(pair.second), direction(given, pair) * mismatch))
         .collect();
     kept.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     rivals::alike(&kept.into_iter().map(|(_, _, mismatch)| mismatch).collect::<Vec<_>>())
+}
+
+/// 1 for a pair from a rising branch to a falling one, -1 for the other way; on like branches by time.
+fn direction(given: &Given<'_>, pair: &PlacePair) -> f64 {
+    let drive = given.drives[pair.drive];
+    let rise = |instant: f64| {
+        let last = as_f64(drive.len() - 1);
+        value_at(drive, (instant + 0.5).min(last)) - value_at(drive, (instant - 0.5).max(0.0))
+    };
+    match (rise(pair.first) > 0.0, rise(pair.second) > 0.0) {
+        (true, false) => 1.0,
+        (false, true) => -1.0,
+        _ => (pair.second - pair.first).signum(),
+    }
 }
 
 /// All but the chosen one that are trusted at all.

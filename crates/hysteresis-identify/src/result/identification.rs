@@ -37,7 +37,7 @@ pub struct Identification {
     /// the [`dynamics`](Self::dynamics) are.
     #[cfg_attr(feature = "serde", serde(default, with = "crate::saved::modes"))]
     pub modes: Option<Modes>,
-    /// The creep, if it was asked for.
+    /// The creep, if there is one.
     #[cfg_attr(feature = "serde", serde(with = "crate::saved::creep"))]
     pub creep: Option<Creep>,
     /// The searched amplitudes of creep: gamma, the share per decade, of log-type creep; else every c_j.
@@ -45,7 +45,7 @@ pub struct Identification {
     /// The loop shift, if there is one.
     #[cfg_attr(feature = "serde", serde(with = "crate::saved::loop_shift"))]
     pub loop_shift: Option<LoopShift>,
-    /// The slow gain, if it was asked for.
+    /// The slow gain, if there is one.
     #[cfg_attr(feature = "serde", serde(default, with = "crate::saved::slow_gain"))]
     pub slow_gain: Option<SlowGain>,
     /// What the output lags the input besides, in seconds; none for records without a sampling interval.

@@ -253,5 +253,9 @@ fn what_is_no_amplifier_is_refused() {
     };
     let second = DynamicsModel::Order(Order::Second);
     assert!(refused(AmplifierModel::Bandwidth(0.0), second).starts_with("amplifier: expected a bandwidth"));
-    assert!(refused(AmplifierModel::Bandwidth(5.0), DynamicsModel::None).contains("dynamics"));
+    let first = DynamicsModel::Order(Order::First);
+    assert!(
+        refused(AmplifierModel::Bandwidth(5.0), first)
+            .contains("second-order dynamics (dynamics 2) or without dynamics")
+    );
 }

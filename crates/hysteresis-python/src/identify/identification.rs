@@ -102,7 +102,7 @@ impl Identification {
         self.found.loop_shift.map(LoopShift)
     }
 
-    /// The slow gain, if it was asked for.
+    /// The slow gain, if there is one.
     #[getter]
     fn slow_gain(&self) -> Option<SlowGain> {
         self.found.slow_gain.map(SlowGain)
