@@ -157,7 +157,7 @@ pub unsafe extern "C" fn mpih_forward_save(
     needed: Option<&mut MaybeUninit<usize>>,
 ) -> Status {
     // SAFETY: as the header asks of the caller.
-    unsafe { save(("forward", forward), |forward| forward.state(), Buffer { to: text.cast(), bytes, needed }) }
+    unsafe { save(("forward", forward), Forward::state, Buffer { to: text.cast(), bytes, needed }) }
 }
 
 /// Goes on, bit for bit, from what mpih_forward_save wrote for a model of the same stage and sampling interval. If it fails
@@ -326,7 +326,7 @@ pub unsafe extern "C" fn mpih_inverse_save(
     needed: Option<&mut MaybeUninit<usize>>,
 ) -> Status {
     // SAFETY: as the header asks of the caller.
-    unsafe { save(("inverse", inverse), |inverse| inverse.state(), Buffer { to: text.cast(), bytes, needed }) }
+    unsafe { save(("inverse", inverse), Inverse::state, Buffer { to: text.cast(), bytes, needed }) }
 }
 
 /// Goes on, bit for bit, from what mpih_inverse_save wrote for an inverse of the same stage, sampling interval and limits. If
