@@ -195,7 +195,7 @@ def test_what_bouc_wen_says_of_official_files_is_true(
     script = loaded("bouc_wen")
     bouc_wen(tmp_path)
     monkeypatch.setattr(script, "sweep", lambda: None)
-    monkeypatch.setattr(script, "run", lambda seed, swept, tests: None)
+    monkeypatch.setattr(script, "run", lambda *_: None)
     told = []
     for arguments in ([], ["--official", str(tmp_path)]):
         monkeypatch.setattr(sys, "argv", ["script", *arguments])
