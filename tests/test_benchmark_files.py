@@ -137,6 +137,16 @@ def test_files_of_the_mirror_that_lack_something_are_named(
     assert "expected files u_*_train.npy, got none" in capsys.readouterr().err
 
 
+def test_the_mirror_takes_official_files_or_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    both = ["--official", str(tmp_path), "--training", "a.npz", "--test", "b.npz"]
+    monkeypatch.setattr(sys, "argv", ["script", *both])
+    with pytest.raises(SystemExit):
+        loaded("steering_mirror").main()
+    assert "--official: expected no --training and --test beside it" in capsys.readouterr().err
+
+
 # ---- Bouc-Wen: one .mat for each signal, of a row or a column of that name
 
 
@@ -166,7 +176,10 @@ def test_a_wrong_layout_of_bouc_wen_is_named(tmp_path: Path) -> None:
     bouc_wen(tmp_path)
     path = tmp_path / "yval_sinesweep.mat"
     scipy.io.savemat(path, {"yval_sinesweep": np.ones(99)})
-    with pytest.raises(ValueError, match=r"expected finite numbers, as many in .* got 100 and 99"):
+    with pytest.raises(ValueError, match=r"expected as many numbers in .* got 100 and 99"):
+        script.official(tmp_path)
+    scipy.io.savemat(path, {"yval_sinesweep": np.append(np.ones(99), np.inf)})
+    with pytest.raises(ValueError, match=r"yval_sinesweep\.mat: expected finite numbers, got inf$"):
         script.official(tmp_path)
     scipy.io.savemat(path, {"y": np.ones(100)})
     with pytest.raises(ValueError, match=r"yval_sinesweep\.mat: expected an array .*, got y$"):
@@ -174,3 +187,19 @@ def test_a_wrong_layout_of_bouc_wen_is_named(tmp_path: Path) -> None:
     path.unlink()
     with pytest.raises(ValueError, match=r"yval_sinesweep\.mat: expected an official test file"):
         script.official(tmp_path)
+
+
+def test_what_bouc_wen_says_of_official_files_is_true(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    script = loaded("bouc_wen")
+    bouc_wen(tmp_path)
+    monkeypatch.setattr(script, "sweep", lambda: None)
+    monkeypatch.setattr(script, "run", lambda *_: None)
+    told = []
+    for arguments in ([], ["--official", str(tmp_path)]):
+        monkeypatch.setattr(sys, "argv", ["script", *arguments])
+        script.main()
+        told.append(capsys.readouterr().out.splitlines()[0])
+    assert "(no official records)" in told[0]
+    assert "(judged on the official tests too)" in told[1]

@@ -170,6 +170,8 @@ def main() -> None:
     arguments = parser.parse_args()
     if bool(arguments.training) != bool(arguments.test):
         parser.error("--training and --test: expected both or none of them")
+    if arguments.official and arguments.training:
+        parser.error("--official: expected no --training and --test beside it")
     measured = True
     try:
         if arguments.official:

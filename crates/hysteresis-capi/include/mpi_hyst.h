@@ -426,11 +426,12 @@ double mpih_axes_controller_disturbance(const mpih_axes_controller *controller,
 // How many samples early references must come.
 size_t mpih_axes_controller_ahead(const mpih_axes_controller *controller);
 
-// For how many seconds at most, from the next sample on, the drives are not yet those of the law. NaN for NULL.
+// For how many seconds at most, from the next sample on, a drive is not yet that of the law: the longest of all axes. NaN for
+// NULL.
 double mpih_axes_controller_lead_in(const mpih_axes_controller *controller);
 
-// What the controller does with its samples; MPIH_MODE_HOLD for NULL.
-mpih_mode mpih_axes_controller_mode(const mpih_axes_controller *controller);
+// What the controller of an axis does with its samples. MPIH_MODE_HOLD for NULL, and if there is no such axis.
+mpih_mode mpih_axes_controller_mode(const mpih_axes_controller *controller, size_t axis);
 
 // Holds all drives, from the next sample on. Neither allocates nor fails: it may be called in the loop.
 void mpih_axes_controller_hold(mpih_axes_controller *controller);
@@ -446,11 +447,13 @@ mpih_status mpih_axes_controller_stop(mpih_axes_controller *controller,
 // Back from a hold or a stop to the mode before it. Neither allocates nor fails.
 void mpih_axes_controller_release(mpih_axes_controller *controller);
 
-// As made, but for the drives, which stay: the next motion starts from them. All counts are zero. Neither allocates nor fails.
+// As made, but for the drives, which stay: the next motion starts from them. For the model it is as if they had come from
+// rest one sample ago: mpih_axes_controller_follow tells it more. All counts are zero. Neither allocates nor fails.
 void mpih_axes_controller_reset(mpih_axes_controller *controller);
 
 // Goes on from `n` other drives that the amplifiers have, with everything that is remembered. For the model they go out for
-// one sample more.
+// one sample more: in a new controller, as if they had come from rest one sample ago. mpih_axes_controller_follow tells it
+// more.
 mpih_status mpih_axes_controller_start_at(mpih_axes_controller *controller,
                                           const double *drives,
                                           size_t n);

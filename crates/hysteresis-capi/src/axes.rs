@@ -6,7 +6,8 @@ use core::mem::MaybeUninit;
 use hysteresis_control::multi_axis::{MultiAxisForward, MultiAxisStage, MultiAxisState};
 
 use crate::boundary::{
-    Buffer, Object, Owner, Place, Rows, Status, end, free, guard, hand_over, read, read_file, run_rows, saved, there,
+    Buffer, Object, Owner, Place, Rows, Status, end, free, guard, hand_over, read, read_file, run_rows, save, saved,
+    there,
 };
 use crate::oscillator::Oscillator;
 
@@ -202,11 +203,8 @@ pub unsafe extern "C" fn mpih_axes_forward_save(
     bytes: usize,
     needed: Option<&mut MaybeUninit<usize>>,
 ) -> Status {
-    guard(|| {
-        let state = there("forward", forward)?.stream.state();
-        // SAFETY: as the header asks of the caller.
-        unsafe { Buffer { to: text.cast(), bytes, needed }.save(&state) }
-    })
+    // SAFETY: as the header asks of the caller.
+    unsafe { save(("forward", forward), |forward| forward.stream.state(), Buffer { to: text.cast(), bytes, needed }) }
 }
 
 /// Goes on, bit for bit, from what mpih_axes_forward_save wrote for a model of the same stage. If it fails the model is as

@@ -10,7 +10,7 @@ use hysteresis_core::{ControllerOptions, HybridController};
 
 use crate::axes::AxesStage;
 use crate::boundary::{
-    Buffer, Failure, Object, Owner, Place, Rows, Status, end, guard, read, run_rows, saved, slice, tell, there,
+    Buffer, Failure, Object, Owner, Place, Rows, Status, end, guard, read, run_rows, save, saved, slice, tell, there,
 };
 use crate::controller::{Counters, Mode, count, given, wrong};
 
@@ -59,8 +59,8 @@ impl AxesController {
         let _ = controller.plan((&**references).into(), measurements, drives);
     }
 
-    fn first(&self) -> Option<&HybridController> {
-        self.controller.controller().controllers().first()
+    fn axes(&self) -> &[HybridController] {
+        self.controller.controller().controllers()
     }
 }
 
@@ -230,10 +230,8 @@ pub extern "C" fn mpih_axes_controller_commit(controller: Option<&mut AxesContro
 /// The present drive of an axis: what its amplifier has. NaN for NULL, and if there is no such axis.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_axes_controller_drive(controller: Option<&AxesController>, axis: usize) -> f64 {
-    let of = |controller: &AxesController| {
-        controller.controller.controller().controllers().get(axis).map(HybridController::drive)
-    };
-    controller.and_then(of).unwrap_or(f64::NAN)
+    let of_axis = controller.and_then(|controller| controller.axes().get(axis));
+    of_axis.map_or(f64::NAN, HybridController::drive)
 }
 
 /// What comes in with a drive that is not of the model, as measurements tell. NaN for NULL, and if there is no such axis.
@@ -249,16 +247,20 @@ pub extern "C" fn mpih_axes_controller_ahead(controller: Option<&AxesController>
     controller.and_then(|controller| controller.controller.tracking()).map_or(0, Tracking::ahead)
 }
 
-/// For how many seconds at most, from the next sample on, the drives are not yet those of the law. NaN for NULL.
+/// For how many seconds at most, from the next sample on, a drive is not yet that of the law: the longest of all axes. NaN for
+/// NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_axes_controller_lead_in(controller: Option<&AxesController>) -> f64 {
-    controller.and_then(AxesController::first).map_or(f64::NAN, HybridController::lead_in)
+    let longest =
+        |controller: &AxesController| controller.axes().iter().map(HybridController::lead_in).fold(0.0, f64::max);
+    controller.map_or(f64::NAN, longest)
 }
 
-/// What the controller does with its samples; MPIH_MODE_HOLD for NULL.
+/// What the controller of an axis does with its samples. MPIH_MODE_HOLD for NULL, and if there is no such axis.
 #[unsafe(no_mangle)]
-pub extern "C" fn mpih_axes_controller_mode(controller: Option<&AxesController>) -> Mode {
-    controller.and_then(AxesController::first).map_or(Mode::Hold, |first| first.mode().into())
+pub extern "C" fn mpih_axes_controller_mode(controller: Option<&AxesController>, axis: usize) -> Mode {
+    let of_axis = controller.and_then(|controller| controller.axes().get(axis));
+    of_axis.map_or(Mode::Hold, |of_axis| of_axis.mode().into())
 }
 
 /// Holds all drives, from the next sample on. Neither allocates nor fails: it may be called in the loop.
@@ -295,7 +297,8 @@ pub extern "C" fn mpih_axes_controller_release(controller: Option<&mut AxesContr
     }
 }
 
-/// As made, but for the drives, which stay: the next motion starts from them. All counts are zero. Neither allocates nor fails.
+/// As made, but for the drives, which stay: the next motion starts from them. For the model it is as if they had come from
+/// rest one sample ago: mpih_axes_controller_follow tells it more. All counts are zero. Neither allocates nor fails.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_axes_controller_reset(controller: Option<&mut AxesController>) {
     if let Some(controller) = controller {
@@ -305,7 +308,8 @@ pub extern "C" fn mpih_axes_controller_reset(controller: Option<&mut AxesControl
 }
 
 /// Goes on from `n` other drives that the amplifiers have, with everything that is remembered. For the model they go out for
-/// one sample more.
+/// one sample more: in a new controller, as if they had come from rest one sample ago. mpih_axes_controller_follow tells it
+/// more.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_controller_start_at(
     controller: Option<&mut AxesController>,
@@ -342,7 +346,7 @@ pub extern "C" fn mpih_axes_controller_counters(
     counters: Option<&mut MaybeUninit<Counters>>,
 ) -> Status {
     guard(|| {
-        let controllers = there("controller", controller)?.controller.controller().controllers();
+        let controllers = there("controller", controller)?.axes();
         let Some(of_axis) = controllers.get(axis) else {
             return Err(wrong(format!("axis: expected a number below {}, got {axis}", controllers.len())));
         };
@@ -358,11 +362,14 @@ pub unsafe extern "C" fn mpih_axes_controller_save(
     bytes: usize,
     needed: Option<&mut MaybeUninit<usize>>,
 ) -> Status {
-    guard(|| {
-        let state = there("controller", controller)?.controller.state();
-        // SAFETY: as the header asks of the caller.
-        unsafe { Buffer { to: text.cast(), bytes, needed }.save(&state) }
-    })
+    // SAFETY: as the header asks of the caller.
+    unsafe {
+        save(
+            ("controller", controller),
+            |controller| controller.controller.state(),
+            Buffer { to: text.cast(), bytes, needed },
+        )
+    }
 }
 
 /// Goes on, bit for bit, from what mpih_axes_controller_save wrote for a controller of the same stage, limits and options. The

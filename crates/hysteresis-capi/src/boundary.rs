@@ -287,17 +287,6 @@ pub(crate) struct Buffer<'a> {
 }
 
 impl Buffer<'_> {
-    /// Writes a saved state as text with its closing zero byte, as [`put`](Self::put) does.
-    ///
-    /// # Safety
-    /// As for `put`.
-    pub(crate) unsafe fn save(self, state: &impl Serialize) -> Result<(), Failure> {
-        let mut json = serde_json::to_vec(state).map_err(|error| Failure::new(Status::Internal, error.to_string()))?;
-        json.push(0);
-        // SAFETY: as asked of the caller.
-        unsafe { self.put("text", &json) }
-    }
-
     /// Copies bytes of ours to the caller. Without a buffer it only tells how many are needed.
     ///
     /// # Safety
@@ -322,6 +311,24 @@ impl Buffer<'_> {
     }
 }
 
+/// Writes the state of an object as text with its closing zero byte.
+///
+/// # Safety
+/// As for [`Buffer::put`].
+pub(crate) unsafe fn save<T, S: Serialize>(
+    (name, object): (&str, Option<&T>),
+    state: impl FnOnce(&T) -> S,
+    text: Buffer<'_>,
+) -> Status {
+    guard(|| {
+        let state = state(there(name, object)?);
+        let mut json = serde_json::to_vec(&state).map_err(|error| Failure::new(Status::Internal, error.to_string()))?;
+        json.push(0);
+        // SAFETY: as asked of the caller.
+        unsafe { text.put("text", &json) }
+    })
+}
+
 /// A saved state from its text.
 pub(crate) fn saved<T: DeserializeOwned>(text: &str) -> Result<T, Failure> {
     serde_json::from_str(text).map_err(|error| {
@@ -334,22 +341,36 @@ pub(crate) fn at<T>(state: Sampled<T>, dt: f64) -> Result<T, Failure> {
     state.at(dt).map_err(|got| Failure::new(Status::State, format!("state.dt: expected {dt:?}, got {got:?}")))
 }
 
+/// The object of a call that runs, unless it or one of the arrays of `n` rows is NULL.
+fn all_there<'a, T, const N: usize>(
+    (name, object): (&str, Option<&'a mut T>),
+    n: usize,
+    inputs: [(&str, *const f64); N],
+    output: (&str, *mut f64),
+) -> Result<&'a mut T, Failure> {
+    let object = there(name, object)?;
+    let mut arrays = inputs.into_iter().chain([(output.0, output.1.cast_const())]);
+    match arrays.find(|(_, array)| n > 0 && array.is_null()) {
+        Some((name, _)) => Err(Failure::null(name)),
+        None => Ok(object),
+    }
+}
+
 /// One output for each row of inputs, in order. Input and output may be the same array, so they are no slices.
 ///
 /// # Safety
 /// An array is NULL or has `n` numbers, which nothing else changes until this returns.
 pub(crate) unsafe fn run<T, const N: usize>(
-    (name, object): (&str, Option<&mut T>),
+    object: (&str, Option<&mut T>),
     n: usize,
     inputs: [(&str, *const f64); N],
     output: (&str, *mut f64),
     mut step: impl FnMut(&mut T, [f64; N]) -> f64,
 ) -> Status {
-    let Some(object) = object else { return guard(|| Err(Failure::null(name))) };
-    let mut arrays = inputs.into_iter().chain([(output.0, output.1.cast_const())]);
-    if let Some((name, _)) = arrays.find(|(_, array)| n > 0 && array.is_null()) {
-        return guard(|| Err(Failure::null(name)));
-    }
+    let object = match all_there(object, n, inputs, output) {
+        Ok(object) => object,
+        Err(failure) => return guard(|| Err(failure)),
+    };
     let inputs = inputs.map(|(_, input)| input);
     for k in 0..n {
         // SAFETY: no array is NULL, and k is below n.
@@ -371,17 +392,16 @@ pub(crate) trait Rows<const N: usize> {
 /// # Safety
 /// An array is NULL or has `n` rows, which nothing else changes until this returns.
 pub(crate) unsafe fn run_rows<T: Rows<N>, const N: usize>(
-    (name, object): (&str, Option<&mut T>),
+    object: (&str, Option<&mut T>),
     n: usize,
     inputs: [(&str, *const f64); N],
     output: (&str, *mut f64),
     mut step: impl FnMut(&mut T),
 ) -> Status {
-    let Some(object) = object else { return guard(|| Err(Failure::null(name))) };
-    let mut arrays = inputs.into_iter().chain([(output.0, output.1.cast_const())]);
-    if let Some((name, _)) = arrays.find(|(_, array)| n > 0 && array.is_null()) {
-        return guard(|| Err(Failure::null(name)));
-    }
+    let object = match all_there(object, n, inputs, output) {
+        Ok(object) => object,
+        Err(failure) => return guard(|| Err(failure)),
+    };
     for k in 0..n {
         let (rows, _) = object.rows();
         for (row, (_, input)) in rows.into_iter().zip(inputs) {

@@ -7,7 +7,7 @@ use hysteresis_control::stage::{self, FeedForwardKind};
 use hysteresis_core::{Command, ControllerOptions as Options, ControllerState, HybridController};
 
 use crate::boundary::{
-    Buffer, Failure, Object, Owner, Place, Status, end, guard, read, run, saved, slice, tell, there,
+    Buffer, Failure, Object, Owner, Place, Status, end, guard, read, run, save, saved, slice, tell, there,
 };
 use crate::stage::Stage;
 
@@ -337,11 +337,14 @@ pub unsafe extern "C" fn mpih_controller_save(
     bytes: usize,
     needed: Option<&mut MaybeUninit<usize>>,
 ) -> Status {
-    guard(|| {
-        let state = there("controller", controller)?.controller.state();
-        // SAFETY: as the header asks of the caller.
-        unsafe { Buffer { to: text.cast(), bytes, needed }.save(&state) }
-    })
+    // SAFETY: as the header asks of the caller.
+    unsafe {
+        save(
+            ("controller", controller),
+            |controller| controller.controller.state(),
+            Buffer { to: text.cast(), bytes, needed },
+        )
+    }
 }
 
 /// Goes on, bit for bit, from what mpih_controller_save wrote for a controller of the same stage, sampling interval, limits and

@@ -7,7 +7,7 @@ use hysteresis_control::binary::Sampled;
 use hysteresis_control::stage::{StageForward, StageState};
 use hysteresis_core::{Process, QuasiStaticInverse, QuasiStaticState};
 
-use crate::boundary::{Buffer, Object, Owner, Place, Status, at, end, guard, read, run, saved, slice, there};
+use crate::boundary::{Buffer, Object, Owner, Place, Status, at, end, guard, read, run, save, saved, slice, there};
 use crate::controller::limits;
 use crate::stage::Stage;
 
@@ -156,11 +156,8 @@ pub unsafe extern "C" fn mpih_forward_save(
     bytes: usize,
     needed: Option<&mut MaybeUninit<usize>>,
 ) -> Status {
-    guard(|| {
-        let state = there("forward", forward)?.state();
-        // SAFETY: as the header asks of the caller.
-        unsafe { Buffer { to: text.cast(), bytes, needed }.save(&state) }
-    })
+    // SAFETY: as the header asks of the caller.
+    unsafe { save(("forward", forward), Forward::state, Buffer { to: text.cast(), bytes, needed }) }
 }
 
 /// Goes on, bit for bit, from what mpih_forward_save wrote for a model of the same stage and sampling interval. If it fails
@@ -328,11 +325,8 @@ pub unsafe extern "C" fn mpih_inverse_save(
     bytes: usize,
     needed: Option<&mut MaybeUninit<usize>>,
 ) -> Status {
-    guard(|| {
-        let state = there("inverse", inverse)?.state();
-        // SAFETY: as the header asks of the caller.
-        unsafe { Buffer { to: text.cast(), bytes, needed }.save(&state) }
-    })
+    // SAFETY: as the header asks of the caller.
+    unsafe { save(("inverse", inverse), Inverse::state, Buffer { to: text.cast(), bytes, needed }) }
 }
 
 /// Goes on, bit for bit, from what mpih_inverse_save wrote for an inverse of the same stage, sampling interval and limits. If

@@ -6,7 +6,7 @@ use core::mem::MaybeUninit;
 use hysteresis_control::stage::Error;
 use hysteresis_control::{ObserverOptions, ObserverState};
 
-use crate::boundary::{Buffer, Object, Owner, Place, Status, end, guard, read, run, saved, slice, there};
+use crate::boundary::{Buffer, Object, Owner, Place, Status, end, guard, read, run, save, saved, slice, there};
 use crate::controller::given;
 use crate::stage::Stage;
 
@@ -130,11 +130,10 @@ pub unsafe extern "C" fn mpih_observer_save(
     bytes: usize,
     needed: Option<&mut MaybeUninit<usize>>,
 ) -> Status {
-    guard(|| {
-        let state = there("observer", observer)?.observer.state();
-        // SAFETY: as the header asks of the caller.
-        unsafe { Buffer { to: text.cast(), bytes, needed }.save(&state) }
-    })
+    // SAFETY: as the header asks of the caller.
+    unsafe {
+        save(("observer", observer), |observer| observer.observer.state(), Buffer { to: text.cast(), bytes, needed })
+    }
 }
 
 /// Goes on, bit for bit, from what mpih_observer_save wrote for an observer of the same stage, sampling interval, noise and

@@ -7,7 +7,7 @@ use hysteresis_control::oscillator::{HystereticOscillator, OscillatorForward, Os
 use hysteresis_core::Process;
 
 use crate::boundary::{
-    Buffer, Object, Owner, Place, Status, end, free, guard, hand_over, read, read_file, run, saved, there,
+    Buffer, Object, Owner, Place, Status, end, free, guard, hand_over, read, read_file, run, save, saved, there,
 };
 
 /// An oscillator with hysteresis inside: what the file of a HystereticOscillator says. It never changes, so several threads may
@@ -155,11 +155,8 @@ pub unsafe extern "C" fn mpih_oscillator_forward_save(
     bytes: usize,
     needed: Option<&mut MaybeUninit<usize>>,
 ) -> Status {
-    guard(|| {
-        let state = there("forward", forward)?.stream.state();
-        // SAFETY: as the header asks of the caller.
-        unsafe { Buffer { to: text.cast(), bytes, needed }.save(&state) }
-    })
+    // SAFETY: as the header asks of the caller.
+    unsafe { save(("forward", forward), |forward| forward.stream.state(), Buffer { to: text.cast(), bytes, needed }) }
 }
 
 /// Goes on, bit for bit, from what mpih_oscillator_forward_save wrote for a model of the same oscillator. If it fails the model

@@ -97,7 +97,7 @@ fn what_a_controller_is_told_and_tells() {
     // SAFETY: a controller that nothing else uses, and arrays of two numbers or two rows.
     unsafe {
         let one = &mut *made;
-        assert_eq!((mpih_axes_controller_ahead(Some(one)), mpih_axes_controller_mode(Some(one))), (12, Mode::Run));
+        assert_eq!((mpih_axes_controller_ahead(Some(one)), mpih_axes_controller_mode(Some(one), 1)), (12, Mode::Run));
         let (first, bad, mut drives) = ([0.3, -0.2], [f64::NAN, 0.0], [0.0; 2]);
         assert_eq!(mpih_axes_controller_start_at(Some(one), [1.0, 2.0].as_ptr(), 2), Status::Ok);
         mpih_axes_controller_step(Some(one), bad.as_ptr(), bad.as_ptr(), drives.as_mut_ptr());
@@ -109,16 +109,45 @@ fn what_a_controller_is_told_and_tells() {
         assert_eq!(mpih_axes_controller_stop(Some(one), 1e3, [0.0, 1.0].as_ptr(), 2), Status::Ok);
         // 125 a second of the slew, in samples of 1 ms.
         mpih_axes_controller_step(Some(one), first.as_ptr(), first.as_ptr(), drives.as_mut_ptr());
-        assert_eq!((drives, mpih_axes_controller_mode(Some(one))), ([0.875, 1.875], Mode::Stop));
+        assert_eq!((drives, mpih_axes_controller_mode(Some(one), 0)), ([0.875, 1.875], Mode::Stop));
         mpih_axes_controller_release(Some(one));
         mpih_axes_controller_hold(Some(one));
-        assert_eq!(mpih_axes_controller_mode(Some(one)), Mode::Hold);
+        assert_eq!(mpih_axes_controller_mode(Some(one), 1), Mode::Hold);
         assert_eq!(mpih_axes_controller_follow(Some(one), [3.0, 4.0, 5.0, 9.0].as_ptr(), 2), Status::Argument);
         assert_eq!(mpih_axes_controller_follow(Some(one), [3.0, 4.0, 5.0, 6.0].as_ptr(), 2), Status::Ok);
         mpih_axes_controller_reset(Some(one));
         assert_eq!([0, 1].map(|axis| mpih_axes_controller_drive(Some(one), axis)), [5.0, 6.0]);
         assert!(mpih_axes_controller_disturbance(Some(one), 1).abs() < 1e-12);
         assert!(mpih_axes_controller_lead_in(Some(one)) > 0.0);
+        mpih_axes_controller_free(made);
+    }
+}
+
+/// A state with another mode, and a bumpless term that goes on, of the second axis alone.
+#[test]
+fn each_axis_has_a_mode_and_the_longest_lead_in_counts() {
+    let made = controller(|_| ()).unwrap();
+    // SAFETY: a controller that nothing else uses, arrays of as many rows, and a text with its closing zero byte.
+    unsafe {
+        let one = &mut *made;
+        let mut rows: Vec<f64> = (0..600).flat_map(references).collect();
+        let (input, output) = (rows.as_ptr(), rows.as_mut_ptr());
+        assert_eq!(mpih_axes_controller_run(Some(one), input, input, output, 600), Status::Ok);
+        assert_eq!(mpih_axes_controller_lead_in(Some(one)), 0.0);
+        let mut text = CStr::from_ptr(saved(one).as_ptr()).to_str().unwrap().to_owned();
+        for (of_both, of_second) in
+            [("\"mode\":\"run\"", "\"mode\":\"hold\""), ("bumpless_samples\":0", "bumpless_samples\":5")]
+        {
+            let place = text.rfind(of_both).unwrap();
+            text.replace_range(place..place + of_both.len(), of_second);
+        }
+        let text = CString::new(text).unwrap();
+        assert_eq!(mpih_axes_controller_load(Some(one), text.as_ptr()), Status::Ok, "{}", last_error());
+        let modes = [0, 1, 2].map(|axis| mpih_axes_controller_mode(Some(one), axis));
+        assert_eq!(modes, [Mode::Run, Mode::Hold, Mode::Hold]);
+        assert!((mpih_axes_controller_lead_in(Some(one)) - 4e-3).abs() < 1e-12);
+        assert_eq!(mpih_axes_controller_mode(None, 0), Mode::Hold);
+        assert!(mpih_axes_controller_lead_in(None).is_nan());
         mpih_axes_controller_free(made);
     }
 }

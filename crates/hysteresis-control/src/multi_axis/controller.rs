@@ -312,7 +312,8 @@ impl MultiAxisStageController {
         tracking.take(asked, goes_on, (&own, &out));
     }
 
-    /// Back to the start, at the present drives or others that the amplifiers have now.
+    /// Back to the start, at the present drives or others that the amplifiers have now. For what leads the stage it is as if they
+    /// had come from rest one sample ago: [`follow`](Self::follow) tells it more.
     ///
     /// # Errors
     /// As [`MultiAxisController::reset_at`]; nothing changes then.
@@ -343,7 +344,8 @@ impl MultiAxisStageController {
     }
 
     /// Goes on from other drives that the amplifiers have, with everything that is remembered. For what leads the stage they
-    /// go out for one sample more.
+    /// go out for one sample more: in a new controller, as if they had come from rest one sample ago.
+    /// [`follow`](Self::follow) tells it more.
     ///
     /// # Errors
     /// As [`MultiAxisController::start_at`]; nothing changes then.

@@ -234,7 +234,7 @@ impl Search<'_> {
         let residuals = missed(&last.point, data, &all).ok_or_else(unable)?;
         let scaled = |errors: &[f64]| errors.iter().zip(&data.position_scale).map(|(e, s)| e * s).collect::<Vec<_>>();
         let relative = errors(&residuals, data.positions);
-        let doubts = standard_errors(&last.point, data, (&all, &residuals), free, dt).ok_or_else(unable)?;
+        let doubts = standard_errors(&last.point, data, (&all, &residuals), free, dt);
         Ok(AxesIdentification {
             model,
             hysteresis: chosen.hysteresis.name().to_owned(),

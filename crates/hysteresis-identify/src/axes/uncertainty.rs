@@ -14,7 +14,8 @@ use super::point::{Free, Point};
 use crate::fit::colour::Autoregression;
 use crate::records::signal::as_f64;
 
-/// Standard errors of a stage of several axes. NaN for what has none, as f at its bound.
+/// Standard errors of a stage of several axes. Infinite for what the records do not tell, as f where z never was; NaN for
+/// what has none, as f at its bound.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxesStandardErrors {
@@ -55,9 +56,11 @@ impl Quantities {
         }
     }
 
-    fn numbers(&self) -> Vec<f64> {
-        let operators = self.operators.iter().flatten();
-        self.modes.iter().flatten().chain(operators).chain(&self.offset).copied().collect()
+    /// All in turn. Modes of another number than `modes` are not those that are asked for: NaN.
+    fn numbers(&self, modes: usize) -> Vec<f64> {
+        let known = self.modes.len() == modes;
+        let modes = (0..modes).flat_map(|i| if known { self.modes[i] } else { [f64::NAN; 2] });
+        modes.chain(self.operators.iter().flatten().chain(&self.offset).copied()).collect()
     }
 }
 
@@ -114,30 +117,32 @@ const STEP: f64 = 1e-6;
 /// A direction along which samples move by less than this share of the one that moves them most is one of coordinates.
 const COORDINATES: f64 = 1e-12;
 
-/// Standard errors at the end of a descent, from what it leaves of each stretch.
+/// What changes along those directions by more than this share of how it changes at all is told by no record.
+const UNTOLD: f64 = 1e-4;
+
+/// Standard errors at the end of a descent, from what it leaves of each stretch. NaN where they cannot be computed.
 pub(super) fn standard_errors(
     point: &Point,
     data: &Data,
     (stretches, residuals): (&[Stretch], &[Vec<f64>]),
     free: Free,
     dt: f64,
-) -> Option<AxesStandardErrors> {
-    let p = data.positions;
-    let of_position = |i: usize| {
-        let series: Vec<f64> = residuals.iter().flat_map(|part| part[i..].iter().step_by(p).copied()).collect();
-        Autoregression::of(&series)
-    };
-    let colours: Vec<_> = (0..p).map(of_position).collect();
-    let plain = linearise(point, data, stretches, free)?.matrix;
-    let coloured = coloured(point, data, stretches, free, &colours)?.matrix;
+) -> AxesStandardErrors {
     let units: Vec<[f64; 2]> = (0..point.banks.len()).map(|i| gains(point, i)).collect();
     let here = Quantities::of(point, dt, &units);
-    let of_point = |point: &Point| Quantities::of(point, dt, &units).numbers();
-    let spread = spread(&plain, &coloured, &gradients(point, free, here.numbers().len(), of_point))?;
-    let samples = residuals.iter().map(Vec::len).sum::<usize>();
-    let freedom = (as_f64(samples) / as_f64(samples.saturating_sub(plain.nrows()).max(1))).sqrt();
-    let mut errors = spread.into_iter().map(|error| freedom * error);
-    let of_modes: Vec<f64> = errors.by_ref().take(2 * here.modes.len()).collect();
+    let modes = here.modes.len();
+    let of_point = |point: &Point| Quantities::of(point, dt, &units).numbers(modes);
+    let count = here.numbers(modes).len();
+    let spread = || {
+        let plain = linearise(point, data, stretches, free)?.matrix;
+        let coloured = coloured(point, data, stretches, free, &colours(residuals, data.positions))?.matrix;
+        let (spread, told) = spread(&plain, &coloured, &gradients(point, free, count, of_point))?;
+        let samples = residuals.iter().map(Vec::len).sum::<usize>();
+        let freedom = (as_f64(samples) / as_f64(samples.saturating_sub(told).max(1))).sqrt();
+        Some(spread.into_iter().map(|error| freedom * error).collect::<Vec<f64>>())
+    };
+    let mut errors = spread().unwrap_or_else(|| vec![f64::NAN; count]).into_iter();
+    let of_modes: Vec<f64> = errors.by_ref().take(2 * modes).collect();
     let (frequencies, dampings) =
         of_modes.as_chunks().0.iter().map(|[frequency, damping]| (*frequency, *damping)).unzip();
     let gains = point.operator_gains(data);
@@ -148,10 +153,20 @@ pub(super) fn standard_errors(
     });
     let operators = operators.collect();
     let output_offset = errors.zip(&data.position_scale).map(|(error, scale)| error * scale).collect();
-    Some(AxesStandardErrors { frequencies, dampings, operators, output_offset })
+    AxesStandardErrors { frequencies, dampings, operators, output_offset }
 }
 
-/// How each of `count` quantities changes with each number: a column for each quantity.
+/// How the residuals of each position follow from each other.
+fn colours(residuals: &[Vec<f64>], positions: usize) -> Vec<Autoregression> {
+    let of_position = |i: usize| {
+        let of_part = |part: &Vec<f64>| part[i..].iter().step_by(positions).copied().collect::<Vec<f64>>();
+        Autoregression::of(&residuals.iter().flat_map(of_part).collect::<Vec<f64>>())
+    };
+    (0..positions).map(of_position).collect()
+}
+
+/// How each of `count` quantities changes with each number: a column for each quantity. NaN where a mode turns into two
+/// lags, which no derivative tells.
 fn gradients(point: &Point, free: Free, count: usize, quantities: impl Fn(&Point) -> Vec<f64>) -> Mat<f64> {
     let values: Vec<f64> = point.clone().numbers_mut(free).into_iter().map(|number| *number).collect();
     let mut all = Mat::zeros(values.len(), count);
@@ -163,17 +178,16 @@ fn gradients(point: &Point, free: Free, count: usize, quantities: impl Fn(&Point
             quantities(&there)
         };
         let (less, more) = (at(-step), at(step));
-        // A mode that turns into two lags is told by no derivative.
-        let both = less.len() == count && more.len() == count;
         for j in 0..count {
-            all[(i, j)] = if both { (more[j] - less[j]) / (2.0 * step) } else { f64::NAN };
+            all[(i, j)] = (more[j] - less[j]) / (2.0 * step);
         }
     }
     all
 }
 
-/// The roots of the diagonal of G'(J'J)^+ J' Omega J (J'J)^+ G.
-fn spread(plain: &Mat<f64>, coloured: &Mat<f64>, gradients: &Mat<f64>) -> Option<Vec<f64>> {
+/// The roots of the diagonal of G'(J'J)^+ J' Omega J (J'J)^+ G, infinite for a quantity with a part that moves no sample; and
+/// how many directions move samples.
+fn spread(plain: &Mat<f64>, coloured: &Mat<f64>, gradients: &Mat<f64>) -> Option<(Vec<f64>, usize)> {
     let count = plain.nrows();
     let entry = |matrix: &Mat<f64>, i: usize, j: usize| if i >= j { matrix[(i, j)] } else { matrix[(j, i)] };
     // Columns of unit size, as those of A and of D differ by orders.
@@ -183,14 +197,25 @@ fn spread(plain: &Mat<f64>, coloured: &Mat<f64>, gradients: &Mat<f64>) -> Option
     let directions = scaled(plain).self_adjoint_eigen(Side::Lower).ok()?;
     let (basis, values) = (directions.U(), directions.S().column_vector());
     let most = (0..count).map(|k| values[k]).fold(0.0, f64::max);
-    let told: Vec<usize> = (0..count).filter(|k| values[*k] > COORDINATES * most).collect();
+    let is_told = |k: usize| values[k] > COORDINATES * most;
+    let told: Vec<usize> = (0..count).filter(|k| is_told(*k)).collect();
     let along = basis.transpose() * Mat::from_fn(count, gradients.ncols(), |i, j| gradients[(i, j)] * scale[i]);
     let part = Mat::from_fn(told.len(), gradients.ncols(), |k, j| along[(told[k], j)] / values[told[k]]);
     let basis = Mat::from_fn(count, told.len(), |i, k| basis[(i, told[k])]);
     let moved = basis * part;
     let noise = scaled(coloured) * &moved;
-    let square = |j: usize| (0..count).map(|i| moved[(i, j)] * noise[(i, j)]).sum::<f64>();
-    Some((0..gradients.ncols()).map(|j| square(j).max(0.0).sqrt()).collect())
+    let error = |j: usize| {
+        let size = |part: &mut dyn Iterator<Item = usize>| part.map(|k| along[(k, j)].powi(2)).sum::<f64>().sqrt();
+        let beside = size(&mut (0..count).filter(|k| !is_told(*k)));
+        let of_no_sample = (0..count).any(|i| scale[i] == 0.0 && gradients[(i, j)].abs() > 0.0);
+        if of_no_sample || beside > UNTOLD * size(&mut (0..count)) {
+            return f64::INFINITY;
+        }
+        let square = (0..count).map(|i| moved[(i, j)] * noise[(i, j)]).sum::<f64>();
+        // Rounding may make it negative; `clamp` keeps NaN, which `max` does not.
+        square.clamp(0.0, f64::INFINITY).sqrt()
+    };
+    Some(((0..gradients.ncols()).map(error).collect(), told.len()))
 }
 
 #[cfg(test)]
@@ -200,8 +225,8 @@ mod tests {
     use super::super::pass::missed;
     use super::*;
 
-    /// Two drives and two positions, slow enough that moves are short beside knots, and a point with three states.
-    fn fit(kind: Kind) -> (Data, Point) {
+    /// Two drives about a mean and two positions, slow enough that moves are short beside knots, and a point with three states.
+    fn fit(kind: Kind, mean: f64, reach: f64) -> (Data, Point) {
         let mut seed = 5_u32;
         let mut random = || {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -211,11 +236,12 @@ mod tests {
         for k in 2..u.len() {
             u[k] = 0.9 * u[k - 2] + 0.4 * random();
         }
+        u[2..].iter_mut().for_each(|u| *u += mean);
         let y: Vec<f64> = (0..u.len()).map(|_| random()).collect();
         let data = Data::new(&[AxesRecord { u: &u, y: &y }], 2, 2, 3).unwrap();
         let c = vec![1.0, 0.2, 0.3, -0.1, 0.9, 0.5];
         let mut point = Point::of_dynamics(vec![[0.7, 0.4], [0.6, -0.3], [0.5, 0.0]], c, 2, 2);
-        point = point.with_banks(|_| Bank::new(kind, 3, 2.5));
+        point = point.with_banks(|_| Bank::new(kind, 3, reach));
         point.b = vec![0.3, 0.1, 0.0, 0.4, 0.2, -0.2];
         point.bw = vec![0.1, 0.05, -0.1, 0.1, 0.05, 0.1];
         point.cq = vec![0.3, -0.2, 0.1, 0.1, 0.2, 0.0];
@@ -225,14 +251,14 @@ mod tests {
     fn errors(data: &Data, point: &Point) -> AxesStandardErrors {
         let all = data.all();
         let residuals = missed(point, data, &all).unwrap();
-        standard_errors(point, data, (&all, &residuals), Free { dynamics: true, query: true }, 1e-3).unwrap()
+        standard_errors(point, data, (&all, &residuals), Free { dynamics: true, query: true }, 1e-3)
     }
 
     /// Other coordinates of the states, and other units of w or q: the same stage with the same errors.
     #[test]
     fn what_only_looks_different_has_the_same_errors() {
         for kind in [Kind::Plays, Kind::Duhem] {
-            let (data, point) = fit(kind);
+            let (data, point) = fit(kind, 0.0, 2.5);
             let mut other = point.clone();
             // The first two states are three times as large.
             for i in 0..2 {
@@ -265,5 +291,60 @@ mod tests {
             same(&one.operators[0], &two.operators[0], factor);
             same(&one.operators[1], &two.operators[1], 1.0);
         }
+    }
+
+    /// Drives of one sign: z never visits the knot on the other side, the records do not tell f there.
+    #[test]
+    fn f_where_z_never_was_has_an_infinite_error() {
+        let (data, mut point) = fit(Kind::Duhem, 2.0, 12.0);
+        point.cq.fill(0.0);
+        // A curve: loops would lead z back to 0.
+        point.banks.iter_mut().for_each(|bank| bank.numbers_mut().copy_from_slice(&[1.0, 1.0, 0.6, 1.0, 1.0, 0.6]));
+        let found = errors(&data, &point);
+        for operator in &found.operators {
+            // f+ and f- at the lowest knot, and what is told.
+            assert_eq!([operator[0], operator[3]], [f64::INFINITY; 2], "{found:?}");
+        }
+        let told = found.operators.iter().flat_map(|operator| [&operator[1..3], &operator[4..]].concat());
+        let others = [&found.frequencies[..], &found.dampings, &found.output_offset].concat();
+        assert!(told.chain(others).all(|error| error > 0.0 && error.is_finite()), "{found:?}");
+    }
+
+    /// Two numbers of which the records tell the sum alone; then two of which the second moves no sample.
+    #[test]
+    fn what_moves_no_sample_is_untold_and_nan_stays() {
+        let sum = Mat::from_fn(2, 2, |_, _| 1.0);
+        let of_each = Mat::from_fn(2, 3, |i, j| [[1.0, 1.0, f64::NAN], [0.0, 1.0, 1.0]][i][j]);
+        let (errors, told) = spread(&sum, &sum, &of_each).unwrap();
+        assert_eq!((errors[0], told), (f64::INFINITY, 1));
+        assert!((errors[1] - 1.0).abs() < 1e-12 && errors[2].is_nan(), "{errors:?}");
+        let first = Mat::from_fn(2, 2, |i, j| if i + j == 0 { 1.0 } else { 0.0 });
+        let (errors, told) = spread(&first, &first, &Mat::from_fn(2, 2, |i, j| f64::from(u8::from(i <= j)))).unwrap();
+        assert_eq!((&errors[..], told), (&[1.0, f64::INFINITY][..], 1));
+    }
+
+    /// A mode that a small step turns into two lags has no error; all else has.
+    #[test]
+    fn a_mode_next_to_two_lags_has_no_error_alone() {
+        let (data, mut point) = fit(Kind::Plays, 0.0, 2.5);
+        (point.a[0], point.a[1]) = ([0.7, 1e-6], [0.7, -1e-6]);
+        let found = errors(&data, &point);
+        assert!(found.frequencies[0].is_nan() && found.dampings[0].is_nan(), "{found:?}");
+        let others = found.operators.iter().flatten().chain(&found.output_offset);
+        assert!(others.copied().all(|error| error > 0.0 && error.is_finite()), "{found:?}");
+    }
+
+    /// A motion that leaves all bounds has no tangents.
+    #[test]
+    fn what_cannot_be_computed_is_nan() {
+        let (data, mut point) = fit(Kind::Plays, 0.0, 2.5);
+        let all = data.all();
+        let residuals = missed(&point, &data, &all).unwrap();
+        point.offset[0] = 1e9;
+        let free = Free { dynamics: true, query: true };
+        let found = standard_errors(&point, &data, (&all, &residuals), free, 1e-3);
+        let numbers = [&found.frequencies, &found.dampings, &found.operators[1], &found.output_offset];
+        assert_eq!(numbers.map(Vec::len), [1, 1, 3, 2]);
+        assert!(numbers.into_iter().flatten().all(|error| error.is_nan()), "{found:?}");
     }
 }

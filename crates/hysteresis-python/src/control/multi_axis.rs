@@ -595,6 +595,8 @@ impl MultiAxisController {
 
     /// All axes back to the start, in mode "run", with all counters at zero. The drives stay as they are, or are `drives` if the
     /// amplifiers have others now.
+    ///
+    /// For a stage that leads it is as if the drives had come from rest one sample ago: `follow` tells it more.
     fn reset(
         slf: &Bound<'_, Self>,
         #[py("ArrayLike | None" = None)] drives: Option<&Bound<'_, PyAny>>,
@@ -615,6 +617,9 @@ impl MultiAxisController {
     }
 
     /// Goes on from other drives that the amplifiers have, with everything that is remembered.
+    ///
+    /// For a stage that leads they go out for one sample more: in a new controller, as if they had come from rest one sample
+    /// ago. `follow` tells it more.
     fn start_at(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let axes = shared(slf)?.axes();
         let drives = one_each("drives", drives, axes)?;

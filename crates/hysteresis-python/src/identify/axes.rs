@@ -106,7 +106,7 @@ impl AxesIdentification {
 
     /// Standard errors of the operators of `model`: an array for each, of the weights of its plays, or of f+ and then f- at
     /// its knots. They hold where w moves the positions, and the drives move q, by as much as in `model`: beside bw and cq
-    /// the records tell no more. NaN for f at its bound.
+    /// the records tell no more. Infinite where the records do not tell a number; NaN for f at its bound.
     #[getter]
     #[py(-> "list[Vector]")]
     fn operators_std<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyArray1<f64>>>> {
