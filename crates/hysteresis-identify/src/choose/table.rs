@@ -35,7 +35,8 @@ use crate::terms::weights::WeightBasis;
 struct Row {
     /// For how many terms a variant of it must lower the error of prediction.
     terms: i32,
-    /// Whether its variants are searches of their own: then they are tried where no other term is better.
+    /// Whether its variants are searches of their own, or may stand for a term that another row has: then they are tried where no other term
+    /// is better.
     is_costly: bool,
     term: &'static dyn Term,
 }
@@ -58,8 +59,8 @@ const TABLE: [Row; 8] = [
     Row { terms: 1, is_costly: false, term: &CreepOfEveryDecade },
     Row { terms: 1, is_costly: false, term: &SlowGainOfUsualTime },
     Row { terms: 0, is_costly: false, term: &NoDynamics },
-    Row { terms: 1, is_costly: false, term: &LagInFront },
     Row { terms: 2, is_costly: true, term: &Curves { in_front: true, behind: true } },
+    Row { terms: 1, is_costly: true, term: &LagInFront },
     Row { terms: 1, is_costly: true, term: &DynamicsBehindMap },
 ];
 
@@ -208,7 +209,9 @@ impl TermSearch<'_> {
             for variant in row.term.variants(self, from, way.monitor)? {
                 let must_gain = self.must_gain(row.terms, variant.adds);
                 let Some(one) = self.tried_if_promising(variant, from, way)? else { continue };
-                if !is_better(&one.alone, &from.alone, must_gain) {
+                // What costs something fits better, too: else it is better on stretches by chance.
+                let fits = row.terms == 0 || one.fit.squares < from.fit.squares;
+                if !(fits && is_better(&one.alone, &from.alone, must_gain)) {
                     continue;
                 }
                 if from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain)) {

@@ -70,8 +70,9 @@ fn clusterings(given: &Given<'_>) -> Vec<Vec<usize>> {
     let number = |pair: &PlacePair| as_f64(pair.drive);
     let drive_at = |pair: &PlacePair, instant| value_at(given.drives[pair.drive], instant);
     let middle = |pair: &PlacePair| 0.5 * (drive_at(pair, pair.first) + drive_at(pair, pair.second));
-    let by_time: Vec<(f64, f64)> = given.pairs.iter().map(|pair| (number(pair), pair.first)).collect();
-    let by_drive: Vec<(f64, f64)> = given.pairs.iter().map(|pair| (middle(pair), pair.first)).collect();
+    let earlier = |pair: &PlacePair| pair.first.min(pair.second);
+    let by_time: Vec<(f64, f64)> = given.pairs.iter().map(|pair| (number(pair), earlier(pair))).collect();
+    let by_drive: Vec<(f64, f64)> = given.pairs.iter().map(|pair| (middle(pair), earlier(pair))).collect();
     let of = |keys: &Vec<(f64, f64)>, count: usize| {
         let mut order: Vec<usize> = (0..keys.len()).collect();
         order.sort_by(|a, b| keys[*a].partial_cmp(&keys[*b]).unwrap_or(std::cmp::Ordering::Equal));
