@@ -177,13 +177,11 @@ impl Space {
     pub(crate) fn start_at_hysteresis(&self, point: &Point) -> Point {
         let start = Parameter::of_hysteresis().fold(self.origin, |start, axis| start.with(axis, point.get(axis)));
         let lag = point.get(Parameter::DeadTime);
-        match self.dynamics {
-            Some(_) => self.critically_damped(&start, lag),
-            None => {
-                let left = lag - self.linear_part(&start).amplifier_lag();
-                start.with(Parameter::DeadTime, self.nearest(Parameter::DeadTime, left))
-            }
+        if self.dynamics.is_some() {
+            return self.critically_damped(&start, lag);
         }
+        let left = lag - self.linear_part(&start).amplifier_lag();
+        start.with(Parameter::DeadTime, self.nearest(Parameter::DeadTime, left))
     }
 
     /// The same point with critically damped dynamics of a lag, 2 / w, but not less than half a sample.
