@@ -149,6 +149,13 @@ def test_a_lag_behind_the_hysteresis_or_none_is_not_found_in_front(lag: float) -
     assert mh.identify(u, y, dt=dt).stage.amplifier_bandwidth is None
 
 
+def test_a_position_that_leads_its_drive_has_no_lag_in_front() -> None:
+    u = turned([0.0, 50.0, -50.0, 40.0, -30.0, 20.0, -45.0, 35.0, -20.0, 50.0, 0.0], 150)
+    x = HEATED.forward().run(u) ** 2 / 50.0
+    y = np.r_[x[1:], x[-1]] + np.random.default_rng(1).normal(0.0, 0.1, u.size)
+    assert mh.identify(u, y, dt=2e-3, dynamics="auto").stage.amplifier_bandwidth is None
+
+
 def test_a_lag_in_front_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     u = turned([0.0, 50.0, -50.0, 40.0, -30.0, 20.0, -45.0, 0.0], 150)

@@ -606,7 +606,11 @@ impl Term for LagInFront {
         }
         let options = Options { dynamics: DynamicsModel::None, ..from.options.clone() };
         let with = Space::new(search.records, &options)?.with_maps_of(space).with_amplifier();
+        // A position that leads the drive has no lag in front.
         let starts = amplifier_starts(&with, point, space.linear_part(point).lag());
+        if starts.is_empty() {
+            return Ok(Vec::new());
+        }
         let (adds, linear) = (space.order().is_none(), Some(LinearEvidence::default()));
         Ok(vec![Variant { options, linear, adds, was_sought: false, ..from.with(with, starts) }])
     }
