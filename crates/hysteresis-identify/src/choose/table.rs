@@ -381,6 +381,13 @@ impl TermSearch<'_> {
         JointProblem { records: self.records, options, basis, smoothness: self.smoothness }
     }
 
+    /// The options and the space of a candidate without dynamics, and without an amplifier that was found beside them.
+    fn without_dynamics(&self, from: &Candidate) -> Result<(Options, Space), Error> {
+        let options = Options { dynamics: DynamicsModel::None, ..from.options.clone() };
+        let space = Space::new(self.records, &options)?.with_maps_of(&from.place.space);
+        Ok((options, space))
+    }
+
     /// What maps would explain where a loop shift would as well.
     fn untold(&self, with: &Candidate, without: &Candidate) -> UntoldMap {
         let space = &with.place.space;
@@ -422,9 +429,6 @@ impl TermSearch<'_> {
     }
 }
 
-/// What must not end at an edge of its search.
-const INSIDE: [Parameter; 3] = [Parameter::LogFrequency, Parameter::LogDamping, Parameter::SlowGain];
-
 impl Candidate {
     /// Whether frequency, damping, slow gain and a lag in front lie within the bounds of their search, and a resonance that was sought behind a
     /// map is one: at an edge, or overdamped, it stands for a lag or a dead time, which are tried, too. So does creep of every decade at its
@@ -445,7 +449,7 @@ impl Candidate {
         (is_resonance || !self.was_sought || space.order() != Some(Order::Second))
             // Beside modes an amplifier that is fast without bound is none.
             && (space.order().is_some() || is_inside(Parameter::LogBandwidth))
-            && INSIDE.into_iter().all(is_inside)
+            && [Parameter::LogFrequency, Parameter::LogDamping, Parameter::SlowGain].into_iter().all(is_inside)
             && (0..creeps).all(is_below_its_bound)
     }
 
@@ -579,8 +583,7 @@ impl Term for NoDynamics {
         if search.asked.dynamics != DynamicsModel::Auto || has_none {
             return Ok(Vec::new());
         }
-        let options = Options { dynamics: DynamicsModel::None, ..from.options.clone() };
-        let without = Space::new(search.records, &options)?.with_maps_of(space);
+        let (options, without) = search.without_dynamics(from)?;
         let within = |lag| without.nearest(Parameter::DeadTime, lag);
         let here = point.with(Parameter::DeadTime, within(space.linear_part(point).lag()));
         let alone = Parameter::of_hysteresis().fold(here, |point, one| point.with(one, search.plain.get(one)));
@@ -604,8 +607,8 @@ impl Term for LagInFront {
         if !search.asked.leaves_lag_open() || space.has_amplifier() && space.order().is_none() {
             return Ok(Vec::new());
         }
-        let options = Options { dynamics: DynamicsModel::None, ..from.options.clone() };
-        let with = Space::new(search.records, &options)?.with_maps_of(space).with_amplifier();
+        let (options, without) = search.without_dynamics(from)?;
+        let with = without.with_amplifier();
         // A position that leads the drive has no lag in front.
         let starts = amplifier_starts(&with, point, space.linear_part(point).lag());
         if starts.is_empty() {

@@ -152,7 +152,7 @@ impl PathLane<'_> {
 
     /// What the input map is shown for a drive: the drive of a loop shift.
     pub(crate) fn voltage(&self, u: f64) -> f64 {
-        self.amplifier.as_ref().and_then(Lag::seen).unwrap_or(u)
+        self.amplifier.as_ref().map_or(u, |lag| lag.seen(u))
     }
 }
 
@@ -161,12 +161,12 @@ impl Lag {
         let before = self.voltages.map_or(u, |(_, end)| end);
         let end = u + self.decay * (before - u);
         self.voltages = Some((before, end));
-        if self.is_seen_before { before } else { end }
+        self.seen(u)
     }
 
-    /// What the operators are shown, once there was a drive.
-    fn seen(&self) -> Option<f64> {
-        self.voltages.map(|(before, end)| if self.is_seen_before { before } else { end })
+    /// What the operators are shown; for a drive that is held since ever, itself.
+    fn seen(&self, u: f64) -> f64 {
+        self.voltages.map_or(u, |(before, end)| if self.is_seen_before { before } else { end })
     }
 }
 
