@@ -37,12 +37,12 @@ pub(crate) fn sum<S: Simd>(numbers: f64x8<S>) -> f64 {
     (a + c) + (b + d)
 }
 
-/// A row of numbers as eights, the rest filled up with zeros.
-pub(crate) fn eights(numbers: &[f64]) -> Vec<Lanes> {
+/// A row of numbers as eights, the rest filled up with another one.
+pub(crate) fn eights(numbers: &[f64], rest: f64) -> Vec<Lanes> {
     numbers
         .chunks(LANES)
         .map(|chunk| {
-            let mut lanes = [0.0; LANES];
+            let mut lanes = [rest; LANES];
             lanes[..chunk.len()].copy_from_slice(chunk);
             lanes
         })

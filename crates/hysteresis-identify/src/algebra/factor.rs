@@ -235,7 +235,7 @@ fn reflect<S: Simd>(simd: S, panel: &mut [Lanes], heads: &mut [Lanes], eights: u
 #[inline(always)]
 fn products<S: Simd>(simd: S, panel: &mut [Lanes], column: usize, moved: Option<Lanes>) -> Lanes {
     let before = column.saturating_sub(1);
-    let moves = moved.map(|moved| load(simd, &moved.map(|value| -value)));
+    let moves = moved.map(|moved| -load(simd, &moved));
     let mut sums = [splat(simd, 0.0); 2];
     let (pairs, rest) = panel.as_chunks_mut::<2>();
     for pair in pairs {

@@ -71,17 +71,7 @@ fn search_terms(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMon
 pub(crate) fn with_least_slope(records: &[Record<'_>], found: Found) -> Result<Found, Error> {
     let Some(basis) = found.basis.with_least_slope(&found.fit.fit.weights) else { return Ok(found) };
     let found = Found { basis, ..found };
-    let at = |space: &Space| found.problem(records).at(space, &found.fit.fit.point);
-    let mut fit = at(&found.fit.space)?;
-    if found.fit.space.has_output_map() {
-        // Without a search an output map stays linear about other weights than those that are found, and these may be far away.
-        let near = at(&found.fit.space.about(&found.fit.fit.point, &found.fit.fit.weights))?;
-        let problem = found.problem(records);
-        let squares = |fit: &JointFit| problem.residuals(fit).flatten().map(|left| left * left).sum::<f64>();
-        if squares(&near) < squares(&fit) {
-            fit = near;
-        }
-    }
+    let fit = found.problem(records).at(&found.fit.space, &found.fit.fit.point)?;
     Ok(Found { fit, ..found })
 }
 
@@ -205,12 +195,12 @@ fn search_beside(
         Some(_) => Err(Error::Interrupted),
         None => search(&levels, None, monitor),
     };
-    let ((fit, linearised), partial) = match (searched, monitor.kept()) {
+    let (fit, partial) = match (searched, monitor.kept()) {
         (Err(Error::Interrupted), Some(best)) => (levels[levels.len() - 1].at(&best), true),
         (found, _) => (found?, false),
     };
     drop(levels);
-    let (structure, fit) = (Structure::default(), JointFit { space, fit, linearised });
+    let (structure, fit) = (Structure::default(), JointFit::new(&space, fit));
     Ok(Found {
         fit,
         options: options.clone(),

@@ -327,7 +327,7 @@ impl TermSearch<'_> {
         drop(stretches);
         drop(projection);
         let terms = terms(alone.smoothness);
-        let place = Place { space, point: fit.point };
+        let place = Place { space: space.about(&fit.weights), point: fit.point };
         let shifted = if self.variety.apart_from_time { None } else { self.shifted(&options, &place, &terms)? };
         Ok(Candidate { options, place, linear, basis, fit, was_sought, alone, shifted })
     }
@@ -425,7 +425,7 @@ impl TermSearch<'_> {
                 bounds = (bounds.0.min(h), bounds.1.max(h));
             }
         }
-        OutputMap { bounds, reference: Arc::from(&fit.weights[..operators.bank.len()]) }
+        OutputMap { bounds, reference: Arc::from(space.weights_of_operators(&fit.weights)) }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Creep and dynamics for many signals over a block of samples, eight signals at once.
 
-use fearless_simd::{Simd, SimdFloat};
+use fearless_simd::{Simd, SimdFloat, f64x8};
 
 use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, load, splat};
 use crate::terms::dynamics::{SampledDynamics, SampledPart};
@@ -38,10 +38,38 @@ pub(crate) struct FilterLanes {
     is_at_rest: bool,
     /// The signals behind the creep; in the order of the readings.
     behind_creep: Vec<Lanes>,
+    /// One for each eight, if blocks in which its signals stand still are passed in one step.
+    still: Vec<Still>,
+}
+
+/// What eight signals that stand still for a whole block come to, without a look at its samples: filters are linear, so how far they are
+/// from rest decays in the same way from every such block's begin.
+///
+/// ```text
+/// s(k) = h e + M^k (s(0) - h e),   y(k) = h g + c M^k (s(0) - h e)
+/// ```
+///
+/// h are the signals, s the states, e and g the states and the readings at rest at 1.
+#[derive(Clone)]
+struct Still {
+    /// e and g.
+    rest: Vec<Lanes>,
+    gain: Lanes,
+    /// c M^k for every sample of a block, state by state.
+    readings: Vec<Lanes>,
+    /// The elements of M^BLOCK that are not zero, with row and column.
+    step: Vec<(usize, usize, Lanes)>,
+    /// The last block: whether it stood still, where, and how far the states were from rest at its begin.
+    is_still: bool,
+    signals: Lanes,
+    distances: Vec<Lanes>,
+    ends: Vec<Lanes>,
 }
 
 /// Of eight signals.
 struct Filters {
+    /// How many terms of creep there are.
+    terms: usize,
     direct: Lanes,
     /// c_j and q_j, term by term.
     amplitudes: Vec<Lanes>,
@@ -85,11 +113,40 @@ struct AmplifierLanes {
 
 impl FilterLanes {
     pub(crate) fn new(decays: &[f64], lanes: &[Lane<'_>]) -> Self {
-        let terms = decays.len().next_multiple_of(TERMS);
-        let filled_up = decays.iter().copied().chain(std::iter::repeat(0.0)).take(terms).collect();
-        let eights: Vec<_> = lanes.chunks(LANES).map(|lanes| Filters::new(lanes, terms)).collect();
+        let filled = decays.len().next_multiple_of(TERMS);
+        let filled_up = decays.iter().copied().chain(std::iter::repeat(0.0)).take(filled).collect();
+        let eights: Vec<_> = lanes.chunks(LANES).map(|lanes| Filters::new(lanes, decays.len(), filled)).collect();
         let behind_creep = vec![[0.0; LANES]; eights.len() * BLOCK];
-        Self { decays: filled_up, eights, is_at_rest: true, behind_creep }
+        Self { decays: filled_up, eights, is_at_rest: true, behind_creep, still: Vec::new() }
+    }
+
+    /// The same for long records: blocks in which eight signals stand still are passed in one step. Their readings are in
+    /// [`row`](Self::row) alone.
+    pub(crate) fn passing_still_blocks(mut self) -> Self {
+        let count = self.eights.len() * BLOCK;
+        let mut readings = vec![[0.0; LANES]; count];
+        self.put_out(BLOCK, &vec![[1.0; LANES]; count], &mut readings);
+        let mut still: Vec<_> =
+            self.eights.iter_mut().zip(readings.chunks_exact(BLOCK)).map(|(eight, y)| Still::new(eight, y[0])).collect();
+        let states = still.first().map_or(0, |first| first.rest.len());
+        for from in 0..states {
+            for filters in &mut self.eights {
+                filters.states().enumerate().for_each(|(to, state)| *state = [f64::from(u8::from(to == from)); LANES]);
+            }
+            self.put_out(BLOCK, &vec![[0.0; LANES]; count], &mut readings);
+            for ((still, filters), y) in still.iter_mut().zip(&mut self.eights).zip(readings.chunks_exact(BLOCK)) {
+                still.learn(from, filters, y);
+            }
+        }
+        for filters in &mut self.eights {
+            filters.states().for_each(|state| *state = [0.0; LANES]);
+        }
+        Self { still, is_at_rest: true, ..self }
+    }
+
+    /// What is read at a sample of the last block, `readings` being what that put out.
+    pub(crate) fn row(&self, sample: usize, readings: &[Lanes], row: &mut [Lanes]) {
+        dispatch(ReadRow { still: &self.still, sample, readings, row });
     }
 
     /// Takes a block of `samples` and puts out the readings, both the first eight signals at all samples, then the next.
@@ -105,14 +162,71 @@ impl FilterLanes {
     }
 }
 
+impl Still {
+    /// From filters at rest at 1, and what they read.
+    fn new(filters: &mut Filters, gain: Lanes) -> Self {
+        let rest: Vec<_> = filters.states().map(|state| *state).collect();
+        let zeros = vec![[0.0; LANES]; rest.len()];
+        Self {
+            readings: vec![[0.0; LANES]; rest.len() * BLOCK],
+            rest,
+            gain,
+            step: Vec::new(),
+            is_still: false,
+            signals: [0.0; LANES],
+            distances: zeros.clone(),
+            ends: zeros,
+        }
+    }
+
+    /// What was read, and where states are, a block after one of them was 1 and the others and the signals were zero.
+    fn learn(&mut self, from: usize, filters: &mut Filters, readings: &[Lanes]) {
+        let states = self.rest.len();
+        for (all, reading) in self.readings.chunks_exact_mut(states).zip(readings) {
+            all[from] = *reading;
+        }
+        let ends = filters.states().enumerate().map(|(to, state)| (to, from, *state));
+        self.step.extend(ends.filter(|(_, _, state)| state.iter().any(|value| *value != 0.0)));
+    }
+
+    /// Takes a block of these signals.
+    #[inline(always)]
+    fn pass<S: Simd>(&mut self, simd: S, filters: &mut Filters, signals: &Lanes) {
+        let Self { rest, step, distances, ends, .. } = self;
+        let h = load(simd, signals);
+        for (number, state) in filters.states().enumerate() {
+            let at_rest = h * load(simd, &rest[number]);
+            distances[number] = (load(simd, state) - at_rest).into();
+            ends[number] = at_rest.into();
+        }
+        for (to, from, factor) in step {
+            ends[*to] = load(simd, factor).mul_add(load(simd, &distances[*from]), load(simd, &ends[*to])).into();
+        }
+        filters.states().zip(&*ends).for_each(|(state, end)| *state = *end);
+        (self.is_still, self.signals) = (true, *signals);
+    }
+
+    /// What is read at a sample of the block that was passed.
+    #[inline(always)]
+    fn read<S: Simd>(&self, simd: S, sample: usize) -> f64x8<S> {
+        let states = self.rest.len();
+        let mut sum = load(simd, &self.signals) * load(simd, &self.gain);
+        for (factor, distance) in self.readings[sample * states..][..states].iter().zip(&self.distances) {
+            sum = load(simd, factor).mul_add(load(simd, distance), sum);
+        }
+        sum
+    }
+}
+
 impl Filters {
-    fn new(lanes: &[Lane<'_>], terms: usize) -> Self {
+    fn new(lanes: &[Lane<'_>], terms: usize, filled: usize) -> Self {
         let zero = [0.0; LANES];
         let modes = lanes[0].part.dynamics.iter().len() + lanes[0].part.further.len();
         let mut filters = Self {
+            terms,
             direct: zero,
-            amplitudes: vec![zero; terms],
-            creep: vec![zero; terms],
+            amplitudes: vec![zero; filled],
+            creep: vec![zero; filled],
             dynamics: vec![ModeLanes::default(); modes],
             share: zero,
             before: zero,
@@ -136,9 +250,21 @@ impl Filters {
         }
         filters
     }
+
+    /// What changes from sample to sample.
+    fn states(&mut self) -> impl Iterator<Item = &mut Lanes> {
+        let creep = self.creep.iter_mut().take(self.terms);
+        creep.chain([&mut self.before]).chain(self.dynamics.iter_mut().flat_map(ModeLanes::states))
+    }
 }
 
 impl ModeLanes {
+    fn states(&mut self) -> impl Iterator<Item = &mut Lanes> {
+        let Self { deviation, v, before, amplifier, .. } = self;
+        let behind = amplifier.iter_mut().flat_map(|amplifier| [&mut amplifier.ends, &mut amplifier.decaying]);
+        [deviation, v, before].into_iter().chain(behind)
+    }
+
     fn set(&mut self, place: usize, gain: f64, dynamics: &SampledDynamics, reading: Reading) {
         let step = &dynamics.step;
         (self.xx[place], self.xv[place]) = (step.xx, step.xv);
@@ -171,10 +297,18 @@ impl SimdLoop for PutOut<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let FilterLanes { decays, eights, behind_creep, .. } = self.lanes;
+        let FilterLanes { decays, eights, behind_creep, still, .. } = self.lanes;
         let blocks = self.signals.chunks_exact(BLOCK).zip(behind_creep.chunks_exact_mut(BLOCK));
         let all = eights.iter_mut().zip(blocks.zip(self.readings.chunks_exact_mut(BLOCK)));
-        for (filters, ((signals, behind_creep), readings)) in all {
+        let may_pass = !self.is_first && self.samples == BLOCK;
+        for (number, (filters, ((signals, behind_creep), readings))) in all.enumerate() {
+            if let Some(still) = still.get_mut(number) {
+                still.is_still = false;
+                if may_pass && signals[1..].iter().all(|later| *later == signals[0]) {
+                    still.pass(simd, filters, &signals[0]);
+                    continue;
+                }
+            }
             let (signals, p, y) =
                 (&signals[..self.samples], &mut behind_creep[..self.samples], &mut readings[..self.samples]);
             creep(simd, decays, filters, self.is_first, signals, p);
@@ -201,6 +335,28 @@ impl SimdLoop for PutOut<'_> {
                     Some(_) => lead::<S, false>(simd, mode, &filters.position, p, y),
                 }
             }
+        }
+    }
+}
+
+/// The work of [`FilterLanes::row`].
+struct ReadRow<'a> {
+    still: &'a [Still],
+    sample: usize,
+    readings: &'a [Lanes],
+    row: &'a mut [Lanes],
+}
+
+impl SimdLoop for ReadRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        for (number, place) in self.row.iter_mut().enumerate() {
+            *place = match self.still.get(number) {
+                Some(still) if still.is_still => still.read(simd, self.sample).into(),
+                _ => self.readings[number * BLOCK + self.sample],
+            };
         }
     }
 }
@@ -255,9 +411,10 @@ fn delayed<S: Simd>(simd: S, filters: &mut Filters, p: &[Lanes], y: &mut [Lanes]
 /// A mode by intervals in which the last p was held. The first mode writes a reading, the others add to it.
 #[inline(always)]
 fn hold<S: Simd, const FIRST: bool>(simd: S, mode: &mut ModeLanes, position: &Lanes, p: &[Lanes], y: &mut [Lanes]) {
-    let [xx, xv, vx, vv] = [&mode.xx, &mode.xv, &mode.vx, &mode.vv].map(|e| load(simd, e));
-    let [read_x, read_v, position] = [&mode.read_x, &mode.read_v, position].map(|e| load(simd, e));
-    let [mut deviation, mut v, mut before] = [&mode.deviation, &mode.v, &mode.before].map(|e| load(simd, e));
+    let (xx, xv, vx, vv) = (load(simd, &mode.xx), load(simd, &mode.xv), load(simd, &mode.vx), load(simd, &mode.vv));
+    let (read_x, read_v, position) = (load(simd, &mode.read_x), load(simd, &mode.read_v), load(simd, position));
+    let (mut deviation, mut v) = (load(simd, &mode.deviation), load(simd, &mode.v));
+    let mut before = load(simd, &mode.before);
     for (p, y) in p.iter().zip(y) {
         let p = load(simd, p);
         let moved = xv.mul_add(v, before - p);
@@ -279,10 +436,10 @@ fn lead<S: Simd, const FIRST: bool>(simd: S, mode: &mut ModeLanes, position: &La
     let Some(amplifier) = &mut mode.amplifier else { return };
     let [xx, xv, vx, vv] = [&mode.xx, &mode.xv, &mode.vx, &mode.vv].map(|e| load(simd, e));
     let [read_x, read_v, position] = [&mode.read_x, &mode.read_v, position].map(|e| load(simd, e));
-    let AmplifierLanes { reach, step, start_x, start_v, read, .. } = &**amplifier;
-    let [reach, step, start_x, start_v, read] = [reach, step, start_x, start_v, read].map(|e| load(simd, e));
+    let (reach, step, read) = (load(simd, &amplifier.reach), load(simd, &amplifier.step), load(simd, &amplifier.read));
+    let (start_x, start_v) = (load(simd, &amplifier.start_x), load(simd, &amplifier.start_v));
     let [mut deviation, mut v, mut before] = [&mode.deviation, &mode.v, &mode.before].map(|e| load(simd, e));
-    let [mut ends, mut decaying] = [&amplifier.ends, &amplifier.decaying].map(|e| load(simd, e));
+    let (mut ends, mut decaying) = (load(simd, &amplifier.ends), load(simd, &amplifier.decaying));
     for (p, y) in p.iter().zip(y) {
         let p = load(simd, p);
         let end = (p - before).mul_add(reach, before);
@@ -314,8 +471,11 @@ mod tests {
 
     const DT: f64 = 1e-4;
 
+    /// It moves, then stands still for some blocks, twice.
     fn signal() -> Vec<f64> {
-        (0..100_u32).map(|k| 2.0 + (f64::from(k * k) / 7.0).sin() * f64::from(k % 11)).collect()
+        let moving = |k: u32| 2.0 + (f64::from(k * k) / 7.0).sin() * f64::from(k % 11);
+        let way = |from: u32| (from..from + 100).map(moving).chain(std::iter::repeat_n(moving(from), 150));
+        way(0).chain(way(100)).collect()
     }
 
     fn parts() -> Vec<LinearPart> {
@@ -340,7 +500,7 @@ mod tests {
     }
 
     /// The readings of a few lanes from the sample that acts on the first one, or what is read at rest.
-    fn readings(part: &LinearPart, blocks: usize, lanes: &[(f64, Reading)]) -> Vec<Vec<f64>> {
+    fn readings(part: &LinearPart, blocks: usize, passes: bool, lanes: &[(f64, Reading)]) -> Vec<Vec<f64>> {
         let sampled = SampledPart::new(part, DT);
         let lane = |(direct, reading): &(f64, Reading)| Lane {
             direct: *direct,
@@ -348,8 +508,10 @@ mod tests {
             part: &sampled,
             reading: *reading,
         };
-        let mut filters = FilterLanes::new(&sampled.decays, &lanes.iter().map(lane).collect::<Vec<_>>());
+        let plain = FilterLanes::new(&sampled.decays, &lanes.iter().map(lane).collect::<Vec<_>>());
+        let mut filters = if passes { plain.passing_still_blocks() } else { plain };
         let eights = lanes.len().div_ceil(LANES);
+        let mut row = vec![[0.0; LANES]; eights];
         let (mut signals, mut out) = (vec![[0.0; LANES]; eights * BLOCK], vec![[0.0; LANES]; eights * BLOCK]);
         let (mut all, mut rest) = (vec![Vec::new(); lanes.len()], Vec::new());
         for block in signal().chunks(blocks) {
@@ -360,8 +522,11 @@ mod tests {
             if rest.is_empty() {
                 rest = (0..lanes.len()).map(|lane| filters.at_rest(lane)).collect();
             }
-            for (lane, all) in all.iter_mut().enumerate() {
-                all.extend((0..block.len()).map(|k| out[lane / LANES * BLOCK + k][lane % LANES]));
+            for k in 0..block.len() {
+                filters.row(k, &out, &mut row);
+                for (lane, all) in all.iter_mut().enumerate() {
+                    all.push(row[lane / LANES][lane % LANES]);
+                }
             }
         }
         let read = |(all, rest): (&Vec<f64>, &f64)| {
@@ -375,8 +540,9 @@ mod tests {
     fn equals_the_plain_loop() {
         for part in parts() {
             let want = through(&part, &signal(), DT);
-            for (lanes, blocks) in [(1, BLOCK), (10, 7), (8, 1)] {
-                for (lane, got) in readings(&part, blocks, &vec![(1.0, Reading::Position); lanes]).iter().enumerate() {
+            for (lanes, blocks, passes) in [(1, BLOCK, false), (10, 7, false), (8, 1, true), (10, BLOCK, true)] {
+                let all = readings(&part, blocks, passes, &vec![(1.0, Reading::Position); lanes]);
+                for (lane, got) in all.iter().enumerate() {
                     for (k, (got, want)) in got.iter().zip(&want).enumerate() {
                         assert!((got - want).abs() < 1e-12, "{part:?} lane {lane} sample {k}: {got} {want}");
                     }
@@ -389,7 +555,7 @@ mod tests {
     #[test]
     fn creep_alone_is_the_rest() {
         for part in parts() {
-            let got = readings(&part, BLOCK, &[(0.0, Reading::Position)]);
+            let got = readings(&part, BLOCK, true, &[(0.0, Reading::Position)]);
             let without = LinearPart { amplitudes: vec![0.0; 5], ..part.clone() };
             let (whole, without) = (through(&part, &signal(), DT), through(&without, &signal(), DT));
             for (got, (whole, without)) in got[0].iter().zip(whole.iter().zip(without)) {
@@ -401,7 +567,7 @@ mod tests {
     #[test]
     fn the_slope_over_the_dead_time_is_a_difference() {
         for part in parts() {
-            let got = &readings(&part, BLOCK, &[(1.0, Reading::Position), (1.0, Reading::OverDeadTime(DT))])[1];
+            let got = &readings(&part, BLOCK, true, &[(1.0, Reading::Position), (1.0, Reading::OverDeadTime(DT))])[1];
             let at = |dead_time| through(&LinearPart { dead_time, ..part.clone() }, &signal(), DT);
             let (sooner, later) = (at(part.dead_time - 1e-9), at(part.dead_time + 1e-9));
             for (k, (got, (sooner, later))) in got.iter().zip(sooner.iter().zip(later)).enumerate() {

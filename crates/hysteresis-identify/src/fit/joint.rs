@@ -43,6 +43,12 @@ pub(crate) struct JointFit {
 }
 
 impl JointFit {
+    /// A fit in a space that goes on from there: its output map is linear about these weights. About others, the same point has another
+    /// fit, and a far worse one where the map bends.
+    pub(crate) fn new(space: &Space, (fit, linearised): (ProjectedFit, Linearised)) -> Self {
+        Self { space: space.about(&fit.weights), fit, linearised }
+    }
+
     /// How many rows were fitted.
     pub(crate) fn rows(&self, records: &[Record<'_>]) -> usize {
         let unread = self.space.unread_samples();
@@ -118,17 +124,16 @@ impl JointProblem<'_> {
         // What is left is the work once the best of them is found.
         let span = Span { from: 0.0, to: 0.6 };
         let start = best_attempt(&levels[level], starts, passes, span, monitor)?;
-        let (fit, linearised) = search(&levels, Some(&start), monitor)?;
+        let found = search(&levels, Some(&start), monitor)?;
         drop(levels);
-        Ok(JointFit { space, fit, linearised })
+        Ok(JointFit::new(&space, found))
     }
 
     /// The fit at a point, without a search.
     pub(crate) fn at(&self, space: &Space, point: &Point) -> Result<JointFit, Error> {
         let levels = levels(self.records, space, self.basis, self.smoothness, false)?;
         let all = &levels[levels.len() - 1];
-        let (fit, linearised) = all.at(point);
-        Ok(JointFit { space: space.clone(), fit, linearised })
+        Ok(JointFit::new(space, all.at(point)))
     }
 }
 
@@ -226,7 +231,7 @@ impl JointProblem<'_> {
     pub(crate) fn keeping_dynamics(&self, of: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
         let point = of.fit.point;
         let rest = self.search_from(of.space.knowing_dynamics(&point), &point, monitor)?;
-        self.at(&of.space, &rest.fit.point)
+        self.at(&of.space.about(&rest.fit.weights), &rest.fit.point)
     }
 
     /// By how many variances of the noise of each record one fit lowers its sum of squares of another, each with a gain of its own.
@@ -326,5 +331,63 @@ impl RecordGains<'_> {
         }
         let (a, b) = below_own(&factor.finish(), told);
         Left { point, squares: b.iter().map(|e| e * e).sum(), a, b }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::ops::ControlFlow;
+
+    use hysteresis_control::linear::SecondOrder;
+    use hysteresis_core::Ratios;
+
+    use crate::fit::response::{OperatorsAt, response};
+    use crate::terms::creep::CreepModel;
+    use crate::terms::dynamics::{DynamicsModel, LinearPart, Order};
+    use crate::terms::maps::{Curve, OutputMap};
+    use crate::terms::operators::{OperatorBank, Thresholds};
+
+    use super::*;
+
+    /// A map that bends much has another linear fit about weights that are far from those of the search.
+    #[test]
+    fn a_fit_with_the_dynamics_of_another_stays_as_good_behind_a_map() {
+        let dt = 1e-3;
+        let bounds = (-12.0, 12.0);
+        let operators = OperatorsAt {
+            output_map: Some(Curve::new(bounds, [0.0, -1.5, 0.0])),
+            ..OperatorsAt::alone(OperatorBank::from_ratios(&[0.0, 1.5, 3.0, 4.5], Ratios::PAPER), 0.0)
+        };
+        let dynamics = Some(SecondOrder::new(60.0, 0.1).unwrap().into());
+        let linear = LinearPart { dynamics, ..LinearPart::default() };
+        let signals = [3.0, 40.0].map(|rate| {
+            let input = (0..900).map(|k| f64::from(k) * dt).map(|t| (6.0 - 4.0 * t) * (rate * 6.0 * t).sin());
+            let input: Vec<f64> = input.collect();
+            let output = response(&operators, &[1.0, 0.7, 0.5, 0.3], &linear, &input, dt);
+            (input, output)
+        });
+        let records = signals.each_ref().map(|(u, y)| Record::new(u, y, 0).unwrap().sampled_every(dt).unwrap());
+        let options = Options {
+            thresholds: Thresholds::Uniform(4),
+            dynamics: DynamicsModel::Order(Order::Second),
+            creep: CreepModel::None,
+            ..Options::default()
+        };
+        let far = OutputMap { bounds, reference: [0.01; 4].into() };
+        let space = Space::new(&records, &options).unwrap().with_output_map(far);
+        let basis = options.weight_basis(space.shift_len());
+        let problem = JointProblem { records: &records, options: &options, basis: &basis, smoothness: 0.0 };
+        let point = space
+            .starts()[0]
+            .with(Parameter::OutputMap(1), -1.2)
+            .with(Parameter::LogFrequency, 55.0_f64.ln())
+            .with(Parameter::LogDamping, 0.1_f64.ln());
+        let mut report = |_: &crate::fit::progress::Progress| ControlFlow::Continue(());
+        let mut monitor = SearchMonitor::new(&mut report);
+        let found = problem.search_from(space, &point, &mut monitor).unwrap();
+        let kept = problem.keeping_dynamics(&found, &mut monitor).unwrap();
+        let [before, after] =
+            [&found, &kept].map(|fit| problem.residuals(fit).flatten().map(|left| left * left).sum::<f64>());
+        assert!(after < 1.2 * before + 1e-9, "{before} {after}");
     }
 }

@@ -198,6 +198,7 @@ pub(crate) struct FilteredRows<'a> {
     signals: Vec<Lanes>,
     copies: usize,
     readings: Vec<Lanes>,
+    row: Vec<Lanes>,
     /// What is read before the record, once that has begun.
     rest: Vec<f64>,
     /// The samples of the last block.
@@ -228,12 +229,13 @@ impl<'a> FilteredRows<'a> {
             lanes.push(through(&part, Reading::OverDeadTime(dt)));
         }
         lanes.extend(neighbours.iter().map(|part| through(part, Reading::Position)));
-        let filters = FilterLanes::new(&part.decays, &lanes);
-        let signals = vec![[0.0; LANES]; lanes.len().div_ceil(LANES) * BLOCK];
+        let filters = FilterLanes::new(&part.decays, &lanes).passing_still_blocks();
+        let row = vec![[0.0; LANES]; lanes.len().div_ceil(LANES)];
+        let signals = vec![[0.0; LANES]; row.len() * BLOCK];
         let copies = lanes.len() - operators.layout.end;
         let readings = signals.clone();
         let (rest, samples) = (Vec::new(), input.len());
-        Self { tangent, samples, part, operators, filters, signals, copies, readings, rest, first: 0, taken: 0 }
+        Self { tangent, samples, part, operators, filters, signals, copies, readings, row, rest, first: 0, taken: 0 }
     }
 
     pub(crate) fn write(&mut self, sample: usize, row: &mut [f64]) -> f64 {
@@ -248,10 +250,12 @@ impl<'a> FilteredRows<'a> {
             self.write_at_rest(columns, slopes);
             return if layout.end > layout.known { self.rest[layout.known] } else { 0.0 };
         };
-        let (readings, k) = (&self.readings[..], source - self.first);
-        layout.copy_columns(|eight| &readings[eight * BLOCK + k], columns);
-        self.write_slopes(slopes, |lane| signal(readings, lane, k));
-        if layout.end > layout.known { signal(readings, layout.known, k) } else { 0.0 }
+        self.filters.row(source - self.first, &self.readings, &mut self.row);
+        let lanes = &self.row;
+        let reading = |lane: usize| lanes[lane / LANES][lane % LANES];
+        layout.copy_columns(|eight| &lanes[eight], columns);
+        self.write_slopes(slopes, reading);
+        if layout.end > layout.known { reading(layout.known) } else { 0.0 }
     }
 
     fn write_at_rest(&self, columns: &mut [f64], slopes: &mut [f64]) {
@@ -344,11 +348,6 @@ impl Layout {
     }
 }
 
-/// The signal of a lane at a sample.
-pub(crate) fn signal(signals: &[Lanes], lane: usize, sample: usize) -> f64 {
-    signals[lane / LANES * BLOCK + sample][lane % LANES]
-}
-
 /// Writes the signal of a lane.
 pub(crate) fn set(signals: &mut [Lanes], lane: usize, values: &[f64]) {
     let block = &mut signals[lane / LANES * BLOCK..][..values.len()];
@@ -368,6 +367,8 @@ struct OperatorBlocks<'a> {
     /// The weighted sum of the plays of the tangent, and its output in the last block.
     plays: [f64; BLOCK],
     output: [f64; BLOCK],
+    /// Where the last sample is in the last block.
+    last: usize,
 }
 
 /// What the drive becomes before it reaches operators, and the loop shift, in a block.
@@ -421,7 +422,7 @@ impl<'a> OperatorBlocks<'a> {
         }
         let layout = Layout::new(tangent, there.len());
         let z = vec![[0.0; LANES]; here.lanes.eights() * BLOCK];
-        Self { input, layout, drives, here, there, z, plays: [0.0; BLOCK], output: [0.0; BLOCK] }
+        Self { input, layout, drives, here, there, z, plays: [0.0; BLOCK], output: [0.0; BLOCK], last: 0 }
     }
 
     /// Goes on to these samples, a block at most, and writes the signals there.
@@ -429,6 +430,16 @@ impl<'a> OperatorBlocks<'a> {
         let (layout, count) = (self.layout, samples.len());
         for drive in &mut self.drives {
             drive.take(self.input, samples);
+        }
+        let last = std::mem::replace(&mut self.last, count - 1);
+        if self.drives.iter().all(Drive::stands_still) {
+            for block in signals.chunks_exact_mut(BLOCK) {
+                let at_last = block[last];
+                block[..count].fill(at_last);
+            }
+            let at_last = self.output[last];
+            self.output[..count].fill(at_last);
+            return;
         }
         let drives = &self.drives[..];
         let here = &mut self.here;
@@ -528,6 +539,11 @@ impl<'a> Drive<'a> {
         }
         self.runs.take(&self.xs[..count]);
     }
+
+    /// Whether nothing has changed since the last block's last sample.
+    fn stands_still(&self) -> bool {
+        self.runs.stand_still() && self.shift.is_none() && self.gain.is_none()
+    }
 }
 
 impl<'a> Bank<'a> {
@@ -572,7 +588,7 @@ impl<'a> Bank<'a> {
 
     /// The weighted sums of the operators.
     fn sums(&self, z: &[Lanes], sums: &mut [f64]) {
-        self.weights.sums(z, sums);
+        self.weights.sums(z, self.lanes.still(), sums);
     }
 
     /// Makes outputs of the weighted sums of the operators: the output map, and the loop shift beside it.
@@ -629,13 +645,17 @@ mod tests {
         /// The rows of the regressor, sample by sample, thinned or not: columns bit for bit, derivatives but for rounding.
         #[test]
         fn equals_the_regressor(
-            input in prop::collection::vec(prop_oneof![-10.0..10.0_f64, Just(1.0)], 5..150),
+            moving in prop::collection::vec(prop_oneof![-10.0..10.0_f64, Just(1.0)], 5..150),
             r in prop::collection::vec(0.0..8.0_f64, 1..12),
             delay in prop_oneof![0.0..5.0_f64, Just(0.0), Just(2.0)],
             stride in 1_usize..5,
             families in 1_usize..3,
             (has_map, has_duhem) in any::<(bool, bool)>(),
         ) {
+            // It stands still for some blocks, and goes on.
+            let (first, last) = (moving[0], moving[moving.len() - 1]);
+            let input: Vec<f64> =
+                moving.into_iter().chain(std::iter::repeat_n(last, 3 * BLOCK)).chain([first, last]).collect();
             // An input that never moves is no record.
             prop_assume!(input[3..].iter().any(|u| *u != input[3]));
             let record = Record::new(&input, &input, 3).unwrap();

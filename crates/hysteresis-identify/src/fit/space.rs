@@ -503,7 +503,10 @@ impl Space {
         let there = Self { placement: Placement::new(records, options.model, &options.thresholds), ..self.clone() };
         let output_map = self.output_map.as_ref().map(|map| {
             let [from, to] = [self, &there].map(|space| space.thresholds(point));
-            OutputMap { bounds: map.bounds, reference: spread(&weights[..from.len()], &from, &to).into() }
+            // One family, or one above zero and one below.
+            let families = self.weights_of_operators(weights).chunks(from.len());
+            let reference = families.flat_map(|weights| spread(weights, &from, &to)).collect();
+            OutputMap { bounds: map.bounds, reference }
         });
         Self { output_map, ..there }
     }
@@ -562,11 +565,16 @@ impl Space {
         Self { axes, output_map: None, ..self.clone() }
     }
 
-    /// The same with its output map linear about weights at a point, if it has one.
-    pub(crate) fn about(&self, point: &Point, weights: &[f64]) -> Self {
-        let weights = &weights[..self.thresholds(point).len()];
+    /// The same with its output map linear about weights, if it has one.
+    pub(crate) fn about(&self, weights: &[f64]) -> Self {
+        let weights = self.weights_of_operators(weights);
         let linear = |map: &OutputMap| OutputMap { bounds: map.bounds, reference: weights.into() };
         Self { output_map: self.output_map.as_ref().map(linear), ..self.clone() }
+    }
+
+    /// All weights but those of the loop shift, which stand last.
+    pub(crate) fn weights_of_operators<'w>(&self, weights: &'w [f64]) -> &'w [f64] {
+        &weights[..weights.len() - self.shift_len()]
     }
 
     pub(crate) fn has_output_map(&self) -> bool {

@@ -366,14 +366,17 @@ enum Bounds {
 /// What the operators are shown, block by block.
 #[derive(Debug)]
 pub(crate) struct Runs {
-    /// The last sample of the block before.
+    /// The last sample of the block.
     last: Option<f64>,
+    /// Its least and its greatest, and the same with the last of the block before.
+    bounds: (f64, f64),
+    stand_still: bool,
     runs: Vec<Run>,
 }
 
 impl Runs {
     pub(crate) fn new() -> Self {
-        Self { last: None, runs: Vec::with_capacity(BLOCK) }
+        Self { last: None, bounds: (0.0, 0.0), stand_still: false, runs: Vec::with_capacity(BLOCK) }
     }
 
     /// Those of the next block.
@@ -382,6 +385,8 @@ impl Runs {
         let Some(end) = xs.last() else { return };
         // Before the first sample no operator is where it may be.
         let mut last = self.last.unwrap_or(f64::NAN);
+        self.bounds = bounds_of(xs.iter().map(|x| (*x, *x)));
+        self.stand_still = self.bounds == (last, last);
         for (number, x) in xs.iter().enumerate() {
             let bounds = match (*x >= last, *x <= last) {
                 (true, _) if *x <= 0.0 => Bounds::RisingBelow,
@@ -402,6 +407,11 @@ impl Runs {
         }
         self.last = Some(*end);
     }
+
+    /// Whether every sample of the block is that which was the last before it.
+    pub(crate) fn stand_still(&self) -> bool {
+        self.stand_still
+    }
 }
 
 /// The operators of a bank, from z = 0.
@@ -409,6 +419,8 @@ impl Runs {
 pub(crate) struct BankLanes {
     thresholds: Vec<EightThresholds>,
     z: Vec<Lanes>,
+    /// Which eights stood still in the last block.
+    still: Vec<bool>,
 }
 
 /// Of eight operators.
@@ -422,11 +434,18 @@ struct EightThresholds {
 
 impl BankLanes {
     pub(crate) fn new(bank: &OperatorBank) -> Self {
-        let [r, ra, rb, rc] = bank.all_thresholds().map(eights);
+        // No input moves those that fill up the last eight.
+        let [r, ra, rb, rc] = bank.all_thresholds().map(|thresholds| eights(thresholds, f64::INFINITY));
         let thresholds: Vec<_> =
             (0..r.len()).map(|i| EightThresholds { r: r[i], ra: ra[i], rb: rb[i], rc: rc[i] }).collect();
-        let z = vec![[0.0; 8]; thresholds.len()];
-        Self { thresholds, z }
+        let z = vec![[0.0; LANES]; thresholds.len()];
+        let still = vec![false; z.len()];
+        Self { thresholds, z, still }
+    }
+
+    /// Which eights stood still in the last block.
+    pub(crate) fn still(&self) -> &[bool] {
+        &self.still
     }
 
     /// How many eights of operators there are.
@@ -437,13 +456,14 @@ impl BankLanes {
     /// z of every operator for every sample of a block, the first eight of them at all samples, then the next: bit for bit those of the
     /// core.
     pub(crate) fn put_out(&mut self, xs: &[f64], runs: &Runs, z: &mut [Lanes]) {
-        dispatch(PutOut { lanes: self, xs, runs: &runs.runs, out: z });
+        dispatch(PutOut { lanes: self, xs, bounds: runs.bounds, runs: &runs.runs, out: z });
     }
 }
 
 struct PutOut<'a> {
     lanes: &'a mut BankLanes,
     xs: &'a [f64],
+    bounds: (f64, f64),
     runs: &'a [Run],
     out: &'a mut [Lanes],
 }
@@ -453,11 +473,22 @@ impl SimdLoop for PutOut<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let eights = self.lanes.thresholds.iter().zip(&mut self.lanes.z);
-        for ((thresholds, state), out) in eights.zip(self.out.chunks_exact_mut(BLOCK)) {
-            let [r, ra, rb, rc] =
-                [&thresholds.r, &thresholds.ra, &thresholds.rb, &thresholds.rc].map(|t| load(simd, t));
+        let BankLanes { thresholds, z, still } = self.lanes;
+        let (least, greatest) = (splat(simd, self.bounds.0), splat(simd, self.bounds.1));
+        let eights = thresholds.iter().zip(z).zip(still);
+        for (((thresholds, state), still), out) in eights.zip(self.out.chunks_exact_mut(BLOCK)) {
+            let EightThresholds { r, ra, rb, rc } = thresholds;
+            let (r, ra, rb, rc) = (load(simd, r), load(simd, ra), load(simd, rb), load(simd, rc));
             let (zero, mut z, mut first) = (splat(simd, 0.0), load(simd, state), 0);
+            // What neither end of the block moves nothing between them moves.
+            let lo = (greatest - r).max((greatest - rc).min(zero));
+            let hi = (least + ra).min((least + rb).max(zero));
+            let (raised, lowered): (Lanes, Lanes) = (lo.max(z).into(), hi.min(z).into());
+            *still = raised == *state && lowered == *state;
+            if *still {
+                out[..self.xs.len()].fill(*state);
+                continue;
+            }
             for run in self.runs {
                 let samples = self.xs[first..run.end].iter().zip(&mut out[first..run.end]);
                 first = run.end;
@@ -515,18 +546,19 @@ impl WeightLanes {
     /// For so many operators.
     pub(crate) fn new(weights: &[f64], operators: usize) -> Self {
         let (above, below) = weights.split_at(operators.min(weights.len()));
-        Self { above: eights(above), below: eights(below) }
+        Self { above: eights(above, 0.0), below: eights(below, 0.0) }
     }
 
-    /// The weighted sums of outputs, sample by sample.
-    pub(crate) fn sums(&self, z: &[Lanes], sums: &mut [f64]) {
-        dispatch(Weigh { weights: self, z, sums });
+    /// The weighted sums of outputs, sample by sample; `still` says which eights are the same at all of them.
+    pub(crate) fn sums(&self, z: &[Lanes], still: &[bool], sums: &mut [f64]) {
+        dispatch(Weigh { weights: self, z, still, sums });
     }
 }
 
 struct Weigh<'a> {
     weights: &'a WeightLanes,
     z: &'a [Lanes],
+    still: &'a [bool],
     sums: &'a mut [f64],
 }
 
@@ -535,12 +567,30 @@ impl SimdLoop for Weigh<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
+        let count = self.sums.len();
+        // What stands still first, once for all samples.
+        let mut total = [[0.0; LANES]];
+        self.add(simd, true, &mut total);
+        let mut totals = [total[0]; BLOCK];
+        self.add(simd, false, &mut totals[..count]);
+        for (place, total) in self.sums.iter_mut().zip(&totals) {
+            *place = sum(load(simd, total));
+        }
+    }
+}
+
+impl Weigh<'_> {
+    /// Adds the eights that stand still, or those that do not, at the first samples.
+    #[inline(always)]
+    fn add<S: Simd>(&self, simd: S, still: bool, totals: &mut [Lanes]) {
         let WeightLanes { above, below } = self.weights;
-        let (zero, count) = (splat(simd, 0.0), self.sums.len());
-        let mut totals = [[0.0; LANES]; BLOCK];
+        let zero = splat(simd, 0.0);
         for (number, (above, z)) in above.iter().zip(self.z.chunks_exact(BLOCK)).enumerate() {
+            if self.still[number] != still {
+                continue;
+            }
             let above = load(simd, above);
-            let rows = totals[..count].iter_mut().zip(z);
+            let rows = totals.iter_mut().zip(z);
             if let Some(below) = below.get(number) {
                 let below = load(simd, below);
                 for (total, z) in rows {
@@ -553,9 +603,6 @@ impl SimdLoop for Weigh<'_> {
                     *total = above.mul_add(load(simd, z), load(simd, total)).into();
                 }
             }
-        }
-        for (place, total) in self.sums.iter_mut().zip(&totals) {
-            *place = sum(load(simd, total));
         }
     }
 }
@@ -593,8 +640,8 @@ mod tests {
                 let mut sums = [[0.0; BLOCK]; 2];
                 runs.take(xs);
                 lanes.put_out(xs, &runs, &mut got);
-                one.sums(&got, &mut sums[0][..xs.len()]);
-                split.sums(&got, &mut sums[1][..xs.len()]);
+                one.sums(&got, lanes.still(), &mut sums[0][..xs.len()]);
+                split.sums(&got, lanes.still(), &mut sums[1][..xs.len()]);
                 for (k, x) in xs.iter().enumerate() {
                     std::mem::swap(&mut last, &mut z);
                     bank.next(&last, *x, &mut z);
