@@ -172,7 +172,8 @@ pub(crate) fn restructured(
     Ok(Found { fit, smoothness: structure.smoothness, options, basis, structure, linear, partial, ..found })
 }
 
-/// The last descent, with the smoothness that is chosen where it led until that stays the same; and whether it was stopped.
+/// The last descent, with the smoothness that is chosen where it led until that stays the same, and without an amplifier that is fast
+/// without bound; and whether it was stopped.
 fn last_descents(
     mut problem: JointProblem<'_>,
     structure: &mut Structure,
@@ -190,6 +191,11 @@ fn last_descents(
             searched => searched?,
         };
         descents += 1;
+        if fit.has_amplifier_without_bound() {
+            monitor.hold();
+            (space, point) = (fit.space.without_amplifier(), fit.fit.point);
+            continue;
+        }
         if options.smoothness != Setting::Fit || descents == DESCENTS {
             return Ok((fit, false));
         }

@@ -304,7 +304,7 @@ impl SimdLoop for PutOut<'_> {
         for (number, (filters, ((signals, behind_creep), readings))) in all.enumerate() {
             if let Some(still) = still.get_mut(number) {
                 still.is_still = false;
-                if may_pass && signals[1..].iter().all(|later| *later == signals[0]) {
+                if may_pass && stand_still(signals) {
                     still.pass(simd, filters, &signals[0]);
                     continue;
                 }
@@ -337,6 +337,14 @@ impl SimdLoop for PutOut<'_> {
             }
         }
     }
+}
+
+/// Whether eight signals are the same at all samples: most that move do so at once.
+#[inline(always)]
+fn stand_still(signals: &[Lanes]) -> bool {
+    let first = &signals[0];
+    let is_first = |lanes: &Lanes| (0..LANES).fold(true, |same, i| same & (lanes[i] == first[i]));
+    is_first(&signals[1]) && signals[2..].iter().fold(true, |same, lanes| same & is_first(lanes))
 }
 
 /// The work of [`FilterLanes::row`].

@@ -60,6 +60,12 @@ impl JointFit {
         self.fit.chain(&self.space, dt)
     }
 
+    /// Whether an amplifier that was searched beside modes is as fast as it may be: it is none, and stands for what is lacking elsewhere.
+    pub(crate) fn has_amplifier_without_bound(&self) -> bool {
+        let axis = self.space.axis(Parameter::LogBandwidth).filter(|_| self.space.order().is_some());
+        axis.is_some_and(|axis| self.fit.point.get(Parameter::LogBandwidth) >= axis.upper)
+    }
+
     /// The dead time in samples of the fastest record.
     pub(crate) fn dead_time_samples(&self) -> f64 {
         self.fit.point.get(Parameter::DeadTime) / self.space.intervals().smallest()
