@@ -162,7 +162,9 @@ pub(crate) fn restructured(
         options.creep = [CreepModel::UnderWay, CreepModel::Slow, CreepModel::SlowAndFast][structure.creep].clone();
     }
     let basis = options.weight_basis(space.shift_len());
-    let problem = JointProblem { records, options: &options, basis: &basis, smoothness: structure.smoothness };
+    // What suits a place that was fitted roughly may suit the one that a descent leads to no more.
+    let smoothness = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { structure.smoothness };
+    let problem = JointProblem { records, options: &options, basis: &basis, smoothness };
     let (fit, partial) = last_descents(problem, &mut structure, Place { space, point }, monitor)?;
     let is_told = |_: &LinearEvidence| {
         let asked = matches!(asked.dynamics, DynamicsModel::Order(_));
@@ -183,8 +185,14 @@ fn last_descents(
     let (records, options) = (problem.records, problem.options);
     let mut descents = 0;
     loop {
+        structure.smoothness = problem.smoothness;
         monitor.within(1, 2);
-        let fit = match problem.search_around(space.clone(), &point, monitor) {
+        let searched = if descents == 0 {
+            problem.search_around(space.clone(), &point, monitor)
+        } else {
+            problem.search_from(space.clone(), &point, monitor)
+        };
+        let fit = match searched {
             Err(Error::Interrupted) if monitor.keeps_best() => {
                 return Ok((problem.at(&space, &monitor.kept().unwrap_or(point))?, true));
             }
@@ -203,11 +211,11 @@ fn last_descents(
         monitor.hold();
         (space, point) = (fit.space.clone(), fit.fit.point);
         let again = StructureProblem { records, asked: options, space: &space, point: &point }.choose()?;
+        structure.smoothness_tried = again.smoothness_tried;
         if again.smoothness == problem.smoothness {
             return Ok((fit, false));
         }
         problem.smoothness = again.smoothness;
-        (structure.smoothness, structure.smoothness_tried) = (again.smoothness, again.smoothness_tried);
     }
 }
 

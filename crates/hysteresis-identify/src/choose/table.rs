@@ -630,7 +630,13 @@ impl Term for DynamicsBehindMap {
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Vec<Variant>, Error> {
         let Place { space, point } = &from.place;
-        if search.asked.dynamics != DynamicsModel::Auto || !space.has_map() || from.was_sought {
+        // Those that were asked for may have been told too little without the map.
+        let orders = match search.asked.dynamics {
+            DynamicsModel::Auto => vec![Order::First, Order::Second],
+            DynamicsModel::Order(order) if space.order().is_none() => vec![order],
+            _ => Vec::new(),
+        };
+        if orders.is_empty() || !space.has_map() || from.was_sought {
             return Ok(Vec::new());
         }
         monitor.hold();
@@ -649,7 +655,7 @@ impl Term for DynamicsBehindMap {
             let linear = Some(LinearEvidence::default());
             Ok(Variant { options, linear, adds: false, was_sought: true, ..from.with(space, starts) })
         };
-        [Order::First, Order::Second].into_iter().map(of_order).collect()
+        orders.into_iter().map(of_order).collect()
     }
 }
 

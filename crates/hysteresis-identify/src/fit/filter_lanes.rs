@@ -126,8 +126,12 @@ impl FilterLanes {
         let count = self.eights.len() * BLOCK;
         let mut readings = vec![[0.0; LANES]; count];
         self.put_out(BLOCK, &vec![[1.0; LANES]; count], &mut readings);
-        let mut still: Vec<_> =
-            self.eights.iter_mut().zip(readings.chunks_exact(BLOCK)).map(|(eight, y)| Still::new(eight, y[0])).collect();
+        let mut still: Vec<_> = self
+            .eights
+            .iter_mut()
+            .zip(readings.chunks_exact(BLOCK))
+            .map(|(eight, y)| Still::new(eight, y[0]))
+            .collect();
         let states = still.first().map_or(0, |first| first.rest.len());
         for from in 0..states {
             for filters in &mut self.eights {

@@ -383,8 +383,7 @@ mod tests {
         let space = Space::new(&records, &options).unwrap().with_output_map(far);
         let basis = options.weight_basis(space.shift_len());
         let problem = JointProblem { records: &records, options: &options, basis: &basis, smoothness: 0.0 };
-        let point = space
-            .starts()[0]
+        let point = space.starts()[0]
             .with(Parameter::OutputMap(1), -1.2)
             .with(Parameter::LogFrequency, 55.0_f64.ln())
             .with(Parameter::LogDamping, 0.1_f64.ln());
