@@ -41,7 +41,7 @@ def behind_mode(x: Array, dt: float) -> Array:
 
 
 def with_creep(x: Array, dt: float) -> Array:
-    y = x.copy()
+    y: Array = x.copy()
     for time in (0.1, 1.0, 10.0):
         share, q, slow = -math.expm1(-dt / time), x[0], np.empty(x.size)
         for k, now in enumerate(x.tolist()):
@@ -55,7 +55,7 @@ def position(hysteresis: Callable[[Array], Array], u: Array, dt: float) -> Array
     return behind_mode(with_creep(hysteresis(u), dt), dt)
 
 
-def identified(hysteresis: Callable[[Array], Array]) -> mh.Identification:
+def identified(hysteresis: Callable[[Array], Array]) -> mh.results.Identification:
     experiment = mh.signals.experiment(LOW, HIGH, slew=2000.0, rate=1000.0, fast_rate=10_000.0)
     random, records = np.random.default_rng(2), []
     for record in experiment:
@@ -65,7 +65,9 @@ def identified(hysteresis: Callable[[Array], Array]) -> mh.Identification:
     return mh.identify(records, dt=[1.0 / record.rate for record in experiment])
 
 
-def off_on_another_drive(found: mh.Identification, hysteresis: Callable[[Array], Array]) -> float:
+def off_on_another_drive(
+    found: mh.results.Identification, hysteresis: Callable[[Array], Array]
+) -> float:
     """Return the error without noise, rms, as a share of the range."""
     dt = 5e-4
     t = np.arange(20_000) * dt
@@ -84,7 +86,8 @@ def test_uneven_plays_have_no_amplifier_that_stands_for_what_they_lack() -> None
     assert off_on_another_drive(found, uneven_plays) < 3e-4
 
 
-# A minute of processor. Where the output map that they need was linear about weights of another fit, 3 % were left in sample.
+# A minute of processor. Where the output map that they need was linear about the weights of another
+# fit, 1.8 % were left in sample.
 @pytest.mark.slow
 def test_relays_behind_a_mode_are_fitted_as_well_as_their_maps_allow() -> None:
     found = identified(relays)

@@ -200,7 +200,7 @@ fn search_beside(
         (found, _) => (found?, false),
     };
     drop(levels);
-    let (structure, fit) = (Structure::default(), JointFit::new(&space, fit));
+    let (structure, fit) = (Structure::default(), JointFit::new(space, fit));
     Ok(Found {
         fit,
         options: options.clone(),

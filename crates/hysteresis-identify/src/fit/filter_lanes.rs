@@ -59,8 +59,8 @@ struct Still {
     readings: Vec<Lanes>,
     /// The elements of M^BLOCK that are not zero, with row and column.
     step: Vec<(usize, usize, Lanes)>,
-    /// The last block: whether it stood still, where, and how far the states were from rest at its begin.
-    is_still: bool,
+    /// Whether the last block was passed, its signals, and how far the states were from rest at its begin.
+    has_passed: bool,
     signals: Lanes,
     distances: Vec<Lanes>,
     ends: Vec<Lanes>,
@@ -176,7 +176,7 @@ impl Still {
             rest,
             gain,
             step: Vec::new(),
-            is_still: false,
+            has_passed: false,
             signals: [0.0; LANES],
             distances: zeros.clone(),
             ends: zeros,
@@ -207,7 +207,7 @@ impl Still {
             ends[*to] = load(simd, factor).mul_add(load(simd, &distances[*from]), load(simd, &ends[*to])).into();
         }
         filters.states().zip(&*ends).for_each(|(state, end)| *state = *end);
-        (self.is_still, self.signals) = (true, *signals);
+        (self.has_passed, self.signals) = (true, *signals);
     }
 
     /// What is read at a sample of the block that was passed.
@@ -307,7 +307,7 @@ impl SimdLoop for PutOut<'_> {
         let may_pass = !self.is_first && self.samples == BLOCK;
         for (number, (filters, ((signals, behind_creep), readings))) in all.enumerate() {
             if let Some(still) = still.get_mut(number) {
-                still.is_still = false;
+                still.has_passed = false;
                 if may_pass && stand_still(signals) {
                     still.pass(simd, filters, &signals[0]);
                     continue;
@@ -347,8 +347,8 @@ impl SimdLoop for PutOut<'_> {
 #[inline(always)]
 fn stand_still(signals: &[Lanes]) -> bool {
     let first = &signals[0];
-    let is_first = |lanes: &Lanes| (0..LANES).fold(true, |same, i| same & (lanes[i] == first[i]));
-    is_first(&signals[1]) && signals[2..].iter().fold(true, |same, lanes| same & is_first(lanes))
+    let others = |lanes: &Lanes| (0..LANES).filter(|i| lanes[*i] != first[*i]).count();
+    others(&signals[1]) == 0 && signals[2..].iter().map(others).sum::<usize>() == 0
 }
 
 /// The work of [`FilterLanes::row`].
@@ -366,7 +366,7 @@ impl SimdLoop for ReadRow<'_> {
     fn run<S: Simd>(self, simd: S) {
         for (number, place) in self.row.iter_mut().enumerate() {
             *place = match self.still.get(number) {
-                Some(still) if still.is_still => still.read(simd, self.sample).into(),
+                Some(still) if still.has_passed => still.read(simd, self.sample).into(),
                 _ => self.readings[number * BLOCK + self.sample],
             };
         }

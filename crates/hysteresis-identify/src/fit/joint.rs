@@ -45,7 +45,7 @@ pub(crate) struct JointFit {
 impl JointFit {
     /// A fit in a space that goes on from there: its output map is linear about these weights. About others, the same point has another
     /// fit, and a far worse one where the map bends.
-    pub(crate) fn new(space: &Space, (fit, linearised): (ProjectedFit, Linearised)) -> Self {
+    pub(crate) fn new(space: Space, (fit, linearised): (ProjectedFit, Linearised)) -> Self {
         Self { space: space.about(&fit.weights), fit, linearised }
     }
 
@@ -132,14 +132,14 @@ impl JointProblem<'_> {
         let start = best_attempt(&levels[level], starts, passes, span, monitor)?;
         let found = search(&levels, Some(&start), monitor)?;
         drop(levels);
-        Ok(JointFit::new(&space, found))
+        Ok(JointFit::new(space, found))
     }
 
     /// The fit at a point, without a search.
     pub(crate) fn at(&self, space: &Space, point: &Point) -> Result<JointFit, Error> {
         let levels = levels(self.records, space, self.basis, self.smoothness, false)?;
         let all = &levels[levels.len() - 1];
-        Ok(JointFit::new(space, all.at(point)))
+        Ok(JointFit::new(space.clone(), all.at(point)))
     }
 }
 
@@ -237,7 +237,7 @@ impl JointProblem<'_> {
     pub(crate) fn keeping_dynamics(&self, of: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
         let point = of.fit.point;
         let rest = self.search_from(of.space.knowing_dynamics(&point), &point, monitor)?;
-        self.at(&of.space.about(&rest.fit.weights), &rest.fit.point)
+        self.at(&of.space.clone().about(&rest.fit.weights), &rest.fit.point)
     }
 
     /// By how many variances of the noise of each record one fit lowers its sum of squares of another, each with a gain of its own.

@@ -566,10 +566,10 @@ impl Space {
     }
 
     /// The same with its output map linear about weights, if it has one.
-    pub(crate) fn about(&self, weights: &[f64]) -> Self {
-        let weights = self.weights_of_operators(weights);
-        let linear = |map: &OutputMap| OutputMap { bounds: map.bounds, reference: weights.into() };
-        Self { output_map: self.output_map.as_ref().map(linear), ..self.clone() }
+    pub(crate) fn about(self, weights: &[f64]) -> Self {
+        let reference = self.weights_of_operators(weights).into();
+        let output_map = self.output_map.map(|map| OutputMap { bounds: map.bounds, reference });
+        Self { output_map, ..self }
     }
 
     /// All weights but those of the loop shift, which stand last.

@@ -371,17 +371,17 @@ pub(crate) struct Runs {
     /// Its least and its greatest, and the same with the last of the block before.
     bounds: (f64, f64),
     stand_still: bool,
-    runs: Vec<Run>,
+    all: Vec<Run>,
 }
 
 impl Runs {
     pub(crate) fn new() -> Self {
-        Self { last: None, bounds: (0.0, 0.0), stand_still: false, runs: Vec::with_capacity(BLOCK) }
+        Self { last: None, bounds: (0.0, 0.0), stand_still: false, all: Vec::with_capacity(BLOCK) }
     }
 
     /// Those of the next block.
     pub(crate) fn take(&mut self, xs: &[f64]) {
-        self.runs.clear();
+        self.all.clear();
         let Some(end) = xs.last() else { return };
         // Before the first sample no operator is where it may be.
         let mut last = self.last.unwrap_or(f64::NAN);
@@ -396,14 +396,14 @@ impl Runs {
                 _ => Bounds::Both,
             };
             last = *x;
-            match self.runs.last_mut() {
+            match self.all.last_mut() {
                 Some(run) if run.bounds == bounds => run.end = number + 1,
-                _ => self.runs.push(Run { end: number + 1, bounds }),
+                _ => self.all.push(Run { end: number + 1, bounds }),
             }
         }
-        if self.runs.len() > MOST_RUNS {
-            self.runs.clear();
-            self.runs.push(Run { end: xs.len(), bounds: Bounds::Both });
+        if self.all.len() > MOST_RUNS {
+            self.all.clear();
+            self.all.push(Run { end: xs.len(), bounds: Bounds::Both });
         }
         self.last = Some(*end);
     }
@@ -456,7 +456,7 @@ impl BankLanes {
     /// z of every operator for every sample of a block, the first eight of them at all samples, then the next: bit for bit those of the
     /// core.
     pub(crate) fn put_out(&mut self, xs: &[f64], runs: &Runs, z: &mut [Lanes]) {
-        dispatch(PutOut { lanes: self, xs, bounds: runs.bounds, runs: &runs.runs, out: z });
+        dispatch(PutOut { lanes: self, xs, bounds: runs.bounds, runs: &runs.all, out: z });
     }
 }
 
