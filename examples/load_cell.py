@@ -45,12 +45,26 @@ def calibrate(
 class Linearizer:
     """Loads from readings, sample by sample."""
 
-    def __init__(self, stage: mh.Stage, zero: float, temperature: float) -> None:
-        """Begin without a load; at rest the cell reads `zero`, `reading[0] - found.drift(0)[0]`."""
+    def __init__(
+        self,
+        stage: mh.Stage,
+        zero: float,
+        temperature: float,
+        limits: tuple[float, float] | None = None,
+    ) -> None:
+        """Begin without a load; at rest the cell reads `zero`.
+
+        Loads are held at `limits`, without them at the least and the greatest that were calibrated.
+        """
         assert stage.temperature is not None
         self._zero, self._term = zero, stage.temperature
-        self._inverse, self._lag = stage.inverse(DT), stage.temperature.lag(DT)
+        self._inverse, self._lag = stage.inverse(DT, limits), stage.temperature.lag(DT)
         self._lag.settle(temperature)
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the last load was held at a limit."""
+        return self._inverse.saturated
 
     def step(self, reading: float, temperature: float) -> float:
         """Return the load."""

@@ -93,7 +93,9 @@ def test_loads_that_were_not_calibrated(calibrated: Calibrated, seed: int) -> No
     stage = calibrated.found.stage
     assert stage.temperature is not None
     added = stage.temperature.response(temperature, DT)
-    error = stage.inverse(DT).run(reading - calibrated.zero - added) - loads
+    with pytest.warns(UserWarning, match="extrapolates"):
+        inverse = stage.inverse(DT, (-10.0, 110.0))  # no error is cut off at an end
+    error = inverse.run(reading - calibrated.zero - added) - loads
     # A load is read some seconds after it was put on.
     read = np.arange(loads.size) % HOLD >= 4
     assert np.sqrt(np.mean(error[read] ** 2)) < 0.2 * np.sqrt(np.mean(plain[read] ** 2))
@@ -195,6 +197,16 @@ def test_sample_by_sample_and_saved(calibrated: Calibrated, tmp_path: Path) -> N
     assert stepped == pytest.approx(whole, abs=1e-9)
 
 
+def test_a_load_beyond_those_of_the_calibration_is_held(calibrated: Calibrated) -> None:
+    _, temperature, reading = other(7)
+    stage, zero = calibrated.found.stage, calibrated.zero
+    held = load_cell.Linearizer(stage, zero, temperature[0])
+    assert held.step(1.5 * reading.max(), temperature[0]) == 100.0 and held.is_held
+    with pytest.warns(UserWarning, match="extrapolates"):
+        free = load_cell.Linearizer(stage, zero, temperature[0], (-10.0, 110.0))
+    assert -10.0 < free.step(zero - 2.0, temperature[0]) < 0.0 and not free.is_held
+
+
 def test_a_temperature_that_tells_nothing_is_told() -> None:
     loads = np.repeat(CALIBRATION, HOLD)
     reading = cell(loads, np.full(loads.size, 23.0), 2)
@@ -243,10 +255,15 @@ def test_the_header_has_the_temperature(calibrated: Calibrated, tmp_path: Path) 
     source = tmp_path / "main.c"
     source.write_text(
         '#include <stdio.h>\n#include "cell.h"\n'
-        'int main(void) { printf("%.17g %.17g", cell_temperature[0], cell_temperature[2]); }\n'
+        "int main(void) {\n"
+        "    const double *t = cell_temperature;\n"
+        '    printf("%d %d ", CELL_HAS_TEMPERATURE, CELL_CREEP_TERMS);\n'
+        '    printf("%.17g %.17g %.17g", t[0], t[1], t[2]);\n'
+        "}\n"
     )
     subprocess.run([compiler, "-o", tmp_path / "main", source], check=True)
     said = subprocess.run([tmp_path / "main"], check=True, capture_output=True, text=True).stdout
     term = calibrated.found.temperature
     assert term is not None
-    assert [float(one) for one in said.split()] == [term.sensitivity, term.reference]
+    told = [1, 2, term.sensitivity, term.time_constant, term.reference]
+    assert [float(one) for one in said.split()] == told

@@ -112,6 +112,10 @@ def test_positions_in_a_third_scan(found: mh.results.PlacesIdentification) -> No
     assert 0.08 < np.abs(back - true).max() / span < 0.15
     off = (said - said.mean()) - (true - true.mean())
     assert np.sqrt(np.mean(off**2)) < 0.01 * span
+    told = found.predict(third.drive)[-256:]
+    both = np.concatenate([true, third.position[-128:]])
+    gap = (told - told.mean()) - (both - both.mean())
+    assert np.abs(gap).max() < 0.02 * span
 
 
 def test_an_offset_of_a_whole_scan_is_no_error_of_its_places(

@@ -74,6 +74,18 @@ def test_lengths_alone_give_a_stage_with_the_options_that_are_asked_for(room: Pa
     assert np.std(stage.forward(DT).run(u) - y) < 0.01 * np.ptp(y)
 
 
+def test_a_gauge_keeps_its_units(room: Path) -> None:
+    text = (room / "drive.csv").read_text("utf-8").replace("drive_v", "load [kg]", 1)
+    (room / "loads.csv").write_text(text, "utf-8")
+    words = ["--lengths", str(room / "lengths.csv"), "--pairs", str(room / "pairs.npy")]
+    more = ["--position-unit", "mV", "-o", str(room / "cell.json")]
+    result = run("places", str(room / "loads.csv"), *words, *more)
+    assert result.exit_code == 0, result.output
+    cell = mh.load(room / "cell.json")
+    assert isinstance(cell, mh.Stage) and cell.units == ("kg", "mV")
+    assert stage_of(room, *words).units == ("V", "um")
+
+
 def test_without_any_length_it_is_refused(room: Path) -> None:
     before = {path.name for path in room.iterdir()}
     result = run("places", str(room / "drive.csv"), "--pairs", str(room / "pairs.npy"))

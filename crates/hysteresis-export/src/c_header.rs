@@ -78,7 +78,7 @@ impl Header<'_> {
         let own = || digest(&[&stage.to_json(), "\n"]);
         let sha256 = sha256.map_or_else(own, comment);
         self.text = format!(
-            r#"/* The constants of a piezo stage, for C99 and C++11. Made by mpi_hyst {version} (mpi-hyst export --c).
+            r#"/* The constants of a stage, for C99 and C++11. Made by mpi_hyst {version} (mpi-hyst export --c).
  * Drives are in {drive}, positions in {position}, times in seconds, frequencies in Hz.
  *
  * Operator i has the weight w, the weight v below zero, and the thresholds r, ra, rb, rc in {drive}. It is two one-sided plays:
@@ -216,6 +216,7 @@ impl Header<'_> {
             self.numbers("creep_amplitudes", amplitudes);
             self.numbers("creep_time_constants", times);
         }
+        self.count("HAS_TEMPERATURE", usize::from(parts.temperature.is_some()));
         if let Some(term) = &parts.temperature {
             self.line("/* Behind all of it theta follows the temperature with the time constant, and sensitivity (theta - reference)");
             self.line(" * is added to the position: sensitivity, time constant, reference. */");

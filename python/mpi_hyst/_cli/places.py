@@ -35,6 +35,7 @@ from mpi_hyst._cli.options import (
 from mpi_hyst._cli.outputs import Output, check_outputs, write_outputs
 from mpi_hyst._cli.stage import name_options, refusing
 from mpi_hyst._cli.terminal import CommandError, command_line, note, require_report_packages, say
+from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import places as page
 from mpi_hyst._report.page import hashed_file, made_with
 from mpi_hyst._report.places import Places, ScanImages
@@ -75,6 +76,11 @@ class Request:
     )
     lengths: Path | None = option(
         help="Known lengths or loads, rows of drive number, instant, instant, distance[, std].",
+    )
+    position_unit: str = option(
+        default="um",
+        metavar="UNIT",
+        help="Unit of the lengths, such as um or mV: that of the position.",
     )
     fringes: tuple[Path, ...] = option(
         multiple=True,
@@ -153,8 +159,10 @@ def run(request: Request) -> str:
         raise CommandError("--corrected: expected --trace and --retrace, got neither")
     columns = [trajectory(path, request.sampled) for path in request.drives]
     drives = [columns[name] for columns, name in columns]
+    one, name = columns[0]
+    drive_unit = Quantity(name, one.units.get(name, "")).suffix or "V"
     for one, name in columns:
-        for said in assumed_of(one, name, "V", request.sampled):
+        for said in assumed_of(one, name, drive_unit, request.sampled):
             note(said)
     dt = shared_interval([one for one, _ in columns], request.sampled.rate)
     before = _before(request)
@@ -187,7 +195,7 @@ def run(request: Request) -> str:
         )
         corrected = _corrected(found, drives, temperature, scans, before)
     result = Places(found, tuple(map(str, request.drives)), corrected)
-    _write(request, result, inputs)
+    _write(request, result, inputs, (drive_unit, request.position_unit))
     return page.summary(result)
 
 
@@ -346,10 +354,12 @@ def _corrected(
     return page.Corrected(last, trace, retrace, grid)
 
 
-def _write(request: Request, result: Places, inputs: Sequence[Path]) -> None:
+def _write(
+    request: Request, result: Places, inputs: Sequence[Path], units: tuple[str, str]
+) -> None:
     outputs = []
     if request.result_path is not None:
-        outputs.append(Output(request.result_path, result.found.stage.save))
+        outputs.append(Output(request.result_path, result.found.stage.replace(units=units).save))
     if request.corrected is not None and result.corrected is not None:
         content = io.BytesIO()
         np.save(content, result.corrected.trace)

@@ -113,7 +113,7 @@ impl JointSearch<'_> {
         monitor.begin(part);
         let with = self.problem.with_amplifier(&found, monitor)?;
         let evidence = self.evidence(&found, &with);
-        if evidence >= self.needed_evidence(&with) {
+        if evidence >= self.needed_evidence(&with) && !with.has_amplifier_at_bound() {
             return Ok(with);
         }
         linear.amplifier_instead = (with.dead_time_samples() - found.dead_time_samples()).abs();
@@ -176,7 +176,8 @@ impl JointSearch<'_> {
         monitor.begin(part);
         let without = self.problem.without_amplifier(&found, monitor)?;
         let evidence = self.evidence(&without, &found);
-        Ok(if evidence >= self.needed_evidence(&found) { found } else { without })
+        let is_told = evidence >= self.needed_evidence(&found) && !found.has_amplifier_at_bound();
+        Ok(if is_told { found } else { without })
     }
 
     /// The fit, or that of a lag of first order if it is overdamped and the records do not tell more, or of a dead time alone if they

@@ -141,7 +141,8 @@ pub(crate) fn with_creep_amplitudes(point: &Point, space: &Space, amplitudes: us
     (amplitudes..space.creep_amplitudes()).fold(*point, |point, number| point.with(Parameter::Creep(number), 0.0))
 }
 
-/// How many last descents there are at most, each with the smoothness that is chosen where the one before led.
+/// How many last descents there are at most, each but the first with the smoothness that is chosen where the one before led. An amplifier
+/// that goes in the last of them has one more.
 const DESCENTS: usize = 3;
 
 /// The same with terms, weight law and smoothness as cross-validation chooses them at a place, fitted anew from there.
@@ -194,17 +195,20 @@ fn last_descents(
         };
         let fit = match searched {
             Err(Error::Interrupted) if monitor.keeps_best() => {
-                return Ok((problem.at(&space, &monitor.kept().unwrap_or(point))?, true));
+                // Once about the weights that were begun with, then about its own.
+                let kept = monitor.kept().unwrap_or(point);
+                let near = problem.at(&space, &kept)?;
+                return Ok((problem.at(&near.space, &kept)?, true));
             }
             searched => searched?,
         };
         descents += 1;
-        if fit.has_amplifier_without_bound() {
+        if fit.has_amplifier_at_bound() {
             monitor.hold();
             (space, point) = (fit.space.without_amplifier(), fit.fit.point);
             continue;
         }
-        if options.smoothness != Setting::Fit || descents == DESCENTS {
+        if options.smoothness != Setting::Fit || descents >= DESCENTS {
             return Ok((fit, false));
         }
         // It was chosen at ratios that suit another one. The part of the work before is done: progress does not go back.
@@ -317,7 +321,9 @@ fn with_operators(
     let found = Found { structure: Structure { terms_tried, weights_tried, ..found.structure }, ..found };
     // The last descent begins on a selection of the samples: what suits that may suit all of them less.
     let start = found.problem(records).at(&place.space, &place.point)?;
-    Ok(if start.fit.objective < found.fit.fit.objective { Found { fit: start, ..found } } else { found })
+    let is_better = start.fit.objective < found.fit.fit.objective;
+    let has_the_same = start.space.has_amplifier() == found.fit.space.has_amplifier();
+    Ok(if is_better && has_the_same { Found { fit: start, ..found } } else { found })
 }
 
 /// A choice among numbers of operators, at a fit with one of them.

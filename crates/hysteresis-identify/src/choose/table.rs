@@ -156,8 +156,8 @@ impl TermSearch<'_> {
         let mut way = Way { tries: 0, followed: Vec::new(), untold: None, monitor };
         let first = self.tried(given, PASSES_OF_FIRST, 0, way.monitor)?;
         let end = self.end_of(&first, MOST_CHANGES, &mut way)?;
-        // With nothing more the dynamics are those that `linear_part` weighed.
-        let candidate = end.filter(Candidate::has_more).unwrap_or(first);
+        // With nothing more the dynamics are those that `linear_part` weighed, unless it was told too little of those that were asked for.
+        let candidate = end.filter(|end| end.has_more() || first.has_too_little()).unwrap_or(first);
         let untold = way.untold.filter(|_| !candidate.place.space.has_map());
         Ok(Some(Chosen { candidate, untold }))
     }
@@ -467,6 +467,11 @@ impl Candidate {
         space.has_map() || space.has_slow_gain() || has_lag_in_front || self.options.creep == CreepModel::EveryDecade
     }
 
+    /// Whether the records told too little of the dynamics that were asked for.
+    fn has_too_little(&self) -> bool {
+        self.linear.as_ref().is_some_and(|linear| linear.too_little.is_some())
+    }
+
     fn typical(&self) -> f64 {
         self.alone.typical_error()
     }
@@ -633,7 +638,7 @@ impl Term for DynamicsBehindMap {
         // Those that were asked for may have been told too little without the map.
         let orders = match search.asked.dynamics {
             DynamicsModel::Auto => vec![Order::First, Order::Second],
-            DynamicsModel::Order(order) if space.order().is_none() => vec![order],
+            DynamicsModel::Order(order) if from.has_too_little() && !search.asked.modes.asks_for_dynamics() => vec![order],
             _ => Vec::new(),
         };
         if orders.is_empty() || !space.has_map() || from.was_sought {
@@ -648,9 +653,10 @@ impl Term for DynamicsBehindMap {
         let start = point.with(Parameter::DeadTime, lag);
         let plain = best_attempt(&projection, &[start], PASSES, Span { from: 0.0, to: 0.0 }, monitor)?;
         drop(projection);
+        let plain_space = plain_space.about(&plain.weights);
         let of_order = |order| {
             let options = Options { dynamics: DynamicsModel::Order(order), ..from.options.clone() };
-            let space = Space::new(search.records, &options)?.with_maps_of(space).without_lead();
+            let space = Space::new(search.records, &options)?.with_maps_of(&plain_space).without_lead();
             let starts = starts(search.records, &plain, &plain_space, &space);
             let linear = Some(LinearEvidence::default());
             Ok(Variant { options, linear, adds: false, was_sought: true, ..from.with(space, starts) })

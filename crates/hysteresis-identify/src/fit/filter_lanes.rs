@@ -120,7 +120,7 @@ impl FilterLanes {
         Self { decays: filled_up, eights, is_at_rest: true, behind_creep, still: Vec::new() }
     }
 
-    /// The same for long records: blocks in which eight signals stand still are passed in one step. Their readings are in
+    /// The same for long records, as it takes some blocks to learn: those in which eight signals stand still are passed in one step. Their readings are in
     /// [`row`](Self::row) alone.
     pub(crate) fn passing_still_blocks(mut self) -> Self {
         let count = self.eights.len() * BLOCK;
@@ -159,7 +159,7 @@ impl FilterLanes {
         dispatch(PutOut { lanes: self, is_first, samples, signals, readings });
     }
 
-    /// What is read before the record: the first sample of the last block, held for ever.
+    /// What is read before the record, once its first block was put out: the first sample of that, held for ever.
     pub(crate) fn at_rest(&self, lane: usize) -> f64 {
         let (eight, place) = (lane / LANES, lane % LANES);
         self.eights[eight].position[place] * self.behind_creep[eight * BLOCK][place]

@@ -206,8 +206,16 @@ pub(crate) struct FilteredRows<'a> {
     taken: usize,
 }
 
+/// Filters learn to pass still blocks in records of so many blocks: it takes them about as long as fifteen.
+const LEAST_BLOCKS: usize = 256;
+
 impl<'a> FilteredRows<'a> {
     pub(crate) fn new(tangent: &'a Tangent, input: &'a [f64], dt: f64) -> Self {
+        Self::passing(tangent, input, dt, input.len() >= LEAST_BLOCKS * BLOCK)
+    }
+
+    /// The same, filters passing still blocks or not.
+    fn passing(tangent: &'a Tangent, input: &'a [f64], dt: f64, passes: bool) -> Self {
         let operators = OperatorBlocks::new(tangent, input, dt);
         let part = SampledPart::new(&tangent.linear, dt);
         let neighbours: Vec<_> = tangent
@@ -229,7 +237,8 @@ impl<'a> FilteredRows<'a> {
             lanes.push(through(&part, Reading::OverDeadTime(dt)));
         }
         lanes.extend(neighbours.iter().map(|part| through(part, Reading::Position)));
-        let filters = FilterLanes::new(&part.decays, &lanes).passing_still_blocks();
+        let filters = FilterLanes::new(&part.decays, &lanes);
+        let filters = if passes { filters.passing_still_blocks() } else { filters };
         let row = vec![[0.0; LANES]; lanes.len().div_ceil(LANES)];
         let signals = vec![[0.0; LANES]; row.len() * BLOCK];
         let copies = lanes.len() - operators.layout.end;
@@ -640,6 +649,62 @@ mod tests {
     use crate::terms::operators::OperatorBank;
 
     use super::*;
+
+    /// The rows of a drive that moves, rests and moves again are the same whether filters pass still blocks or take them sample by sample.
+    #[test]
+    fn still_blocks_are_passed_to_the_same_rows() {
+        use crate::terms::creep::CreepModel;
+        use crate::terms::dynamics::{DynamicsModel, Order};
+        use crate::terms::loop_shift::LoopShiftModel;
+        use crate::terms::maps::OutputMap;
+        use crate::terms::operators::Thresholds;
+        use crate::terms::slow_gain::SlowGainModel;
+        use crate::{Options, fit::space::Space};
+
+        let way = |k: u32| 3.0 * (f64::from(k) / 30.0).sin() + 1.2 * (f64::from(k) / 7.0).sin();
+        let small = |k: u32| way(400) + 0.01 * (f64::from(k) / 3.0).sin();
+        let input: Vec<f64> = (0..400)
+            .map(way)
+            .chain(std::iter::repeat_n(way(400), 213))
+            .chain((0..300).map(small))
+            .chain(std::iter::repeat_n(small(300), 150))
+            .chain((0..77).map(way))
+            .collect();
+        let record = Record::new(&input, &input, 0).unwrap().sampled_every(0.01).unwrap();
+        let records = [record];
+        let plain = Options {
+            thresholds: Thresholds::Uniform(20),
+            dynamics: DynamicsModel::Order(Order::Second),
+            creep: CreepModel::TimeConstants(vec![0.3, 1.0]),
+            slow_gain: SlowGainModel::None,
+            ..Options::default()
+        };
+        let shifted = Options { loop_shift: LoopShiftModel::Both(0.3), ..plain.clone() };
+        let map = OutputMap { bounds: (-4.0, 5.0), reference: [0.3; 20].into() };
+        let space = |options: &Options| Space::new(&records, options).unwrap();
+        let spaces = [
+            space(&plain),
+            space(&plain).with_amplifier(),
+            space(&plain).with_input_map().with_output_map(map).with_amplifier(),
+            space(&shifted),
+        ];
+        for (number, space) in spaces.iter().enumerate() {
+            let columns = plain.weight_basis(space.shift_len()).columns();
+            let weights: Vec<f64> = (1_u32..).take(columns).map(|i| 0.5 / f64::from(i)).collect();
+            let tangent = space.tangent(space.origin(), columns, Some(&weights));
+            let mut both = [true, false].map(|passes| FilteredRows::passing(&tangent, &input, 0.01, passes));
+            let mut rows = [true, false].map(|_| vec![0.0; columns + tangent.slopes.len()]);
+            for k in 0..input.len() {
+                let known: Vec<f64> =
+                    both.iter_mut().zip(&mut rows).map(|(one, row)| one.write(k, row)).collect();
+                assert!((known[0] - known[1]).abs() < 1e-9);
+                for (passed, taken) in rows[0].iter().zip(&rows[1]) {
+                    // Derivatives are differences over a millionth of a parameter.
+                    assert!((passed - taken).abs() < 1e-7 * (1.0 + taken.abs()), "{number} {k}: {passed} {taken}");
+                }
+            }
+        }
+    }
 
     proptest! {
         /// The rows of the regressor, sample by sample, thinned or not: columns bit for bit, derivatives but for rounding.

@@ -91,7 +91,7 @@ impl Curve {
     }
 }
 
-/// Where an output map is searched, and the weight of every operator about whose output it is linear until others are known.
+/// Where an output map is searched, and the weights of the operators, one or two for each, about whose output it is linear.
 #[derive(Clone)]
 pub(crate) struct OutputMap {
     pub(crate) bounds: (f64, f64),

@@ -368,7 +368,7 @@ enum Bounds {
 pub(crate) struct Runs {
     /// The last sample of the block.
     last: Option<f64>,
-    /// Its least and its greatest, and the same with the last of the block before.
+    /// Its least and its greatest.
     bounds: (f64, f64),
     stand_still: bool,
     all: Vec<Run>,
