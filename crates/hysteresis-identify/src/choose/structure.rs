@@ -163,8 +163,9 @@ pub(crate) fn restructured(
         options.creep = [CreepModel::UnderWay, CreepModel::Slow, CreepModel::SlowAndFast][structure.creep].clone();
     }
     let basis = options.weight_basis(space.shift_len());
-    // What suits a place that was fitted roughly may suit the one that a descent leads to no more.
-    let smoothness = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { structure.smoothness };
+    // A map is linear about the weights: what suits those of a place that was fitted roughly may suit those that a descent leads to no more.
+    let is_open = asked.smoothness == Setting::Fit && space.has_map();
+    let smoothness = if is_open { USUAL_SMOOTHNESS } else { structure.smoothness };
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness };
     let (fit, partial) = last_descents(problem, &mut structure, Place { space, point }, monitor)?;
     let is_told = |_: &LinearEvidence| {
@@ -188,12 +189,7 @@ fn last_descents(
     loop {
         structure.smoothness = problem.smoothness;
         monitor.within(1, 2);
-        let searched = if descents == 0 {
-            problem.search_around(space.clone(), &point, monitor)
-        } else {
-            problem.search_from(space.clone(), &point, monitor)
-        };
-        let fit = match searched {
+        let fit = match problem.search_around(space.clone(), &point, monitor) {
             Err(Error::Interrupted) if monitor.keeps_best() => {
                 // Once about the weights that were begun with, then about its own.
                 let kept = monitor.kept().unwrap_or(point);

@@ -638,7 +638,9 @@ impl Term for DynamicsBehindMap {
         // Those that were asked for may have been told too little without the map.
         let orders = match search.asked.dynamics {
             DynamicsModel::Auto => vec![Order::First, Order::Second],
-            DynamicsModel::Order(order) if from.has_too_little() && !search.asked.modes.asks_for_dynamics() => vec![order],
+            DynamicsModel::Order(order) if from.has_too_little() && !search.asked.modes.asks_for_dynamics() => {
+                vec![order]
+            }
             _ => Vec::new(),
         };
         if orders.is_empty() || !space.has_map() || from.was_sought {

@@ -13,7 +13,7 @@ use crate::fit::point::{
     Axis, Parameter, Point, bandwidth_axis, creep_axes, duhem_axes, gain_axes, linear_axes, map_axes, mode_axes,
 };
 use crate::fit::response::OperatorsAt;
-use crate::fit::rows::{Slope, Tangent};
+use crate::fit::tangent::{Slope, Tangent};
 use crate::options::{Options, Setting};
 use crate::records::record::{Intervals, Record};
 use crate::terms::creep::{CreepBasis, CreepModel};
@@ -503,10 +503,8 @@ impl Space {
         let there = Self { placement: Placement::new(records, options.model, &options.thresholds), ..self.clone() };
         let output_map = self.output_map.as_ref().map(|map| {
             let [from, to] = [self, &there].map(|space| space.thresholds(point));
-            // One family, or one above zero and one below.
             let families = self.weights_of_operators(weights).chunks(from.len());
-            let reference = families.flat_map(|weights| spread(weights, &from, &to)).collect();
-            OutputMap { bounds: map.bounds, reference }
+            OutputMap { reference: families.flat_map(|one| spread(one, &from, &to)).collect(), ..map.clone() }
         });
         Self { output_map, ..there }
     }
@@ -568,8 +566,7 @@ impl Space {
     /// The same with its output map linear about weights, if it has one.
     pub(crate) fn about(self, weights: &[f64]) -> Self {
         let reference = self.weights_of_operators(weights).into();
-        let output_map = self.output_map.map(|map| OutputMap { bounds: map.bounds, reference });
-        Self { output_map, ..self }
+        Self { output_map: self.output_map.map(|map| OutputMap { reference, ..map }), ..self }
     }
 
     /// All weights but those of the loop shift, which stand last.

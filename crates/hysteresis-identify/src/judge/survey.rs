@@ -9,7 +9,7 @@ use faer::Mat;
 
 use crate::algebra::factor::{DEPENDS, Echelon, TriangularFactor};
 use crate::fit::response::{Chain, OperatorsAt};
-use crate::fit::rows::Tangent;
+use crate::fit::tangent::Tangent;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
 use crate::records::record::Record;

@@ -1,6 +1,6 @@
 //! Rows of the equations: what the columns of a model, and its output's derivatives, differ by between the two instants of each.
 
-use crate::fit::rows::Tangent;
+use crate::fit::tangent::Tangent;
 use crate::places::beside::Beside;
 use crate::places::given::Given;
 use crate::places::rows::{Rows, between};

@@ -5,7 +5,7 @@ use hysteresis_core::Ratios;
 
 use crate::error::Error;
 use crate::fit::response::OperatorsAt;
-use crate::fit::rows::{Slope, Tangent};
+use crate::fit::tangent::{Slope, Tangent};
 use crate::options::Setting;
 use crate::places::beside::{Beside, Courses, DriftModel};
 use crate::places::given::{Given, PlacesOptions};

@@ -10,7 +10,7 @@
 use faer::Mat;
 
 use crate::algebra::factor::{TriangularFactor, back_substitute};
-use crate::fit::rows::Tangent;
+use crate::fit::tangent::Tangent;
 use crate::places::given::{Given, PlacePair};
 use crate::places::rows::{Rows, value_at};
 use crate::places::search::{FoundPlace, PlaceSearch};

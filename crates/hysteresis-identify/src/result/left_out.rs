@@ -8,7 +8,7 @@ use crate::algebra::bounded;
 use crate::algebra::factor::{TriangularFactor, make_echelon, triangle_of};
 use crate::error::Error;
 use crate::fit::own_columns::{OwnColumns, below_own, own_values};
-use crate::fit::rows::Tangent;
+use crate::fit::tangent::Tangent;
 use crate::records::record::{Record, leaving_out};
 use crate::records::signal::{as_f64, bounds, bounds_of, turns};
 use crate::result::identification::Identification;

@@ -5,8 +5,8 @@
 use faer::Mat;
 
 use crate::fit::projection::ProjectedFit;
-use crate::fit::rows::Tangent;
 use crate::fit::space::Space;
+use crate::fit::tangent::Tangent;
 use crate::records::signal::as_f64;
 use crate::terms::weights::WeightBasis;
 use crate::uncertainty::root::{Gradients, Quantity, Root};
