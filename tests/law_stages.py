@@ -32,9 +32,9 @@ def usual(u: Array, half: float = 50.0) -> Array:
     return plays(u, thresholds, np.r_[0.6, 0.04 * np.exp(-thresholds[1:] / (0.5 * half))])
 
 
-def lagged(x: Array, time: float) -> Array:
+def lagged(x: Array, time: float, dt: float = DT) -> Array:
     """Return x behind a lag of first order, at rest at its first value."""
-    share, out, last = -np.expm1(-DT / time), np.empty(x.size), x[0]
+    share, out, last = -np.expm1(-dt / time), np.empty(x.size), x[0]
     for k, now in enumerate(x.tolist()):
         out[k] = last
         last += share * (now - last)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import mpi_hyst as mh
 import numpy as np
 import pytest
-from law_stages import plays, preisach
+from law_stages import lagged, plays, preisach
 from support import Array
 
 LOW, HIGH = 0.0, 150.0  # V
@@ -41,14 +41,8 @@ def behind_mode(x: Array, dt: float) -> Array:
 
 
 def with_creep(x: Array, dt: float) -> Array:
-    y: Array = x.copy()
-    for time in (0.1, 1.0, 10.0):
-        share, q, slow = -math.expm1(-dt / time), x[0], np.empty(x.size)
-        for k, now in enumerate(x.tolist()):
-            slow[k] = q
-            q += share * (now - q)
-        y += 0.01 * (slow - x[0])
-    return y
+    slow = [lagged(x, time, dt) - x[0] for time in (0.1, 1.0, 10.0)]
+    return np.asarray(x + 0.01 * np.sum(slow, axis=0))
 
 
 def position(hysteresis: Callable[[Array], Array], u: Array, dt: float) -> Array:

@@ -314,10 +314,9 @@ pub(crate) fn to_compare<T>(found: Result<T, Error>) -> Result<Option<T>, Error>
 
 /// Whether frequency, damping and dead time lie within the bounds of their search.
 fn is_inside(JointFit { space, fit, .. }: &JointFit) -> bool {
-    [Parameter::LogFrequency, Parameter::LogDamping, Parameter::DeadTime].into_iter().all(|parameter| {
-        let value = fit.point.get(parameter);
-        space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
-    })
+    [Parameter::LogFrequency, Parameter::LogDamping, Parameter::DeadTime]
+        .into_iter()
+        .all(|parameter| space.axis(parameter).is_none_or(|axis| axis.is_inside(&fit.point)))
 }
 
 /// Which shares of the dead time and a tenth of a sample the lag of the amplifier is at the starts.
@@ -433,7 +432,7 @@ pub(crate) fn joint_findings(
     let doubtful = |code, what: &str, parameter, value: f64, error: f64, limit: f64| {
         let relative = error / value;
         let message = match space.axis(parameter) {
-            Some(axis) if !(axis.lower < fit.point.get(parameter) && fit.point.get(parameter) < axis.upper) => {
+            Some(axis) if !axis.is_inside(&fit.point) => {
                 format!("the search for the {what} ended at {value:.4}, the edge of its domain")
             }
             _ if relative.is_nan() => format!("the records do not tell the {what}"),
@@ -577,8 +576,7 @@ pub(crate) fn untold_dead_time(space: &Space, fit: &ProjectedFit, errors: &Stand
     } else {
         format!("the standard error of the dead time, {samples:.2} samples, is {error:.2} samples")
     };
-    let inside = axis.lower < value && value < axis.upper;
-    let untold = samples > MIN_SAMPLES && (error > samples || (error.is_nan() && inside));
+    let untold = samples > MIN_SAMPLES && (error > samples || (error.is_nan() && axis.is_inside(&fit.point)));
     untold.then(|| Finding::new(FindingCode::DeadTimeConfounded, error, samples, message))
 }
 

@@ -92,10 +92,7 @@ impl JointFit {
         let is_apart = |(number, one): (usize, &Mode)| {
             modes[..number].iter().all(|other| !are_near(one.frequency, other.frequency))
         };
-        let is_inside = |axis: &Axis| {
-            let value = self.fit.point.get(axis.parameter);
-            !axis.parameter.is_of_further_mode() || (axis.lower < value && value < axis.upper)
-        };
+        let is_inside = |axis: &Axis| !axis.parameter.is_of_further_mode() || axis.is_inside(&self.fit.point);
         modes.iter().enumerate().all(is_apart) && self.space.axes().iter().all(is_inside)
     }
 }

@@ -163,7 +163,8 @@ pub(crate) fn restructured(
         options.creep = [CreepModel::UnderWay, CreepModel::Slow, CreepModel::SlowAndFast][structure.creep].clone();
     }
     let basis = options.weight_basis(space.shift_len());
-    // A map is linear about the weights: what suits those of a place that was fitted roughly may suit those that a descent leads to no more.
+    // A map is linear about the weights: what suits those of a place that was fitted roughly may suit those that a descent leads to no
+    // more.
     let is_open = asked.smoothness == Setting::Fit && space.has_map();
     let smoothness = if is_open { USUAL_SMOOTHNESS } else { structure.smoothness };
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness };

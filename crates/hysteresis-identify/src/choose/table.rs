@@ -156,7 +156,8 @@ impl TermSearch<'_> {
         let mut way = Way { tries: 0, followed: Vec::new(), untold: None, monitor };
         let first = self.tried(given, PASSES_OF_FIRST, 0, way.monitor)?;
         let end = self.end_of(&first, MOST_CHANGES, &mut way)?;
-        // With nothing more the dynamics are those that `linear_part` weighed, unless it was told too little of those that were asked for.
+        // With nothing more the dynamics are those that `linear_part` weighed, unless it was told too little of those that were asked
+        // for.
         let candidate = end.filter(|end| end.has_more() || first.has_too_little()).unwrap_or(first);
         let untold = way.untold.filter(|_| !candidate.place.space.has_map());
         Ok(Some(Chosen { candidate, untold }))
@@ -434,18 +435,12 @@ impl Candidate {
     /// map is one: at an edge, or overdamped, it stands for a lag or a dead time, which are tried, too. So does creep of every decade at its
     /// bound: for a transient, or for hysteresis of another kind.
     fn stands_for_itself(&self) -> bool {
-        let is_inside = |parameter| {
-            let value = self.place.point.get(parameter);
-            self.place.space.axis(parameter).is_none_or(|axis| axis.lower < value && value < axis.upper)
-        };
-        let is_below_its_bound = |number| {
-            let parameter = Parameter::Creep(number);
-            self.place.space.axis(parameter).is_none_or(|axis| self.place.point.get(parameter) < axis.upper)
-        };
-        let creeps =
-            if self.options.creep == CreepModel::EveryDecade { self.place.space.creep_amplitudes() } else { 0 };
-        let is_resonance = self.place.point.get(Parameter::LogDamping) < 0.0;
-        let space = &self.place.space;
+        let Place { space, point } = &self.place;
+        let is_inside = |parameter| space.axis(parameter).is_none_or(|axis| axis.is_inside(point));
+        let is_below_its_bound =
+            |number| space.axis(Parameter::Creep(number)).is_none_or(|axis| !axis.is_at_upper(point));
+        let creeps = if self.options.creep == CreepModel::EveryDecade { space.creep_amplitudes() } else { 0 };
+        let is_resonance = point.get(Parameter::LogDamping) < 0.0;
         (is_resonance || !self.was_sought || space.order() != Some(Order::Second))
             // Beside modes an amplifier that is fast without bound is none.
             && (space.order().is_some() || is_inside(Parameter::LogBandwidth))

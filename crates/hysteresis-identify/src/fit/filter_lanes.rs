@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, SimdFloat, f64x8};
 
-use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, load, splat};
+use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, load, load_all, splat};
 use crate::terms::dynamics::{SampledDynamics, SampledPart};
 use crate::terms::operators::BLOCK;
 
@@ -59,9 +59,8 @@ struct Still {
     readings: Vec<Lanes>,
     /// The elements of M^BLOCK that are not zero, with row and column.
     step: Vec<(usize, usize, Lanes)>,
-    /// Whether the last block was passed, its signals, and how far the states were from rest at its begin.
-    has_passed: bool,
-    signals: Lanes,
+    /// The signals of the last block if it was passed, and how far the states were from rest at its begin.
+    passed: Option<Lanes>,
     distances: Vec<Lanes>,
     ends: Vec<Lanes>,
 }
@@ -113,15 +112,15 @@ struct AmplifierLanes {
 
 impl FilterLanes {
     pub(crate) fn new(decays: &[f64], lanes: &[Lane<'_>]) -> Self {
+        let eights: Vec<_> = lanes.chunks(LANES).map(|lanes| Filters::new(lanes, decays.len())).collect();
         let filled = decays.len().next_multiple_of(TERMS);
         let filled_up = decays.iter().copied().chain(std::iter::repeat(0.0)).take(filled).collect();
-        let eights: Vec<_> = lanes.chunks(LANES).map(|lanes| Filters::new(lanes, decays.len(), filled)).collect();
         let behind_creep = vec![[0.0; LANES]; eights.len() * BLOCK];
         Self { decays: filled_up, eights, is_at_rest: true, behind_creep, still: Vec::new() }
     }
 
-    /// The same for long records, as it takes some blocks to learn: those in which eight signals stand still are passed in one step. Their readings are in
-    /// [`row`](Self::row) alone.
+    /// The same for long records, as it takes some blocks to learn: those in which eight signals stand still are passed in one step. Their
+    /// readings are in [`row`](Self::row) alone.
     pub(crate) fn passing_still_blocks(mut self) -> Self {
         let count = self.eights.len() * BLOCK;
         let mut readings = vec![[0.0; LANES]; count];
@@ -176,8 +175,7 @@ impl Still {
             rest,
             gain,
             step: Vec::new(),
-            has_passed: false,
-            signals: [0.0; LANES],
+            passed: None,
             distances: zeros.clone(),
             ends: zeros,
         }
@@ -207,14 +205,14 @@ impl Still {
             ends[*to] = load(simd, factor).mul_add(load(simd, &distances[*from]), load(simd, &ends[*to])).into();
         }
         filters.states().zip(&*ends).for_each(|(state, end)| *state = *end);
-        (self.has_passed, self.signals) = (true, *signals);
+        self.passed = Some(*signals);
     }
 
-    /// What is read at a sample of the block that was passed.
+    /// What is read at a sample of the block of these signals that was passed.
     #[inline(always)]
-    fn read<S: Simd>(&self, simd: S, sample: usize) -> f64x8<S> {
+    fn read<S: Simd>(&self, simd: S, signals: &Lanes, sample: usize) -> f64x8<S> {
         let states = self.rest.len();
-        let mut sum = load(simd, &self.signals) * load(simd, &self.gain);
+        let mut sum = load(simd, signals) * load(simd, &self.gain);
         for (factor, distance) in self.readings[sample * states..][..states].iter().zip(&self.distances) {
             sum = load(simd, factor).mul_add(load(simd, distance), sum);
         }
@@ -223,8 +221,8 @@ impl Still {
 }
 
 impl Filters {
-    fn new(lanes: &[Lane<'_>], terms: usize, filled: usize) -> Self {
-        let zero = [0.0; LANES];
+    fn new(lanes: &[Lane<'_>], terms: usize) -> Self {
+        let (zero, filled) = ([0.0; LANES], terms.next_multiple_of(TERMS));
         let modes = lanes[0].part.dynamics.iter().len() + lanes[0].part.further.len();
         let mut filters = Self {
             terms,
@@ -307,7 +305,7 @@ impl SimdLoop for PutOut<'_> {
         let may_pass = !self.is_first && self.samples == BLOCK;
         for (number, (filters, ((signals, behind_creep), readings))) in all.enumerate() {
             if let Some(still) = still.get_mut(number) {
-                still.has_passed = false;
+                still.passed = None;
                 if may_pass && stand_still(signals) {
                     still.pass(simd, filters, &signals[0]);
                     continue;
@@ -365,9 +363,10 @@ impl SimdLoop for ReadRow<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         for (number, place) in self.row.iter_mut().enumerate() {
-            *place = match self.still.get(number) {
-                Some(still) if still.has_passed => still.read(simd, self.sample).into(),
-                _ => self.readings[number * BLOCK + self.sample],
+            let passed = self.still.get(number).and_then(|still| Some((still, still.passed.as_ref()?)));
+            *place = match passed {
+                Some((still, signals)) => still.read(simd, signals, self.sample).into(),
+                None => self.readings[number * BLOCK + self.sample],
             };
         }
     }
@@ -423,10 +422,9 @@ fn delayed<S: Simd>(simd: S, filters: &mut Filters, p: &[Lanes], y: &mut [Lanes]
 /// A mode by intervals in which the last p was held. The first mode writes a reading, the others add to it.
 #[inline(always)]
 fn hold<S: Simd, const FIRST: bool>(simd: S, mode: &mut ModeLanes, position: &Lanes, p: &[Lanes], y: &mut [Lanes]) {
-    let (xx, xv, vx, vv) = (load(simd, &mode.xx), load(simd, &mode.xv), load(simd, &mode.vx), load(simd, &mode.vv));
-    let (read_x, read_v, position) = (load(simd, &mode.read_x), load(simd, &mode.read_v), load(simd, position));
-    let (mut deviation, mut v) = (load(simd, &mode.deviation), load(simd, &mode.v));
-    let mut before = load(simd, &mode.before);
+    let [xx, xv, vx, vv] = load_all(simd, [&mode.xx, &mode.xv, &mode.vx, &mode.vv]);
+    let [read_x, read_v, position] = load_all(simd, [&mode.read_x, &mode.read_v, position]);
+    let [mut deviation, mut v, mut before] = load_all(simd, [&mode.deviation, &mode.v, &mode.before]);
     for (p, y) in p.iter().zip(y) {
         let p = load(simd, p);
         let moved = xv.mul_add(v, before - p);
@@ -446,12 +444,12 @@ fn hold<S: Simd, const FIRST: bool>(simd: S, mode: &mut ModeLanes, position: &La
 #[inline(always)]
 fn lead<S: Simd, const FIRST: bool>(simd: S, mode: &mut ModeLanes, position: &Lanes, p: &[Lanes], y: &mut [Lanes]) {
     let Some(amplifier) = &mut mode.amplifier else { return };
-    let [xx, xv, vx, vv] = [&mode.xx, &mode.xv, &mode.vx, &mode.vv].map(|e| load(simd, e));
-    let [read_x, read_v, position] = [&mode.read_x, &mode.read_v, position].map(|e| load(simd, e));
-    let (reach, step, read) = (load(simd, &amplifier.reach), load(simd, &amplifier.step), load(simd, &amplifier.read));
-    let (start_x, start_v) = (load(simd, &amplifier.start_x), load(simd, &amplifier.start_v));
-    let [mut deviation, mut v, mut before] = [&mode.deviation, &mode.v, &mode.before].map(|e| load(simd, e));
-    let (mut ends, mut decaying) = (load(simd, &amplifier.ends), load(simd, &amplifier.decaying));
+    let [xx, xv, vx, vv] = load_all(simd, [&mode.xx, &mode.xv, &mode.vx, &mode.vv]);
+    let [read_x, read_v, position] = load_all(simd, [&mode.read_x, &mode.read_v, position]);
+    let AmplifierLanes { reach, step, start_x, start_v, read, ends, decaying } = &**amplifier;
+    let [reach, step, start_x, start_v, read] = load_all(simd, [reach, step, start_x, start_v, read]);
+    let [mut deviation, mut v, mut before] = load_all(simd, [&mode.deviation, &mode.v, &mode.before]);
+    let [mut ends, mut decaying] = load_all(simd, [ends, decaying]);
     for (p, y) in p.iter().zip(y) {
         let p = load(simd, p);
         let end = (p - before).mul_add(reach, before);

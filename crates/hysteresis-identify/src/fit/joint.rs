@@ -63,7 +63,7 @@ impl JointFit {
     /// Whether an amplifier that was searched beside modes is as fast as it may be: it is none, and stands for what is lacking elsewhere.
     pub(crate) fn has_amplifier_at_bound(&self) -> bool {
         let axis = self.space.axis(Parameter::LogBandwidth).filter(|_| self.space.order().is_some());
-        axis.is_some_and(|axis| self.fit.point.get(Parameter::LogBandwidth) >= axis.upper)
+        axis.is_some_and(|axis| axis.is_at_upper(&self.fit.point))
     }
 
     /// The dead time in samples of the fastest record.

@@ -142,6 +142,17 @@ pub(crate) struct Axis {
     pub(crate) scale: f64,
 }
 
+impl Axis {
+    /// Whether a point lies between the bounds: at one of them the search ended, and what it looks for may lie beyond.
+    pub(crate) fn is_inside(&self, point: &Point) -> bool {
+        self.lower < point.get(self.parameter) && !self.is_at_upper(point)
+    }
+
+    pub(crate) fn is_at_upper(&self, point: &Point) -> bool {
+        point.get(self.parameter) >= self.upper
+    }
+}
+
 /// The damping ratios that are searched.
 const DAMPINGS: (f64, f64) = (1e-4, 10.0);
 

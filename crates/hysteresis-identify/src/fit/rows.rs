@@ -284,26 +284,25 @@ mod tests {
     use hysteresis_core::Ratios;
     use proptest::prelude::*;
 
-    use crate::fit::response::{OperatorsAt, Regressor};
+    use crate::fit::point::Parameter;
+    use crate::fit::response::{OperatorsAt, Regressor, response};
+    use crate::fit::space::Space;
+    use crate::options::Options;
     use crate::records::record::Record;
+    use crate::terms::creep::CreepModel;
     use crate::terms::duhem::DuhemTable;
-    use crate::terms::dynamics::LinearPart;
-    use crate::terms::maps::Curve;
-    use crate::terms::operators::OperatorBank;
+    use crate::terms::dynamics::{DynamicsModel, LinearPart, Order};
+    use crate::terms::loop_shift::LoopShiftModel;
+    use crate::terms::maps::{Curve, OutputMap};
+    use crate::terms::operators::{OperatorBank, Thresholds};
+    use crate::terms::slow_gain::SlowGainModel;
 
     use super::*;
 
-    /// The rows of a drive that moves, rests and moves again are the same whether filters pass still blocks or take them sample by sample.
+    /// The rows of a drive that moves, rests and moves again are the same whether filters pass still blocks or take them sample by sample,
+    /// and the output is that of the plain loops.
     #[test]
     fn still_blocks_are_passed_to_the_same_rows() {
-        use crate::terms::creep::CreepModel;
-        use crate::terms::dynamics::{DynamicsModel, Order};
-        use crate::terms::loop_shift::LoopShiftModel;
-        use crate::terms::maps::OutputMap;
-        use crate::terms::operators::Thresholds;
-        use crate::terms::slow_gain::SlowGainModel;
-        use crate::{Options, fit::space::Space};
-
         let way = |k: u32| 3.0 * (f64::from(k) / 30.0).sin() + 1.2 * (f64::from(k) / 7.0).sin();
         let small = |k: u32| way(400) + 0.01 * (f64::from(k) / 3.0).sin();
         let input: Vec<f64> = (0..400)
@@ -320,26 +319,35 @@ mod tests {
             dynamics: DynamicsModel::Order(Order::Second),
             creep: CreepModel::TimeConstants(vec![0.3, 1.0]),
             slow_gain: SlowGainModel::None,
+            loop_shift: LoopShiftModel::None,
             ..Options::default()
         };
         let shifted = Options { loop_shift: LoopShiftModel::Both(0.3), ..plain.clone() };
         let map = OutputMap { bounds: (-4.0, 5.0), reference: [0.3; 20].into() };
         let space = |options: &Options| Space::new(&records, options).unwrap();
+        let origin = |space: Space| (*space.origin(), space);
+        let with_gain = space(&plain);
+        let (with_gain, at) = with_gain.with_slow_gain(SlowGainModel::TimeConstant(3.0), with_gain.origin()).unwrap();
         let spaces = [
-            space(&plain),
-            space(&plain).with_amplifier(),
-            space(&plain).with_input_map().with_output_map(map).with_amplifier(),
-            space(&shifted),
+            origin(space(&plain)),
+            origin(space(&plain).with_amplifier()),
+            origin(space(&plain).with_input_map().with_output_map(map).with_amplifier()),
+            origin(space(&shifted)),
+            (at.with(Parameter::SlowGain, 0.1), with_gain),
         ];
-        for (number, space) in spaces.iter().enumerate() {
+        for (number, (point, space)) in spaces.iter().enumerate() {
             let columns = plain.weight_basis(space.shift_len()).columns();
             let weights: Vec<f64> = (1_u32..).take(columns).map(|i| 0.5 / f64::from(i)).collect();
-            let tangent = space.tangent(space.origin(), columns, Some(&weights));
+            let point = point.with(Parameter::Creep(0), 0.02).with(Parameter::Creep(1), 0.03);
+            let tangent = space.tangent(&point, columns, Some(&weights));
+            let want = response(&tangent.operators, &weights, &tangent.linear, &input, 0.01);
             let mut both = [true, false].map(|passes| FilteredRows::passing(&tangent, &input, 0.01, passes));
             let mut rows = [true, false].map(|_| vec![0.0; columns + tangent.slopes.len()]);
-            for k in 0..input.len() {
+            for (k, want) in want.iter().enumerate() {
                 let known: Vec<f64> = both.iter_mut().zip(&mut rows).map(|(one, row)| one.write(k, row)).collect();
                 assert!((known[0] - known[1]).abs() < 1e-9);
+                let output: f64 = rows[0].iter().zip(&weights).map(|(column, weight)| column * weight).sum();
+                assert!((output + known[0] - want).abs() < 1e-9, "{number} {k}: {output} {want}");
                 for (passed, taken) in rows[0].iter().zip(&rows[1]) {
                     // Derivatives are differences over a millionth of a parameter.
                     assert!((passed - taken).abs() < 1e-7 * (1.0 + taken.abs()), "{number} {k}: {passed} {taken}");

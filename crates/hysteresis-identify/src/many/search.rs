@@ -282,8 +282,7 @@ impl Settled<'_> {
         let mut free: Vec<usize> = (0..unknowns).filter(|j| self.fit.unknowns[*j] > 0.0).collect();
         let mut count = free.len() + 1;
         for (k, axis) in self.space.axes().iter().enumerate() {
-            let value = self.fit.point.get(axis.parameter);
-            if axis.lower < value && value < axis.upper {
+            if axis.is_inside(&self.fit.point) {
                 count += 1;
                 if axis.parameter != Parameter::DeadTime {
                     free.push(unknowns + k);

@@ -6,7 +6,7 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat};
 use hysteresis_core::{CoupledPlay, Model, Offsets, Ratios};
 
-use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, eights, load, splat, sum};
+use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, eights, load, load_all, splat, sum};
 use crate::records::course::turns;
 use crate::records::record::Record;
 use crate::records::signal::{as_f64, bounds_of};
@@ -478,7 +478,7 @@ impl SimdLoop for PutOut<'_> {
         let eights = thresholds.iter().zip(z).zip(still);
         for (((thresholds, state), still), out) in eights.zip(self.out.chunks_exact_mut(BLOCK)) {
             let EightThresholds { r, ra, rb, rc } = thresholds;
-            let (r, ra, rb, rc) = (load(simd, r), load(simd, ra), load(simd, rb), load(simd, rc));
+            let [r, ra, rb, rc] = load_all(simd, [r, ra, rb, rc]);
             let (zero, mut z, mut first) = (splat(simd, 0.0), load(simd, state), 0);
             // What neither end of the block moves nothing between them moves.
             let lo = (greatest - r).max((greatest - rc).min(zero));
