@@ -10,12 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 Numbers = npt.NDArray[np.float64]
-
-DT = 1.0
-"""Sampling interval in seconds."""
-
-SOON = 4
-"""Samples after which a load that was put on is read."""
+Limits = tuple[float, float]
+DT = 1.0  # seconds
+SOON = 4  # samples after which a load that was put on is read
 
 
 def calibrate(
@@ -29,9 +26,7 @@ def calibrate(
     at = np.arange(loads.size).reshape(-1, hold)[:, [SOON, -1]].ravel()
     lengths = [(0.0, 0.0, float(k), float(reading[k] - reading[0])) for k in at]
     return mh.identify_places(
-        loads,
-        [],
-        lengths,
+        *(loads, [], lengths),
         dt=DT,
         model="conventional",
         input_offset=0.0 if rested else "fit",
@@ -43,30 +38,21 @@ def calibrate(
 
 
 class Linearizer:
-    """Loads from readings, sample by sample."""
+    """Loads from readings, sample by sample; `inverse.saturated` when one was held at a limit."""
 
     def __init__(
-        self,
-        stage: mh.Stage,
-        zero: float,
-        temperature: float,
-        limits: tuple[float, float] | None = None,
+        self, stage: mh.Stage, zero: float, temperature: float, limits: Limits | None = None
     ) -> None:
-        """Begin without a load; at rest the cell reads `zero`.
+        """Begin without a load, at a reading of `zero`.
 
-        Loads are held at `limits`, without them at the least and the greatest that were calibrated.
+        Without `limits` loads are held at the least and the greatest that were calibrated.
         """
         assert stage.temperature is not None
         self._zero, self._term = zero, stage.temperature
-        self._inverse, self._lag = stage.inverse(DT, limits), stage.temperature.lag(DT)
+        self.inverse, self._lag = stage.inverse(DT, limits), stage.temperature.lag(DT)
         self._lag.settle(temperature)
-
-    @property
-    def is_held(self) -> bool:
-        """Whether the last load was held at a limit."""
-        return self._inverse.saturated
 
     def step(self, reading: float, temperature: float) -> float:
         """Return the load."""
         added = self._term.at(self._lag.step(temperature))
-        return self._inverse.step(reading - self._zero - added)
+        return self.inverse.step(reading - self._zero - added)

@@ -201,10 +201,10 @@ def test_a_load_beyond_those_of_the_calibration_is_held(calibrated: Calibrated) 
     _, temperature, reading = other(7)
     stage, zero = calibrated.found.stage, calibrated.zero
     held = load_cell.Linearizer(stage, zero, temperature[0])
-    assert held.step(1.5 * reading.max(), temperature[0]) == 100.0 and held.is_held
+    assert held.step(1.5 * reading.max(), temperature[0]) == 100.0 and held.inverse.saturated
     with pytest.warns(UserWarning, match="extrapolates"):
         free = load_cell.Linearizer(stage, zero, temperature[0], (-10.0, 110.0))
-    assert -10.0 < free.step(zero - 2.0, temperature[0]) < 0.0 and not free.is_held
+    assert -10.0 < free.step(zero - 2.0, temperature[0]) < 0.0 and not free.inverse.saturated
 
 
 def test_a_temperature_that_tells_nothing_is_told() -> None:
