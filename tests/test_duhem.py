@@ -25,7 +25,14 @@ def tables(draw: st.DrawFn) -> Tables:
     knots = [draw(st.floats(-2.0, 0.0))]
     for width in widths:
         knots.append(knots[-1] + width)
-    return knots, draw(slopes), draw(slopes)
+    sign = draw(st.sampled_from([1.0, 1.0, -1.0]))
+    return knots, [sign * f for f in draw(slopes)], [sign * f for f in draw(slopes)]
+
+
+def gain_beside(drawn: Tables, gain: float) -> float:
+    """Return a slope beside which the sum rises."""
+    fall = -min(*drawn[1], *drawn[2])
+    return fall * (1.1 + gain) if fall > 0.0 else gain
 
 
 histories = st.lists(st.floats(-1.5, 1.5) | st.sampled_from([0.0, -0.0, 1.0, 5e-324]), max_size=20)
@@ -71,6 +78,7 @@ def test_monotony(drawn: Tables, xs: list[float]) -> None:
 
 @given(tables(), histories, st.floats(0.0, 2.0))
 def test_inverse_undoes_forward(drawn: Tables, xs: list[float], gain: float) -> None:
+    gain = gain_beside(drawn, gain)
     duhem, least = mh.Duhem(*drawn), gain + min(*drawn[1], *drawn[2])
     inverse, scale = duhem.inverse(gain), 10.0
     for x in xs:
@@ -83,6 +91,7 @@ def test_inverse_undoes_forward(drawn: Tables, xs: list[float], gain: float) -> 
 
 @given(tables(), histories, st.floats(0.0, 2.0))
 def test_forward_undoes_inverse(drawn: Tables, sums: list[float], gain: float) -> None:
+    gain = gain_beside(drawn, gain)
     duhem = mh.Duhem(*drawn)
     inverse, scale = duhem.inverse(gain), 10.0
     for target in sums:
@@ -96,13 +105,27 @@ def test_forward_undoes_inverse(drawn: Tables, sums: list[float], gain: float) -
 def test_a_saved_state_continues_bit_for_bit(
     drawn: Tables, xs: list[float], ys: list[float]
 ) -> None:
+    gain = gain_beside(drawn, 0.5)
     for one, other in (
         (mh.Duhem(*drawn), mh.Duhem(*drawn)),
-        (mh.Duhem(*drawn).inverse(0.5), mh.Duhem(*drawn).inverse(0.5)),
+        (mh.Duhem(*drawn).inverse(gain), mh.Duhem(*drawn).inverse(gain)),
     ):
         one.run(xs)
         other.state = one.state
         assert one.run(ys).tolist() == other.run(ys).tolist()
+
+
+def test_an_operator_that_falls_is_the_h_that_the_piezo_form_subtracts() -> None:
+    xs = [30.0, -50.0, 10.0, 10.5, 0.0]
+    h = mh.Duhem.from_bouc_wen(0.4, 0.03, 0.8, 0.3)
+    less = mh.Duhem.from_bouc_wen(-0.4, 0.03, 0.8, -0.3)
+    assert less.run(xs).tolist() == (-h.run(xs)).tolist()
+    assert less.rising.max() < 0.0 and eval(repr(less), {"Duhem": mh.Duhem}).knots.size == 3
+    with pytest.raises(ValueError, match="gain: expected a number above minus the smallest f"):
+        less.inverse(0.4)
+    again = mh.Duhem(less.knots, less.rising, less.falling)
+    less.reset()
+    np.testing.assert_allclose(again.run(xs), less.run(xs), rtol=1e-14)
 
 
 def test_a_state_of_another_operator_is_refused() -> None:

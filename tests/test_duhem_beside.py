@@ -9,6 +9,7 @@ import copy
 import json
 import math
 import pickle
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,9 @@ import pytest
 import reference
 from hypothesis import given
 from hypothesis import strategies as st
+from law_stages import DT as LAW_DT
+from law_stages import STAGES, Stage, alike, measured, varied
+from law_stages import loops as loops_of
 from mpi_hyst._cli.stage import is_static
 from mpi_hyst._report.models import linear_parts
 from reference.duhem import Duhem
@@ -195,6 +199,24 @@ def test_identify_chooses_the_operator_where_plays_fail() -> None:
     # From where it was.
     near = mh.identify(u, y, duhem=found.duhem, **QUASI_STATIC)
     assert near.fit.rmse < 1.05 * found.fit.rmse
+
+
+@pytest.mark.parametrize("record", [varied, alike])
+def test_identify_finds_what_the_piezo_form_subtracts(record: Callable[[Stage], Array]) -> None:
+    kind = next(stage for stage in STAGES if stage.name == "Bouc-Wen")
+    u, other = record(kind), loops_of(kind, [0.7, 0.9, 0.35, 0.6])
+    found = mh.identify(u, measured(kind, u), dt=LAW_DT)
+    plays = mh.identify(u, measured(kind, u), dt=LAW_DT, duhem=None)
+    assert found.duhem is not None and found.duhem.rising.max() < 0.0
+    true = kind.position(other)
+    with_it, without = (np.std(fit.predict(other) - true) for fit in (found, plays))
+    assert with_it < 1.5e-3 * np.ptp(true) and with_it < 0.5 * without
+    # It has an inverse.
+    inverse, forward = found.stage.inverse(LAW_DT), found.stage.forward(LAW_DT)
+    targets = np.linspace(-20.0, 20.0, 200)
+    np.testing.assert_allclose(
+        forward.run(inverse.run(targets))[50:], targets[50:], rtol=0, atol=1e-9
+    )
 
 
 def test_identify_leaves_the_operator_out_where_plays_are_right() -> None:

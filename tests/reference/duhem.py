@@ -3,6 +3,7 @@
 z' = f+(z) x' where x rises, z' = f-(z) x' where it falls; f+ and f- are straight between knots.
 Beyond them a line that grows outwards goes on, and f stays where the line falls. On a straight
 stretch f = f0 + g (z - z0), so z = z0 + f0 (exp(g h) - 1) / g after a move by h.
+Where f is below 0 all this holds for -z, but that f stays beyond the outer knots.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ from collections.abc import Callable, Sequence
 Line = tuple[float, float, float, float, float]  # from z, to z, reference z, f there, gradient
 
 
-def lines(knots: Sequence[float], f: Sequence[float]) -> list[Line]:
+def lines(knots: Sequence[float], f: Sequence[float], stays: bool) -> list[Line]:
     gradients = [(f[i + 1] - f[i]) / (knots[i + 1] - knots[i]) for i in range(len(knots) - 1)]
-    first = (-math.inf, knots[0], knots[0], f[0], min(gradients[0], 0.0))
-    last = (knots[-1], math.inf, knots[-1], f[-1], max(gradients[-1], 0.0))
+    beyond = (0.0, 0.0) if stays else (min(gradients[0], 0.0), max(gradients[-1], 0.0))
+    first = (-math.inf, knots[0], knots[0], f[0], beyond[0])
+    last = (knots[-1], math.inf, knots[-1], f[-1], beyond[1])
     inner = [(knots[i], knots[i + 1], knots[i], f[i], g) for i, g in enumerate(gradients)]
     return [first, *inner, last]
 
@@ -27,14 +29,19 @@ class Duhem:
     def __init__(
         self, knots: Sequence[float], rising: Sequence[float], falling: Sequence[float]
     ) -> None:
-        self.rising = lines(knots, rising)
+        falls = rising[0] < 0.0
+        self.sign = -1.0 if falls else 1.0
+        if falls:
+            knots = [-z for z in reversed(knots)]
+            rising, falling = ([-f for f in reversed(one)] for one in (rising, falling))
+        self.rising = lines(knots, rising, falls)
         # A falling branch is a rising one of -z over -x.
-        self.falling = lines([-z for z in reversed(knots)], list(reversed(falling)))
+        self.falling = lines([-z for z in reversed(knots)], list(reversed(falling)), falls)
         self.x = self.z = 0.0
 
     def step(self, x: float) -> float:
         sign = 1.0 if x >= self.x else -1.0
-        left, z = sign * (x - self.x), sign * self.z
+        left, z = sign * (x - self.x), sign * self.sign * self.z
         for start, end, reference, at_reference, gradient in (
             self.rising if sign > 0 else self.falling
         ):
@@ -50,7 +57,7 @@ class Duhem:
             rise = end - z
             left -= rise / f if gradient == 0.0 else math.log1p(gradient * rise / f) / gradient
             z, left = end, max(left, 0.0)
-        self.x, self.z = x, sign * z
+        self.x, self.z = x, sign * self.sign * z
         return self.z
 
 

@@ -18,10 +18,18 @@ fn dynamic() -> StageParts {
     with_a_mode(parts())
 }
 
+/// One that falls, as in the piezo form of Bouc-Wen's model.
+fn falling() -> StageParts {
+    let duhem = Duhem::from_bouc_wen(-0.2, 0.03, 0.7, -0.3).unwrap();
+    StageParts { duhem: Some(Box::new(duhem)), ..creeping() }
+}
+
 #[test]
 fn forward_of_inverse_is_the_target() {
-    let error = error_behind_inverse(parts());
-    assert!(error < 1e-11 * 100.0, "{error} um");
+    for parts in [parts(), falling()] {
+        let error = error_behind_inverse(parts);
+        assert!(error < 1e-11 * 100.0, "{error} um");
+    }
 }
 
 #[test]
@@ -36,14 +44,18 @@ fn open_loop_follows_a_reference_that_plays_miss() {
 
 #[test]
 fn a_controller_feeds_it_forward() {
-    let error = error_of_feedforward(parts(), 5000);
-    assert!(error < 1e-9, "{error} um");
+    for parts in [parts(), falling()] {
+        let error = error_of_feedforward(parts, 5000);
+        assert!(error < 1e-9, "{error} um");
+    }
 }
 
 #[test]
 fn behind_an_amplifier_it_has_its_voltage() {
-    let error = error_of_sub_steps(dynamic());
-    assert!(error < 2e-3, "{error} um");
+    for parts in [dynamic(), with_a_mode(falling())] {
+        let error = error_of_sub_steps(parts);
+        assert!(error < 2e-3, "{error} um");
+    }
 }
 
 #[test]
@@ -59,12 +71,17 @@ fn what_the_stage_reaches_holds_for_loops_that_drift() {
     }
     let ((flat, steep), (plays, most)) = (stage.slope_range(), without.slope_range());
     assert!(flat >= plays && steep > most + 0.4, "{flat} {steep}, plays alone {plays} {most}");
+    let (flatter, less) = Stage::new(StageParts { creep: None, ..falling() }).unwrap().slope_range();
+    assert!(0.0 < flatter && flatter < plays - 0.2 && less < most, "{flatter} {less}");
 }
 
 #[test]
 fn another_operator_is_another_stage() {
+    for parts in [parts(), falling()] {
+        let stage = Stage::new(parts).unwrap();
+        assert_eq!(Stage::from_json(&stage.to_json()).unwrap(), stage);
+    }
     let stage = Stage::new(parts()).unwrap();
-    assert_eq!(Stage::from_json(&stage.to_json()).unwrap(), stage);
     let plays = stage.with_parts(StageParts { duhem: None, ..parts() }).unwrap();
     assert_ne!(plays, stage);
     let state = stage.forward(1e-4).unwrap().state();

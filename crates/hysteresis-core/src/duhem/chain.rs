@@ -47,15 +47,13 @@ impl Segment {
 
     /// Up to the first knot, from far below.
     fn below(first: (f64, f64), gradient: f64) -> Self {
-        // Where f grows outwards the line goes on, where it falls f stays: it is positive everywhere.
-        let gradient = gradient.min(0.0);
         let start = f64::NEG_INFINITY;
         Self { start, end: first.0, gradient, reference: first, slope: (first.1, first.1), ..Self::NONE }
     }
 
     /// From the last knot on.
     fn above(last: (f64, f64), gradient: f64) -> Self {
-        Self { start: last.0, gradient: gradient.max(0.0), reference: last, slope: (last.1, last.1), ..Self::NONE }
+        Self { start: last.0, gradient, reference: last, slope: (last.1, last.1), ..Self::NONE }
     }
 
     /// f.
@@ -88,16 +86,28 @@ pub(super) struct Chain<const N: usize> {
 }
 
 impl<const N: usize> Chain<N> {
-    /// Through knots (z, f) whose z increase, at least two and at most N.
-    pub(super) fn new(knots: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+    /// Through knots (z, f) whose z increase, at least two and at most N. Where f grows outwards from the outer ones
+    /// the line goes on, where it falls f stays: it is positive everywhere.
+    pub(super) fn open(knots: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+        Self::new(knots, |outwards| outwards.max(0.0))
+    }
+
+    /// The same, and f stays beyond the outer knots: it is nowhere larger than at a knot.
+    pub(super) fn within(knots: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+        Self::new(knots, |_| 0.0)
+    }
+
+    /// `beyond` says by how much f grows per unit of |z| beyond an outer knot, from how it grows towards that knot.
+    fn new(knots: impl Iterator<Item = (f64, f64)> + Clone, beyond: impl Fn(f64) -> f64) -> Self {
         let mut above = [Segment::NONE; N];
         let mut count = 0;
         let nexts = knots.clone().skip(1).map(Some).chain([None]);
         let (mut below, mut last_gradient) = (None, 0.0);
         for ((slot, knot), next) in above.iter_mut().zip(knots).zip(nexts) {
-            let segment = next.map_or_else(|| Segment::above(knot, last_gradient), |to| Segment::between(knot, to));
+            let above = || Segment::above(knot, beyond(last_gradient));
+            let segment = next.map_or_else(above, |to| Segment::between(knot, to));
             last_gradient = segment.gradient;
-            below = below.or(Some(Segment::below(knot, segment.gradient)));
+            below = below.or_else(|| Some(Segment::below(knot, -beyond(-segment.gradient))));
             *slot = segment;
             count += 1;
         }
@@ -202,25 +212,28 @@ impl Piece {
         (self.z + self.rise(x - self.x)).min(self.end_z).min(MAX_MAGNITUDE)
     }
 
-    /// The x at which `gain` x + z has grown by `growth` since the anchor; it is not before `last`.
+    /// The x at which `gain` x + `sign` z has grown by `growth` since the anchor; it is not before `last`.
     ///
-    /// The sum is convex or concave in x. So Newton's method comes from one side after its first step, and that step
-    /// is kept below a bound.
+    /// The sum rises with x, convex or concave. So Newton's method comes from one side after its first step, and that
+    /// step is kept below a bound.
     #[inline]
-    pub(super) fn solve(&self, gain: f64, growth: f64, last: f64) -> f64 {
-        let tangent = growth / (gain + self.slope);
+    pub(super) fn solve(&self, gain: f64, sign: f64, growth: f64, last: f64) -> f64 {
+        let tangent = growth / (gain + sign * self.slope);
         // Convex: the tangent leads too far. Concave: not far enough.
-        let convex = self.gradient > 0.0;
-        let (low, high) = if convex {
+        let convex = sign * self.gradient > 0.0;
+        let (low, high) = if convex && sign < 0.0 {
+            // A rise that comes to rest: far along, the sum is a line, and one step comes back from there.
+            (last - self.x, tangent)
+        } else if convex {
             (last - self.x, self.upper_bound(gain, growth, tangent))
         } else {
             (tangent.max(last - self.x), f64::INFINITY)
         };
         let mut h = low;
         for _ in 0..MOST_STEPS {
-            let rise = self.rise(h);
+            let rise = sign * self.rise(h);
             // f at h is f + g times the rise.
-            let slope = gain + self.slope + self.gradient * rise;
+            let slope = gain + sign * self.slope + self.gradient * rise;
             let next = (h + (growth - (gain * h + rise)) / slope).max(low).min(high);
             let moved = (next - h).abs();
             h = next;

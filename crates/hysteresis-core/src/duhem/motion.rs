@@ -35,10 +35,12 @@ pub struct DuhemState {
     pub rising: bool,
 }
 
-/// A branch, in the coordinates in which it rises: x and z times the sign of its direction.
+/// A branch, in the coordinates in which it rises: x and z times the sign of their direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Motion {
     sign: f64,
+    /// Of z: the same, or the other one where z falls as x rises.
+    sign_of_z: f64,
     piece: Piece,
     /// The last x and z.
     last: f64,
@@ -48,7 +50,8 @@ pub(super) struct Motion {
 impl Motion {
     /// At rest.
     pub(super) fn at<const N: usize>(duhem: &Duhem<N>, x: f64, z: f64) -> Self {
-        Self { sign: 1.0, piece: duhem.rising.piece(x, z, Place(0)), last: x, z }
+        let z = duhem.sign * z;
+        Self { sign: 1.0, sign_of_z: duhem.sign, piece: duhem.rising.piece(x, z, Place(0)), last: x, z }
     }
 
     #[inline]
@@ -58,7 +61,7 @@ impl Motion {
 
     #[inline]
     pub(super) fn output(&self) -> f64 {
-        self.sign * self.z
+        self.sign_of_z * self.z
     }
 
     #[inline]
@@ -70,7 +73,8 @@ impl Motion {
     #[inline]
     fn turn<const N: usize>(&mut self, duhem: &Duhem<N>) {
         let near = self.chain(duhem).mirrored(self.piece.place);
-        (self.sign, self.last, self.z) = (-self.sign, -self.last, -self.z);
+        (self.sign, self.last) = (-self.sign, -self.last);
+        (self.sign_of_z, self.z) = (-self.sign_of_z, -self.z);
         self.piece = self.chain(duhem).piece(self.last, self.z, near);
     }
 
@@ -100,12 +104,14 @@ impl Motion {
         if self.sign * target < self.sign * from {
             self.turn(duhem);
         }
-        let ahead = self.sign * target;
+        let (ahead, sign) = (self.sign * target, duhem.sign);
+        let sum = |x: f64, z: f64| gain * x + sign * z;
         // An end that is not exact comes too early: a bound of the sum from below unless `gain` is negative.
-        self.pass_knots(duhem, |piece| ahead >= gain * piece.end + piece.end_z || gain < 0.0 && !piece.end_is_exact);
-        let growth = ahead - (gain * self.piece.x + self.piece.z);
+        let is_early = |piece: &Piece| gain < 0.0 && !piece.end_is_exact;
+        self.pass_knots(duhem, |piece| ahead >= sum(piece.end, piece.end_z) || is_early(piece));
+        let growth = ahead - sum(self.piece.x, self.piece.z);
         // Rounding may put the solution behind the last one.
-        self.last = self.piece.solve(gain, growth.max(0.0), self.last.max(self.piece.x)).max(self.last);
+        self.last = self.piece.solve(gain, sign, growth.max(0.0), self.last.max(self.piece.x)).max(self.last);
         self.z = self.piece.at(self.last);
     }
 
@@ -114,7 +120,7 @@ impl Motion {
             model: duhem.fingerprint(),
             input: self.input(),
             anchor_input: self.sign * self.piece.x,
-            anchor_output: self.sign * self.piece.z,
+            anchor_output: self.sign_of_z * self.piece.z,
             rising: self.sign > 0.0,
         }
     }
@@ -125,13 +131,14 @@ impl Motion {
         let sign = if state.rising { 1.0 } else { -1.0 };
         let last = sign * check_finite("state.input", None, state.input)?;
         let x = sign * check_finite("state.anchor_input", None, state.anchor_input)?;
-        let z = sign * check_finite("state.anchor_output", None, state.anchor_output)?;
+        let sign_of_z = sign * duhem.sign;
+        let z = sign_of_z * check_finite("state.anchor_output", None, state.anchor_output)?;
         if x > last {
             let expected = "an input that does not lie ahead of the last one";
             return Err(Error::domain("state.anchor_input", None, expected, state.anchor_input));
         }
         let chain = if state.rising { &duhem.rising } else { &duhem.falling };
-        let mut motion = Self { sign, piece: chain.piece(x, z, Place(0)), last, z };
+        let mut motion = Self { sign, sign_of_z, piece: chain.piece(x, z, Place(0)), last, z };
         motion.move_to(duhem, state.input);
         Ok(motion)
     }

@@ -156,7 +156,7 @@ impl<const N: usize> DuhemInverse<N> {
     /// than rounding.
     pub fn new(duhem: Duhem<N>, gain: f64) -> Result<Self, Error> {
         let slope = duhem.min_slope();
-        if gain.is_nan() || gain > 1e50 || gain + slope < 1e-12 * slope {
+        if gain.is_nan() || gain > 1e50 || gain + slope < 1e-12 * slope.abs() {
             let expected = "a number above minus the smallest f, at most 1e50, so that the sum rises with x";
             return Err(Error::domain("gain", None, expected, gain));
         }

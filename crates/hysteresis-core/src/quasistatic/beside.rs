@@ -5,7 +5,7 @@ use alloc::boxed::Box;
 use super::parts::{MAX_KNOTS, QuasiStatic};
 use crate::duhem::{Duhem, DuhemForward, DuhemState};
 use crate::engine::CompiledModel;
-use crate::error::{Error, check_all_finite, check_length};
+use crate::error::{Error, MAX_MAGNITUDE, check_all_finite, check_length};
 use crate::process::Process;
 use crate::stream::{Forward, Inverse, Look, StreamState};
 
@@ -15,6 +15,9 @@ const STATE: &str = "state.loop_shift";
 /// How many drives are looked at for a target at most; every fourth one halves what is left.
 const MOST_LOOKS: u32 = 256;
 
+/// The sum rises where its least slope is above this share of that of the hysteresis.
+const LEAST_SLOPE: f64 = 1e-9;
+
 /// A sum of two outputs is as near to a target as this times their magnitudes: rounding.
 const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
@@ -23,6 +26,25 @@ const ROUNDING: f64 = 2.0 * f64::EPSILON;
 pub(super) struct Beside<H> {
     pub(super) hysteresis: H,
     duhem: Option<Box<DuhemForward<MAX_KNOTS>>>,
+    /// The least slope of the sum, where z falls as the drive rises.
+    least: Option<f64>,
+}
+
+/// The same for the parameters of both.
+fn least_where_z_falls(model: &CompiledModel, duhem: &Duhem<MAX_KNOTS>) -> Option<f64> {
+    let z = duhem.min_slope();
+    (z < 0.0).then(|| model.slope_range().0 + z)
+}
+
+/// That the sum rises with the drive.
+pub(super) fn check_rises(model: &CompiledModel, duhem: Option<&Duhem<MAX_KNOTS>>) -> Result<(), Error> {
+    let Some(duhem) = duhem else { return Ok(()) };
+    let flattest = model.slope_range().0;
+    if least_where_z_falls(model, duhem).is_none_or(|least| least > LEAST_SLOPE * flattest) {
+        return Ok(());
+    }
+    let expected = "a Duhem operator that falls less than the flattest slope of the hysteresis rises";
+    Err(Error::domain("duhem", None, expected, duhem.min_slope()))
 }
 
 /// A drive, and what both put out there.
@@ -52,7 +74,8 @@ impl<H: Process> Beside<H> {
             duhem.step(x);
             Some(Box::new(duhem))
         };
-        Self { hysteresis, duhem: model.duhem().and_then(at_rest) }
+        let least = model.duhem().and_then(|duhem| least_where_z_falls(model.hysteresis(), duhem));
+        Self { hysteresis, duhem: model.duhem().and_then(at_rest), least }
     }
 
     /// z.
@@ -64,6 +87,11 @@ impl<H: Process> Beside<H> {
     #[inline]
     fn move_duhem(&mut self, x: f64) -> f64 {
         self.duhem.as_mut().map_or(0.0, |duhem| duhem.step(x))
+    }
+
+    /// The parameters of the hysteresis have changed: the operators are the same.
+    pub(super) fn take_over(&mut self, model: &CompiledModel) {
+        self.least = self.duhem.as_ref().and_then(|duhem| least_where_z_falls(model, duhem.duhem()));
     }
 
     /// Both at rest where the hysteresis begins, at `x`.
@@ -149,7 +177,7 @@ impl Beside<Inverse> {
     #[inline]
     pub(super) fn step(&mut self, target: f64) -> f64 {
         let Some(duhem) = &mut self.duhem else { return self.hysteresis.step(target) };
-        let look = look(&self.hysteresis, duhem, target);
+        let look = look(&self.hysteresis, duhem, self.least, target);
         self.hysteresis.move_to_limit(look.drive, look.saturated);
         duhem.step(look.drive);
         look.drive
@@ -158,7 +186,7 @@ impl Beside<Inverse> {
     #[inline]
     pub(super) fn peek(&self, target: f64) -> f64 {
         match &self.duhem {
-            Some(duhem) => look(&self.hysteresis, duhem, target).drive,
+            Some(duhem) => look(&self.hysteresis, duhem, self.least, target).drive,
             None => self.hysteresis.peek(target),
         }
     }
@@ -181,10 +209,11 @@ impl Beside<Inverse> {
 
 /// The drive at which the sum is a target, or the limit before it.
 ///
-/// Both outputs grow with the drive. So the drive for which the hysteresis alone would do the whole way is too far, and
-/// the present one not far enough. In between Newton's method looks, with the exact slope of z and that of the
-/// hysteresis between the last two looks: on one of its lines that is exact, too.
-fn look(hysteresis: &Inverse, duhem: &DuhemForward<MAX_KNOTS>, target: f64) -> Look {
+/// Where both outputs grow with the drive, that for which the hysteresis alone would do the whole way is too far. Where
+/// z falls, that to which the `least` slope of the sum leads is. The present one is not far enough. In between Newton's
+/// method looks, with the exact slope of z and that of the hysteresis between the last two looks: on one of its lines
+/// that is exact, too.
+fn look(hysteresis: &Inverse, duhem: &DuhemForward<MAX_KNOTS>, least: Option<f64>, target: f64) -> Look {
     let mut near = At { x: hysteresis.output(), h: hysteresis.reached(), z: duhem.output() };
     let found = |at: At, saturated| Look { drive: at.x, reached: at.h, saturated };
     let rising = target > near.sum();
@@ -193,10 +222,20 @@ fn look(hysteresis: &Inverse, duhem: &DuhemForward<MAX_KNOTS>, target: f64) -> L
     }
     let at = |x: f64| At { x, h: hysteresis.look_at_drive(x), z: duhem.peek(x) };
     let is_beyond = |at: At| if rising { at.sum() > target } else { at.sum() < target };
-    let alone = hysteresis.look(target - near.z);
-    let mut far = at(alone.drive);
+    let (furthest, at_limit) = match least {
+        None => {
+            let alone = hysteresis.look(target - near.z);
+            (alone.drive, alone.saturated)
+        }
+        Some(least) => {
+            let reach = near.x + (target - near.sum()) / least;
+            let (low, high) = hysteresis.limits().unwrap_or((-MAX_MAGNITUDE, MAX_MAGNITUDE));
+            (reach.max(low).min(high), !(low < reach && reach < high))
+        }
+    };
+    let mut far = at(furthest);
     if !is_beyond(far) {
-        return found(far, alone.saturated && !far.is_at(target));
+        return found(far, at_limit && !far.is_at(target));
     }
     let (mut before, mut last) = (near, far);
     for number in 1..MOST_LOOKS {

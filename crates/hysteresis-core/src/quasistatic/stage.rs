@@ -4,7 +4,7 @@ use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-use super::beside::Beside;
+use super::beside::{Beside, check_rises};
 use super::creep::CreepMemory;
 use super::map::{MapPiece, PiecewiseLinearMap};
 use super::parts::QuasiStatic;
@@ -25,7 +25,8 @@ impl QuasiStatic {
     /// A stream from positions to drives, at rest at the input offset of the hysteresis, or at the limit nearest to it.
     ///
     /// # Errors
-    /// [`Error::NotInvertible`] if the hysteresis may not be, [`Error::Domain`] unless limits are finite and low < high.
+    /// [`Error::NotInvertible`] if the hysteresis may not be, [`Error::Domain`] unless limits are finite and low < high,
+    /// or for a Duhem operator whose z falls as steeply as the hysteresis may rise.
     pub fn inverse(&self, limits: Option<(f64, f64)>) -> Result<QuasiStaticInverse, Error> {
         QuasiStaticInverse::new(self, limits)
     }
@@ -128,6 +129,7 @@ impl<H: Process> Stage<H> {
         set_model: impl FnOnce(&mut H, &CompiledModel) -> Result<(), Error>,
     ) -> Result<(), Error> {
         set_model(&mut self.hysteresis.hysteresis, hysteresis)?;
+        self.hysteresis.take_over(hysteresis);
         self.model.hysteresis = hysteresis.clone();
         self.fingerprint = self.model.fingerprint();
         Ok(())
@@ -337,6 +339,7 @@ pub struct QuasiStaticInverse {
 impl QuasiStaticInverse {
     pub(super) fn new(model: &QuasiStatic, limits: Option<(f64, f64)>) -> Result<Self, Error> {
         let (low, high) = check_limits(limits)?;
+        check_rises(&model.hysteresis, model.duhem())?;
         let behind = |drive| (model.input_map.as_ref().map_or(drive, |map| map.at(drive)), drive);
         let mut mapped_limits = [behind(low), behind(high)];
         if mapped_limits[0].0 > mapped_limits[1].0 {
@@ -472,8 +475,9 @@ impl QuasiStaticInverse {
     /// Goes on with another hysteresis of the same operators, without a jump of the drive: [`Inverse::set_model`].
     ///
     /// # Errors
-    /// As there; the stream is as before then.
+    /// As there, and [`Error::Domain`] as for [`QuasiStatic::inverse`]; the stream is as before then.
     pub fn set_model(&mut self, hysteresis: &CompiledModel) -> Result<(), Error> {
+        check_rises(hysteresis, self.stage.model.duhem())?;
         self.stage.set_model(hysteresis, Inverse::set_model)
     }
 

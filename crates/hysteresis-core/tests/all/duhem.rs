@@ -9,13 +9,23 @@ const AGREE: f64 = 1e-13;
 
 fn any_duhem() -> impl Strategy<Value = Duhem<9>> {
     let slope = prop_oneof![0.05..3.0, Just(1.0), Just(0.05)];
+    let sign = prop_oneof![2 => Just(1.0), 1 => Just(-1.0)];
     (2..=9_usize)
-        .prop_flat_map(move |n| (-2.0..0.0, vec(0.3..1.0, n), vec(slope.clone(), n), vec(slope.clone(), n)))
-        .prop_map(|(first, widths, rising, falling)| {
+        .prop_flat_map(move |n| {
+            (-2.0..0.0, vec(0.3..1.0, n), vec(slope.clone(), n), vec(slope.clone(), n), sign.clone())
+        })
+        .prop_map(|(first, widths, rising, falling, sign)| {
             let knots: Vec<f64> =
                 widths.iter().scan(first, |z, width| Some(std::mem::replace(z, *z + width))).collect();
-            Duhem::new(&knots, &rising, &falling).unwrap()
+            let signed = |slopes: &[f64]| slopes.iter().map(|f| sign * f).collect::<Vec<f64>>();
+            Duhem::new(&knots, &signed(&rising), &signed(&falling)).unwrap()
         })
+}
+
+/// A slope beside which the sum rises: above minus the smallest f.
+fn gain_beside(duhem: &Duhem<9>, share: f64) -> f64 {
+    let least = duhem.min_slope();
+    if least < 0.0 { -least * (1.1 + share.abs()) } else { share * if share < 0.0 { least } else { 1.0 } }
 }
 
 /// Jumps, small moves, repeats and denormals.
@@ -106,7 +116,7 @@ proptest! {
 
     #[test]
     fn inverse_undoes_forward(duhem in any_duhem(), x in history(), share in -0.9..2.0) {
-        let gain = share * if share < 0.0 { duhem.min_slope() } else { 1.0 };
+        let gain = gain_beside(&duhem, share);
         let (mut forward, mut inverse) = (DuhemForward::new(duhem), DuhemInverse::new(duhem, gain).unwrap());
         let (mut scale, mut allowed) = (10.0_f64, 0.0_f64);
         for x in x {
@@ -124,7 +134,7 @@ proptest! {
 
     #[test]
     fn forward_undoes_inverse(duhem in any_duhem(), sums in history(), share in -0.9..2.0) {
-        let gain = share * if share < 0.0 { duhem.min_slope() } else { 1.0 };
+        let gain = gain_beside(&duhem, share);
         let (mut forward, mut inverse) = (DuhemForward::new(duhem), DuhemInverse::new(duhem, gain).unwrap());
         let (mut scale, mut allowed) = (10.0_f64, 0.0_f64);
         for sum in sums {
@@ -157,10 +167,11 @@ proptest! {
     #[test]
     fn a_saved_state_continues_bit_for_bit(duhem in any_duhem(), x in history(), y in history()) {
         let mut forward = DuhemForward::new(duhem);
-        let mut inverse = DuhemInverse::new(duhem, 0.5).unwrap();
+        let gain = gain_beside(&duhem, 0.5);
+        let mut inverse = DuhemInverse::new(duhem, gain).unwrap();
         run(&mut forward, &x);
         run(&mut inverse, &x);
-        let (mut other, mut other_inverse) = (DuhemForward::new(duhem), DuhemInverse::new(duhem, 0.5).unwrap());
+        let (mut other, mut other_inverse) = (DuhemForward::new(duhem), DuhemInverse::new(duhem, gain).unwrap());
         other.set_state(&forward.state()).unwrap();
         other_inverse.set_state(&inverse.state()).unwrap();
         prop_assert_eq!(forward.output().to_bits(), other.output().to_bits());
@@ -169,7 +180,9 @@ proptest! {
     }
 
     #[test]
-    fn bouc_wen_is_three_knots(alpha in 0.5..2.0, beta in 0.5..2.0, gamma in 0.1..1.0, delta in -1.5..1.5, x in vec(-2.0..2.0, 1..5)) {
+    fn bouc_wen_is_three_knots(alpha in 0.5..2.0_f64, falls: bool, beta in 0.5..2.0, gamma in 0.1..1.0, delta in -1.5..1.5, x in vec(-2.0..2.0, 1..5)) {
+        prop_assume!(!falls || delta < 0.9 * gamma);
+        let alpha: f64 = if falls { -alpha } else { alpha };
         let mut forward = DuhemForward::new(Duhem::<3>::from_bouc_wen(alpha, beta, gamma, delta).unwrap());
         let (mut last, mut z) = (0.0, 0.0);
         for x in x {
@@ -218,12 +231,18 @@ fn refusals_name_what_is_wrong() {
     assert_eq!(refused(&[0.0; 4], &[1.0; 4], &[1.0; 4]).0, Some("knots"));
     assert_eq!(refused(&[1.0, 1.0], &ones, &ones).0, Some("knots"));
     assert_eq!(refused(&[0.0, f64::NAN], &ones, &ones).0, Some("knots"));
-    assert_eq!(refused(&two, &[1.0, 0.0], &ones).1, "rising[1]: expected a number above 0 (1e-50 to 1e50), got 0.0");
+    assert_eq!(
+        refused(&two, &[1.0, 0.0], &ones).1,
+        "rising[1]: expected a number above 0 (1e-50 to 1e50), or all of rising and falling below 0, got 0.0"
+    );
     assert_eq!(refused(&two, &ones, &[1.0]).0, Some("falling"));
     assert_eq!(refused(&two, &ones, &[-1.0, 1.0]).0, Some("falling"));
     assert_eq!(refused(&[0.0, 1e-40], &[1.0, 1e20], &ones).0, Some("rising"));
+    let below = "falling[0]: expected a number below 0 (-1e50 to -1e-50), as rising[0] is, got 1.0";
+    assert_eq!(refused(&two, &[-1.0, -1.0], &ones).1, below);
     let parameter = |got: Result<Duhem<3>, Error>| got.unwrap_err().parameter();
     assert_eq!(parameter(Duhem::from_bouc_wen(0.0, 1.0, 1.0, 0.0)), Some("alpha"));
+    assert_eq!(parameter(Duhem::from_bouc_wen(-1.0, 1.0, 1.0, 1.0)), Some("delta"));
     assert_eq!(parameter(Duhem::from_bouc_wen(1.0, f64::NAN, 1.0, 0.0)), Some("beta"));
     assert_eq!(parameter(Duhem::from_bouc_wen(1.0, 1.0, -0.1, 0.0)), Some("gamma"));
     assert_eq!(parameter(Duhem::from_bouc_wen(1.0, 1.0, 1.0, f64::INFINITY)), Some("delta"));
@@ -251,4 +270,24 @@ fn parameters_are_what_was_given() {
     assert_eq!(duhem.slope(f64::INFINITY, true), duhem.slope(1e100, true));
     assert_eq!(duhem.slope(-1e200, false), duhem.slope(-1e100, false));
     assert_eq!((duhem.slope(4.0, false), duhem.slope(-3.0, false), duhem.slope(1.0, false)), (0.5, 4.0, 2.75));
+}
+
+#[test]
+fn an_operator_that_falls_keeps_its_parameters_and_has_a_steepest_slope() {
+    let duhem = Duhem::<4>::new(&[-1.0, 0.0, 2.0], &[-1.0, -2.0, -3.0], &[-4.0, -5.0, -0.5]).unwrap();
+    assert_eq!(duhem.knots().collect::<Vec<_>>(), [-1.0, 0.0, 2.0]);
+    assert_eq!(duhem.rising().collect::<Vec<_>>(), [-1.0, -2.0, -3.0]);
+    assert_eq!(duhem.falling().collect::<Vec<_>>(), [-4.0, -5.0, -0.5]);
+    assert_eq!((duhem.min_slope(), duhem.max_slope()), (-5.0, -0.5));
+    // Outwards f stays, whether it grows there or not.
+    assert_eq!((duhem.slope(4.0, true), duhem.slope(-3.0, true), duhem.slope(1.0, true)), (-3.0, -1.0, -2.5));
+    assert_eq!((duhem.slope(4.0, false), duhem.slope(-3.0, false), duhem.slope(1.0, false)), (-0.5, -4.0, -2.75));
+    // The piezo form: what is subtracted is the h of the same equation.
+    let h = Duhem::<3>::from_bouc_wen(0.4, 0.03, 0.8, 0.3).unwrap();
+    let less = Duhem::<3>::from_bouc_wen(-0.4, 0.03, 0.8, -0.3).unwrap();
+    let (mut added, mut subtracted) = (DuhemForward::new(h), DuhemForward::new(less));
+    for x in [30.0, -50.0, 10.0, 10.5, 0.0] {
+        assert_eq!(subtracted.step(x), -added.step(x));
+    }
+    assert_eq!(DuhemInverse::new(less, 0.4).unwrap_err().parameter(), Some("gain"));
 }

@@ -87,6 +87,40 @@ fn a_state_that_cannot_be_is_refused() {
     assert_eq!(with.state(), good);
 }
 
+/// The piezo form of Bouc-Wen's model: 0.8 x - h.
+#[test]
+fn beside_a_steeper_slope_an_operator_may_fall() {
+    let fall = |alpha: f64| Duhem::<MAX_KNOTS>::from_bouc_wen(-alpha, 0.02, 0.9, -0.4).unwrap();
+    let mut inverse = linear(0.8).with_duhem(fall(0.4)).inverse(None).unwrap();
+    let mut exact = DuhemInverse::new(fall(0.4), 0.8).unwrap();
+    for target in [20.0, 4.0, -60.0, 35.0, 35.0, 35.1] {
+        let (got, want) = (inverse.step(target), exact.step(target));
+        assert!((got - want).abs() < 1e-12 * 100.0, "{got} {want}");
+    }
+    let steep = fall(0.8);
+    let expected = "duhem: expected a Duhem operator that falls less than the flattest slope of the hysteresis rises";
+    let refused = linear(0.8).with_duhem(steep).inverse(None).unwrap_err().to_string();
+    assert!(refused.starts_with(expected), "{refused}");
+    // Nor may a stream come to that by other weights.
+    let flat = PrandtlIshlinskii::new(&[0.3], &[0.0], Offsets::default()).unwrap();
+    assert_eq!(inverse.set_model(&CompiledModel::new(&(&flat).into())).unwrap_err().parameter(), Some("duhem"));
+    let less_steep = PrandtlIshlinskii::new(&[1.0], &[0.0], Offsets::default()).unwrap();
+    inverse.set_model(&CompiledModel::new(&(&less_steep).into())).unwrap();
+    assert_refusals_move_nothing(linear(0.8).with_duhem(fall(0.4)));
+}
+
+#[test]
+fn out_of_reach_an_operator_that_falls_holds_the_limit_and_comes_back() {
+    let stage = linear(0.8).with_duhem(Duhem::from_bouc_wen(-0.5, 0.02, 0.9, -0.4).unwrap());
+    let (mut inverse, mut forward) = (stage.inverse(Some((0.0, 100.0))).unwrap(), stage.forward());
+    for (target, at_limit) in [(30.0, None), (1e3, Some(100.0)), (40.0, None), (-1e3, Some(0.0)), (20.0, None)] {
+        let drive = inverse.step(target);
+        let reached = forward.step(drive);
+        assert_eq!((inverse.saturated(), drive == at_limit.unwrap_or(drive)), (at_limit.is_some(), true), "{target}");
+        assert!(at_limit.is_some() || (reached - target).abs() < 1e-12 * 100.0, "{reached} {target}");
+    }
+}
+
 #[test]
 fn there_is_no_bracket() {
     let error = Bracket::of_stage(&plays(0.0).with_duhem(bouc_wen()), (0.0, 100.0)).unwrap_err();

@@ -61,11 +61,14 @@ fn slow_gain() -> impl Strategy<Value = Option<SlowGainTerms>> {
 }
 
 /// Loops of some or many percent of the range, symmetric or not; along a branch a rounding grows by two thirds at most.
+/// One that falls does so by less than the hysteresis rises.
 fn duhem() -> impl Strategy<Value = Option<Duhem<MAX_KNOTS>>> {
     let slope = || proptest::collection::vec(0.05..0.3_f64, 5);
-    let duhem = (2..6_u32, 300.0..800.0, -1.0..1.0, slope(), slope()).prop_map(|(knots, reach, first, up, down)| {
+    let parts = (2..6_u32, 300.0..800.0, -1.0..1.0, slope(), slope(), prop_oneof![2 => Just(1.0), 1 => Just(-0.4)]);
+    let duhem = parts.prop_map(|(knots, reach, first, up, down, sign)| {
         let knots: Vec<f64> = (0..knots).map(|i| reach * (first - 0.5 + 0.3 * f64::from(i))).collect();
-        Duhem::new(&knots, &up[..knots.len()], &down[..knots.len()]).unwrap()
+        let signed = |slopes: &[f64]| slopes[..knots.len()].iter().map(|f| sign * f).collect::<Vec<f64>>();
+        Duhem::new(&knots, &signed(&up), &signed(&down)).unwrap()
     });
     proptest::option::weighted(0.6, duhem)
 }

@@ -32,7 +32,7 @@ use crate::terms::maps::MapModel;
 use crate::terms::operators::ModelKind;
 
 /// What plays leave below this share of the range, rms, no other family is asked to explain.
-const LEAST_LEFT: f64 = 2e-3;
+const LEAST_LEFT: f64 = 1e-3;
 
 /// By which factor a shape must lower the objective of the plays before everything is searched with it.
 const MUST_PROMISE: f64 = 1.3;
@@ -41,8 +41,8 @@ const MUST_PROMISE: f64 = 1.3;
 const REACH: f64 = 0.3;
 
 /// The shapes: where z comes to rest, over half of the range of drives, and f on the way back from there.
-const RESTS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
-const BACKS: [f64; 2] = [1.0, 1.9];
+const RESTS: [f64; 7] = [0.1, 0.17, 0.3, 0.5, 0.85, 1.5, 3.0];
+const BACKS: [f64; 3] = [1.0, 1.45, 1.9];
 
 /// Where modes behind an amplifier are looked for: so many, each so many times as fast as the one before, of this
 /// damping.
@@ -53,8 +53,14 @@ const MODE_DAMPING: f64 = 0.08;
 /// In how many samples the lag of an amplifier is told from that of a mode.
 const LEAST_LAG: f64 = 2.0;
 
+/// By which share of the flattest slope of the plays an operator falls at most.
+const STEEPEST_FALL: f64 = 0.95;
+
 /// How many passes over selected rows each of these may take.
 const PASSES: usize = 6;
+
+/// How often knots are put where z comes to.
+const MOST_KNOTTINGS: usize = 3;
 
 /// A side of the range of z that is smaller than this share of it has no knot of its own.
 const SMALLEST_SIDE: f64 = 0.1;
@@ -68,9 +74,11 @@ pub(crate) fn with_duhem(
 ) -> Result<Found, Error> {
     let is_forced = asked.duhem == DuhemModel::Fit;
     let is_open = asked.duhem == DuhemModel::Auto && asked.model == ModelKind::Modified;
-    if plays.partial
-        || !(is_forced || is_open && left(records, &plays) > LEAST_LEFT && !goes_by_itself(records, &plays))
-    {
+    if plays.partial || !(is_forced || is_open && left(records, &plays) > LEAST_LEFT) {
+        return Ok(plays);
+    }
+    let explained = explained_by_time(records, &plays);
+    if !is_forced && explained == Explained::AtItsStart {
         return Ok(plays);
     }
     // The part of the work before is done: progress does not go back.
@@ -79,26 +87,57 @@ pub(crate) fn with_duhem(
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
         begun => begun?,
     };
-    let Some((start, promise)) = best_shape(records, &begun)? else { return Ok(plays) };
-    if !is_forced && promise < MUST_PROMISE {
-        return Ok(plays);
+    let mut directions = best_shapes(records, &begun)?;
+    directions.retain(|direction| is_forced || direction.promise >= MUST_PROMISE);
+    let mut rising = None;
+    for Direction { starts, .. } in &directions {
+        let found = match searched(records, asked, &begun, starts, monitor) {
+            Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
+            found => found?,
+        };
+        if rises(&found) {
+            rising = Some(found);
+            break;
+        }
     }
-    let found = match searched(records, asked, &begun, &start, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
-        found => found?,
-    };
+    let Some(found) = rising else { return Ok(plays) };
     // Loops that only decay do not tell an operator whose loops need not close from what time does.
-    let must_gain = if Variety::of(records).apart_from_time { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS };
+    let is_told = Variety::of(records).apart_from_time && explained == Explained::Nowhere;
+    let must_gain = if is_told { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS };
     let is_chosen = is_forced || is_better(&validated(records, &found)?, &validated(records, &plays)?, must_gain);
     let partial = found.partial;
     Ok(if is_chosen { found } else { Found { partial, ..plays } })
 }
 
-/// Whether time explains what plays leave: loops of an operator that need not close would follow any drift.
-fn goes_by_itself(records: &[Record<'_>], plays: &Found) -> bool {
+/// Whether the position rises with the drive everywhere, so that there is an inverse: an operator may fall, but by less
+/// than the plays rise right after a reversal.
+fn rises(found: &Found) -> bool {
+    let fall = found.fit.space.duhem(&found.fit.fit.point).map_or(0.0, |table| table.steepest_fall());
+    let rise = if found.basis.is_identity(0) { found.fit.fit.weights[0] } else { 0.0 };
+    fall <= 0.0 || fall < STEEPEST_FALL * rise
+}
+
+/// Where time explains what plays leave.
+#[derive(Clone, Copy, PartialEq)]
+enum Explained {
+    Nowhere,
+    /// A drift or a leak would, and what plays cannot follow looks like one.
+    Maybe,
+    /// The start of a record does.
+    AtItsStart,
+}
+
+/// Loops of an operator that need not close would follow any drift.
+fn explained_by_time(records: &[Record<'_>], plays: &Found) -> Explained {
     let findings = findings_of_fit(records, &plays.fit.chain(plays.interval(records)), &plays.options.thresholds);
-    let by_itself = [FindingCode::Drift, FindingCode::Leakage, FindingCode::StartUpTransient];
-    findings.iter().any(|finding| by_itself.contains(&finding.code))
+    let has = |code: FindingCode| findings.iter().any(|finding| finding.code == code);
+    if has(FindingCode::StartUpTransient) {
+        Explained::AtItsStart
+    } else if has(FindingCode::Drift) || has(FindingCode::Leakage) {
+        Explained::Maybe
+    } else {
+        Explained::Nowhere
+    }
 }
 
 /// The plays with the linear part at which an operator is looked for: a lag may hide an amplifier in front and a mode.
@@ -117,9 +156,49 @@ fn begun(
     Ok(Found { fit, options, ..plays.clone() })
 }
 
-/// Everything with an operator that begins at a start: without the maps and the loop shift that are left open and may
-/// have stood in for it.
+/// Everything with an operator that begins at the best of some starts.
 fn searched(
+    records: &[Record<'_>],
+    asked: &Options,
+    plays: &Found,
+    starts: &[DuhemTable],
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    let mut best: Option<Found> = None;
+    for start in starts {
+        let found = searched_from(records, asked, plays, start, monitor)?;
+        let least = best.as_ref().map_or(f64::INFINITY, |best| best.fit.fit.objective);
+        if found.fit.fit.objective < least {
+            best = Some(found);
+        }
+    }
+    let Some(found) = best else { return Ok(plays.clone()) };
+    let (fit, dynamics) = match with_lag_in_front(&found.problem(records), asked, &found.fit, monitor)? {
+        Some(other) => (other, DynamicsModel::Order(Order::Second)),
+        None => (found.fit, found.options.dynamics),
+    };
+    let has_linear = plays.linear.is_some() || fit.space.order().is_some();
+    let linear = has_linear.then(LinearEvidence::default);
+    let options = Options { dynamics, ..found.options };
+    let found = Found { fit, options, basis: found.basis, linear, told_alone: None, untold_map: None, ..plays.clone() };
+    let found = with_more_knots(records, found, monitor)?;
+    let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
+    if !asked.leaves_structure_open() {
+        return Ok(found);
+    }
+    let open = Options {
+        weights: asked.weights,
+        smoothness: asked.smoothness,
+        creep: asked.creep.clone(),
+        ..found.options.clone()
+    };
+    let open = Options { loop_shift: asked.loop_shift, ..open };
+    restructured(records, &open, found, place, monitor)
+}
+
+/// A fit with an operator that begins at a start: without the maps and the loop shift that are left open and may have
+/// stood in for it.
+fn searched_from(
     records: &[Record<'_>],
     asked: &Options,
     plays: &Found,
@@ -141,28 +220,7 @@ fn searched(
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness: plays.smoothness };
     let near = near_plays(&problem, plays, start)?;
     let fit = problem.search_from(near.space, &near.point, monitor)?;
-    let (fit, dynamics) = match with_lag_in_front(&problem, asked, &fit, monitor)? {
-        Some(other) => (other, DynamicsModel::Order(Order::Second)),
-        None => (fit, options.dynamics),
-    };
-    let has_linear = plays.linear.is_some() || fit.space.order().is_some();
-    let linear = has_linear.then(LinearEvidence::default);
-    let options = Options { dynamics, ..options.clone() };
-    let found =
-        Found { fit, options, basis: basis.clone(), linear, told_alone: None, untold_map: None, ..plays.clone() };
-    let found = with_more_knots(records, found, monitor)?;
-    let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
-    if !asked.leaves_structure_open() {
-        return Ok(found);
-    }
-    let open = Options {
-        weights: asked.weights,
-        smoothness: asked.smoothness,
-        creep: asked.creep.clone(),
-        ..found.options.clone()
-    };
-    let open = Options { loop_shift: asked.loop_shift, ..open };
-    restructured(records, &open, found, place, monitor)
+    Ok(Found { fit, options: options.clone(), basis: basis.clone(), ..plays.clone() })
 }
 
 /// The space with the operator and the linear part of the plays, and the point there.
@@ -221,8 +279,16 @@ fn left(records: &[Record<'_>], found: &Found) -> f64 {
     (found.fit.fit.squares / as_f64(found.fit.rows(records))).sqrt() / range
 }
 
-/// The shape that lowers the objective most beside the plays, and by which factor; none where there is none.
-fn best_shape(records: &[Record<'_>], plays: &Found) -> Result<Option<(DuhemTable, f64)>, Error> {
+/// Operators that rise with the drive, or those that fall.
+struct Direction {
+    /// By which factor the best shape lowers the objective beside the plays.
+    promise: f64,
+    /// That shape, and the one that is best where plays do nothing: they may do what the operator should.
+    starts: Vec<DuhemTable>,
+}
+
+/// The best shapes of both directions, the better one first; none of one that does not lower the objective.
+fn best_shapes(records: &[Record<'_>], plays: &Found) -> Result<Vec<Direction>, Error> {
     let (space, basis) = (&plays.fit.space, &plays.basis);
     let projection = rough(records, space, basis, plays.smoothness)?;
     let fit = projection.fit(&plays.fit.fit.point, None);
@@ -238,35 +304,65 @@ fn best_shape(records: &[Record<'_>], plays: &Found) -> Result<Option<(DuhemTabl
     let linearised = projection.linearise_beside(&fit, shapes.iter().map(beside));
     let axes = space.step_bounds(&fit.point, REACH);
     // The searched parameters move, too, with a shape or without.
-    let with = |chosen: Option<usize>| {
-        let most = |place| if chosen == Some(place) { f64::INFINITY } else { 0.0 };
-        let bounds: Vec<_> = axes.iter().copied().chain((0..shapes.len()).map(|place| (0.0, most(place)))).collect();
-        let step = linearised.step(&bounds, basis);
+    let with = |weights: &[(f64, f64)], chosen: usize, amplitudes: (f64, f64)| {
+        let of = |place| if place == chosen { amplitudes } else { (0.0, 0.0) };
+        let bounds: Vec<_> = axes.iter().copied().chain((0..shapes.len()).map(of)).collect();
+        let step = linearised.step_within(weights, &bounds, basis);
         (step.objective, step.along[axes.len()..].iter().sum::<f64>())
     };
-    let (without, _) = with(None);
-    let each = shapes.iter().enumerate().map(|(place, shape)| (shape, with(Some(place))));
-    let best = each.min_by(|(_, p), (_, q)| p.0.total_cmp(&q.0)).filter(|(_, (_, amplitude))| *amplitude > 0.0);
-    Ok(best.map(|(shape, (objective, amplitude))| (shape.scaled(amplitude), without / objective)))
+    let best = |weights: &[(f64, f64)], amplitudes| {
+        let each = shapes.iter().enumerate().map(|(place, shape)| (shape, with(weights, place, amplitudes)));
+        let best = each.min_by(|(_, p), (_, q)| p.0.total_cmp(&q.0)).filter(|(_, (_, amplitude))| *amplitude != 0.0);
+        best.map(|(shape, (objective, amplitude))| (shape.scaled(amplitude), objective))
+    };
+    let (all, identity) = (basis.bounds(), basis.bounds_of_the_identity());
+    let (without, _) = with(&all, 0, (0.0, 0.0));
+    let direction = |amplitudes| {
+        let (shape, objective) = best(&all, amplitudes)?;
+        let in_place_of_plays = best(&identity, amplitudes).map(|(shape, _)| shape);
+        let starts = [shape].into_iter().chain(in_place_of_plays).collect();
+        Some(Direction { promise: without / objective, starts })
+    };
+    let both = [direction((0.0, f64::INFINITY)), direction((f64::NEG_INFINITY, 0.0))];
+    let mut both: Vec<_> = both.into_iter().flatten().collect();
+    both.sort_by(|p, q| q.promise.total_cmp(&p.promise));
+    Ok(both)
 }
 
-/// The same with knots where z comes to, and in between, if it predicts better.
-fn with_more_knots(records: &[Record<'_>], found: Found, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
+/// The same with knots where z comes to, and in between, as long as that predicts better: with other knots z comes
+/// further.
+fn with_more_knots(records: &[Record<'_>], mut found: Found, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
+    for _ in 0..MOST_KNOTTINGS {
+        let finer = with_knots_where_z_comes(records, &found, monitor)?;
+        let Some(finer) = finer else { break };
+        found = finer;
+    }
+    Ok(found)
+}
+
+/// The same with knots where z comes to, and in between; none if that predicts worse.
+fn with_knots_where_z_comes(
+    records: &[Record<'_>],
+    found: &Found,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Option<Found>, Error> {
     let Some(table) = found.fit.space.duhem(&found.fit.fit.point).filter(|_| !found.partial) else {
-        return Ok(found);
+        return Ok(None);
     };
-    let Ok(table) = table.on(knots(range(records, &found, &table))) else { return Ok(found) };
+    let Ok(table) = table.on(knots(range(records, found, &table))) else { return Ok(None) };
     monitor.hold();
     let space = found.fit.space.with_duhem(&table);
     let point = at_duhem(&found.fit.fit.point, &table);
     let fit = match found.problem(records).search_from(space, &point, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
+        Err(Error::Interrupted) if monitor.keeps_best() => {
+            return Ok(Some(Found { partial: true, ..found.clone() }));
+        }
         fit => fit?,
     };
     let options = Options { duhem: DuhemModel::Near(table), ..found.options.clone() };
     let finer = Found { fit, options, ..found.clone() };
-    let is_chosen = is_better(&validated(records, &finer)?, &validated(records, &found)?, 1.0);
-    Ok(if is_chosen { finer } else { found })
+    let is_chosen = is_better(&validated(records, &finer)?, &validated(records, found)?, 1.0);
+    Ok(is_chosen.then_some(finer))
 }
 
 /// The least and the largest z along all records.

@@ -243,10 +243,14 @@ impl<'a> Projection<'a> {
 impl Linearised {
     /// The best step within bounds together with the weights that go with it.
     pub(crate) fn step(&self, bounds: &[(f64, f64)], law: &WeightBasis) -> Step {
+        self.step_within(&law.bounds(), bounds, law)
+    }
+
+    /// The same with other bounds of the unknowns that weights are made of.
+    pub(crate) fn step_within(&self, weights: &[(f64, f64)], bounds: &[(f64, f64)], law: &WeightBasis) -> Step {
         let (a, b) = self.below_own();
         let unknowns = law.unknowns();
-        let mut all = law.bounds();
-        all.extend(bounds);
+        let all: Vec<_> = weights.iter().chain(bounds).copied().collect();
         let guess: Vec<_> = self.free.iter().copied().chain(unknowns..all.len()).collect();
         let solution = bounded::solve(a.as_ref(), &b, &all, &guess);
         let (c, along) = solution.x.split_at(unknowns);

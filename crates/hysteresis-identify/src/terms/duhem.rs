@@ -17,7 +17,8 @@ pub(crate) const STEP: f64 = 0.5;
 const SCALES: (f64, f64) = (1e-40, 1e40);
 
 /// The Duhem operator beside the plays, for loops that do not close or that plays do not describe: z' = f+(z) u' where
-/// the drive rises, f-(z) u' where it falls, added to the output of the plays. See [`Duhem`].
+/// the drive rises, f-(z) u' where it falls, added to the output of the plays. Both f above 0, or both below 0 as for
+/// the h of Bouc-Wen's k u - h. See [`Duhem`].
 ///
 /// ```
 /// use hysteresis_identify::{DuhemModel, DuhemTable, Options};
@@ -63,8 +64,8 @@ impl DuhemModel {
     pub(crate) fn start(&self) -> Result<Option<&DuhemTable>, Error> {
         let Self::Near(table) = self else { return Ok(None) };
         table.operator::<MOST_KNOTS>()?;
-        let (scale, expected) = (table.scale(), "numbers of a mean from 1e-40 to 1e40");
-        if !(SCALES.0..=SCALES.1).contains(&scale) {
+        let (scale, expected) = (table.scale(), "numbers of a mean of magnitude 1e-40 to 1e40");
+        if !(SCALES.0..=SCALES.1).contains(&scale.abs()) {
             return Err(Error::domain("rising", None, expected, scale));
         }
         Ok(Some(table))
@@ -93,10 +94,22 @@ impl DuhemTable {
         Self { knots: vec![-reach, 0.0, reach], rising: vec![back, 1.0, END], falling: vec![END, 1.0, back] }
     }
 
-    /// The same with an output so many times as large.
+    /// The same with an output so many times as large; below 0, it falls where this one rises.
     pub(crate) fn scaled(&self, by: f64) -> Self {
-        let times = |values: &[f64]| values.iter().map(|value| by * value).collect();
+        let times = |values: &[f64]| {
+            let mut values: Vec<_> = values.iter().map(|value| by * value).collect();
+            // Knots increase.
+            if by < 0.0 {
+                values.reverse();
+            }
+            values
+        };
         Self { knots: times(&self.knots), rising: times(&self.rising), falling: times(&self.falling) }
+    }
+
+    /// By how much it falls at most while the drive rises by one; below 0 where it rises at least by that.
+    pub(crate) fn steepest_fall(&self) -> f64 {
+        self.rising.iter().chain(&self.falling).fold(f64::NEG_INFINITY, |most, f| most.max(-f))
     }
 
     /// The same f on other knots.

@@ -143,6 +143,14 @@ impl WeightBasis {
         (0..self.unknowns()).map(bound).collect()
     }
 
+    /// The same where every operator but the identity weighs nothing.
+    pub(crate) fn bounds_of_the_identity(&self) -> Vec<(f64, f64)> {
+        let is_other = |i: usize, j: usize| !self.is_identity(i) && self.derivative(i, j) != 0.0;
+        let weighs = |j: usize| (0..self.weight_columns()).any(|i| is_other(i, j));
+        let bounds = self.bounds().into_iter().enumerate();
+        bounds.map(|(j, bounds)| if weighs(j) { (0.0, 0.0) } else { bounds }).collect()
+    }
+
     /// How many unknowns are independent at most.
     pub(crate) fn freedom(&self) -> usize {
         self.freedom

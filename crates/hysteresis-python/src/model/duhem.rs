@@ -21,6 +21,9 @@ use crate::stream::single_argument::Stepper;
 /// outer knots a line that grows outwards goes on, and f stays as it is where the line falls. z has no memory of
 /// turning points, and loops need not close.
 ///
+/// Or f+ and f- are both negative: z falls where x rises. Beside a steeper slope that is the piezo form of Bouc-Wen's
+/// model, k x - h. Beyond its outer knots f stays as it is.
+///
 /// After B. D. Coleman and M. L. Hodgdon, Int. J. Eng. Sci. 24(6), 897-919, 1986.
 ///
 /// Parameters
@@ -28,7 +31,7 @@ use crate::stream::single_argument::Stepper;
 /// knots : array of 2 to 17 floats
 ///     z, increasing, in the unit of the output.
 /// rising, falling : arrays of as many floats
-///     f+ and f- at the knots, above 0, in the unit of the output over that of the input.
+///     f+ and f- at the knots, all above 0 or all below, in the unit of the output over that of the input.
 ///
 /// Examples
 /// --------
@@ -133,10 +136,15 @@ impl Duhem {
     /// Bouc-Wen hysteresis of exponent 1: z' = alpha x' - beta (gamma \|x'\| z + delta x' \|z\|).
     ///
     /// Three knots. alpha and beta are above 0, gamma at least 0. Where f would fall to zero it stays at 1e-9 alpha.
+    /// With alpha and delta of the other sign it is -h, which the piezo form k x - h adds; delta is below gamma then.
     ///
     /// Examples
     /// --------
     /// >>> import mpi_hyst as mh
+    /// >>> h = mh.Duhem.from_bouc_wen(0.4, 0.03, 0.8, 0.3)
+    /// >>> stage = mh.Stage(mh.PrandtlIshlinskii([0.8], [0.0]), duhem=mh.Duhem.from_bouc_wen(-0.4, 0.03, 0.8, -0.3))
+    /// >>> round(stage.forward(1e-3).step(30.0), 9) == round(0.8 * 30.0 - h.step(30.0), 9)
+    /// True
     /// >>> benchmark = mh.Duhem.from_bouc_wen(5e4, 1e3, 0.8, -1.1)  # N over m
     /// >>> round(benchmark.step(1e-3), 6)  # N; 5e4 / 300 (exp(0.3) - 1)
     /// 58.309801
