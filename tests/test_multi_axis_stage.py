@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,51 @@ def test_positions_are_those_of_the_equations() -> None:
     forward.reset()
     filled = np.empty((400, 2))
     assert forward.run(u, out=filled) is filled and (filled == y).all()
+
+
+def test_sub_steps_are_steps_with_the_drives_held() -> None:
+    u = drive(100, 3)
+    several = stage(sub_steps=3)
+    y = several.forward().run(u)
+    assert np.abs(y - expected(np.repeat(u, 3, axis=0))[::3]).max() < 1e-13
+    forward = several.forward()
+    later = np.array([forward.advance(row) for row in u])
+    reached = later - u @ np.array(MATRICES["d"]).T
+    assert np.abs(reached[:-1] - (y[1:] - u[1:] @ np.array(MATRICES["d"]).T)).max() < 1e-13
+    assert (several.sub_steps, stage().sub_steps) == (3, 1)
+    assert repr(several).endswith("dt 0.001 s in 3 sub-steps>") and several != stage()
+    copy = pickle.loads(pickle.dumps(several))
+    assert copy == several and copy.sub_steps == 3
+    with pytest.raises(ValueError, match="sub_steps: expected 1 to 1000 steps in a sample, got 0"):
+        stage(sub_steps=0)
+
+
+def test_sub_steps_of_an_oscillator() -> None:
+    hysteresis = mh.Duhem.from_bouc_wen(2.5e4, 1e3, 0.8, -1.1)
+    oscillator = mh.plant.HystereticOscillator(0.5, 5.0, 2.5e4, hysteresis)
+    noise = np.random.default_rng(5).standard_normal(2000)
+    u = 100.0 * np.convolve(noise, np.hanning(16) / 2.0, "same")  # N, up to 80 Hz
+    y = oscillator.response(u, dt=DT, sub_steps=40)
+
+    def missed(sub_steps: int) -> float:
+        stage = oscillator.axes(DT, sub_steps=sub_steps)
+        return float((stage.forward().run(u[:, None])[:, 0] - y).std())
+
+    assert missed(4) < 0.1 * missed(1) < 0.01 * y.std()
+
+    wanted = y * np.clip(np.arange(y.size) / 200.0, 0.0, 1.0)
+
+    def missed_in_a_loop(sub_steps: int) -> float:
+        controller = oscillator.axes(DT, sub_steps=sub_steps).controller((-2e3, 2e3))
+        plant, now, errors = oscillator.forward(DT, sub_steps=20), 0.0, []
+        for k in range(wanted.size - controller.ahead):
+            errors.append(now - wanted[k])
+            now = plant.advance(controller.step([wanted[k + controller.ahead]], [now])[0])
+        return float(np.std(errors))
+
+    assert missed_in_a_loop(4) < 0.6 * missed_in_a_loop(1)
+    with pytest.raises(ValueError, match="dt: expected sub-steps so short beside a period"):
+        oscillator.axes(0.05)
 
 
 def test_a_saved_state_goes_on_bit_for_bit() -> None:

@@ -291,10 +291,13 @@ mpih_status mpih_axes_stage_from_json(const char *text,
 // mpih_axes_stage_free.
 mpih_status mpih_axes_stage_from_file(const char *path, mpih_axes_stage **stage);
 
-// An oscillator sampled every `dt` seconds as a stage of one axis: for mpih_axes_controller_new. Errors of what it shows go
-// with the square of `dt`; to simulate finely take mpih_oscillator_forward_new. Free the stage with mpih_axes_stage_free.
+// An oscillator sampled every `dt` seconds as a stage of one axis, with 1 to 1000 steps in a sample: for
+// mpih_axes_controller_new. Errors of what it shows go with the square of a step: on a public benchmark 0.2 to 2 % of the motion
+// with 20 steps in its shortest period, 0.01 to 0.1 % with 80. To simulate finely take mpih_oscillator_forward_new. Free the
+// stage with mpih_axes_stage_free.
 mpih_status mpih_axes_stage_of_oscillator(const mpih_oscillator *oscillator,
                                           double dt,
+                                          size_t sub_steps,
                                           mpih_axes_stage **stage);
 
 // Frees a stage of several axes; nothing for NULL.
@@ -327,8 +330,8 @@ void mpih_axes_forward_free(mpih_axes_forward *forward);
 
 // A row of a record: writes the positions at this moment, t_k. The drives are then held until t_(k+1).
 //
-// A drive that is not finite counts as the last one of its axis. One that would bring a state beyond 1e100 leaves the states
-// as they are. Both are counted. Fails for NULL alone.
+// A drive that is not finite counts as the last one of its axis. A step of the model that would bring a state beyond 1e100
+// leaves the states as they are, and is the last one of its interval. Both are counted. Fails for NULL alone.
 mpih_status mpih_axes_forward_step(mpih_axes_forward *forward,
                                    const double *drives,
                                    double *positions);

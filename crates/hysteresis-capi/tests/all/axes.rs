@@ -200,7 +200,7 @@ fn an_oscillator_is_a_stage_of_one_axis() {
     // SAFETY: places for pointers, objects that nothing else uses, and arrays of one number.
     unsafe {
         assert_eq!(mpih_oscillator_from_json(text.as_ptr(), &raw mut oscillator), Status::Ok, "{}", last_error());
-        assert_eq!(mpih_axes_stage_of_oscillator(oscillator.as_ref(), DT, &raw mut stage), Status::Ok);
+        assert_eq!(mpih_axes_stage_of_oscillator(oscillator.as_ref(), DT, 1, &raw mut stage), Status::Ok);
         assert_eq!((mpih_axes_stage_drives(stage.as_ref()), mpih_axes_stage_dt(stage.as_ref())), (1, DT));
         let limits = [-200.0, 200.0];
         let (place, none) = (&raw mut controller, null_mut());
@@ -224,6 +224,43 @@ fn an_oscillator_is_a_stage_of_one_axis() {
         mpih_oscillator_forward_free(plant);
         mpih_axes_controller_free(controller);
         mpih_axes_stage_free(stage);
+        mpih_oscillator_free(oscillator);
+    }
+}
+
+/// A stage with four steps in a sample is the stage of a quarter of the interval, whose drives stay for four samples.
+#[test]
+fn an_oscillator_has_sub_steps() {
+    let text = CString::new(include_str!("../../examples/oscillator.json")).unwrap();
+    let (mut oscillator, mut stages, mut plants) = (null_mut(), [null_mut(); 2], [null_mut(); 2]);
+    // SAFETY: places for pointers, objects that nothing else uses, and arrays of one number.
+    unsafe {
+        assert_eq!(mpih_oscillator_from_json(text.as_ptr(), &raw mut oscillator), Status::Ok, "{}", last_error());
+        let oscillator_there = oscillator.as_ref();
+        let stage = &raw mut stages[0];
+        assert_eq!(mpih_axes_stage_of_oscillator(oscillator_there, 1e-3, 0, stage), Status::Argument);
+        assert_eq!(last_error(), "sub_steps: expected 1 to 1000 steps in a sample, got 0");
+        for ((dt, sub_steps), (stage, plant)) in
+            [(1e-3, 4), (2.5e-4, 1)].into_iter().zip(stages.iter_mut().zip(&mut plants))
+        {
+            assert_eq!(mpih_axes_stage_of_oscillator(oscillator_there, dt, sub_steps, &raw mut *stage), Status::Ok);
+            assert_eq!(mpih_axes_stage_dt(stage.as_ref()), dt);
+            let status = mpih_axes_forward_new(stage.as_ref(), null_mut(), 0, &raw mut *plant);
+            assert_eq!(status, Status::Ok);
+            mpih_axes_stage_free(*stage);
+        }
+        let (mut y, mut same) = ([0.0], [0.0]);
+        for k in 0..100 {
+            let drive = [100.0 * (0.3 * f64::from(k + 1)).sin()];
+            mpih_axes_forward_advance(plants[0].as_mut(), drive.as_ptr(), y.as_mut_ptr());
+            for _ in 0..4 {
+                mpih_axes_forward_advance(plants[1].as_mut(), drive.as_ptr(), same.as_mut_ptr());
+            }
+            assert_eq!((y, y == [0.0]), (same, false));
+        }
+        for plant in plants {
+            mpih_axes_forward_free(plant);
+        }
         mpih_oscillator_free(oscillator);
     }
 }

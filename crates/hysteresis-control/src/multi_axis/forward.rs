@@ -11,7 +11,8 @@ use crate::checks::check_numbers;
 /// interval; `advance(u, y)` holds u(k), then writes y(k+1), as a plant in a loop.
 ///
 /// Begins at rest: x = 0 and w = 0. A drive that is not finite, or beyond 1e100, counts as the last one of its axis.
-/// One that would bring a state beyond 1e100 leaves the state as it is. Both are counted. Nothing is allocated.
+/// A sub-step that would bring a state beyond 1e100 leaves the states as they are, and is the last one of its interval.
+/// Both are counted. Nothing is allocated.
 #[derive(Clone, Debug)]
 pub struct MultiAxisForward {
     /// Columns for x, then for u, of the rows of x+ without Bw, of y and of q, one column after the other.
@@ -25,6 +26,7 @@ pub struct MultiAxisForward {
     /// x+, y and q.
     to: Box<[f64]>,
     states: usize,
+    sub_steps: usize,
     rejected: u64,
 }
 
@@ -57,6 +59,7 @@ impl MultiAxisForward {
             from: vec![0.0; a.ncols() + b.ncols()].into(),
             to: vec![0.0; a.nrows() + c.nrows() + cq.nrows()].into(),
             states: a.nrows(),
+            sub_steps: stage.sub_steps(),
             rejected: 0,
         }
     }
@@ -133,7 +136,7 @@ impl MultiAxisForward {
 
     #[inline]
     pub(super) fn walk(&mut self, drives: &[f64], positions: &mut [f64]) {
-        let Self { through, bw, output_offset, operators, from, to, states, rejected } = self;
+        let Self { through, bw, output_offset, operators, from, to, states, sub_steps, rejected } = self;
         for (last, drive) in from.iter_mut().skip(*states).zip(drives) {
             if is_admissible(*drive) {
                 *last = *drive;
@@ -141,22 +144,26 @@ impl MultiAxisForward {
                 *rejected = rejected.saturating_add(1);
             }
         }
-        to.fill(0.0);
-        add_columns(through, from, to);
-        // As long as they were made: nothing is left out.
-        let Some((next, rest)) = to.split_at_mut_checked(*states) else { return };
-        let Some((outputs, queries)) = rest.split_at_checked(output_offset.len()) else { return };
-        for ((position, output), offset) in positions.iter_mut().zip(outputs).zip(&*output_offset) {
-            *position = output + offset;
-        }
-        for ((operator, q), column) in operators.iter_mut().zip(queries).zip(bw.chunks_exact((*states).max(1))) {
-            let w = operator.step(*q);
-            next.iter_mut().zip(column).for_each(|(next, entry)| *next += entry * w);
-        }
-        if next.iter().all(|x| is_admissible(*x)) {
+        for sub_step in 0..*sub_steps {
+            to.fill(0.0);
+            add_columns(through, from, to);
+            // As long as they were made: nothing is left out.
+            let Some((next, rest)) = to.split_at_mut_checked(*states) else { return };
+            let Some((outputs, queries)) = rest.split_at_checked(output_offset.len()) else { return };
+            if sub_step == 0 {
+                for ((position, output), offset) in positions.iter_mut().zip(outputs).zip(&*output_offset) {
+                    *position = output + offset;
+                }
+            }
+            for ((operator, q), column) in operators.iter_mut().zip(queries).zip(bw.chunks_exact((*states).max(1))) {
+                let w = operator.step(*q);
+                next.iter_mut().zip(column).for_each(|(next, entry)| *next += entry * w);
+            }
+            if !next.iter().all(|x| is_admissible(*x)) {
+                *rejected = rejected.saturating_add(1);
+                return;
+            }
             from.iter_mut().zip(&*next).for_each(|(x, next)| *x = *next);
-        } else {
-            *rejected = rejected.saturating_add(1);
         }
     }
 

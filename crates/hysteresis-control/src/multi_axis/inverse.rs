@@ -3,12 +3,13 @@
 use std::f64::consts::PI;
 
 use hysteresis_core::{Error, check_all_finite};
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, DMatrix, DVector};
 use realfft::RealFftPlanner;
 
 use super::forward::MultiAxisForward;
 use super::model::{Matrices, MultiAxisStage};
 use super::operator::{OperatorStream, ScalarOperator, middle};
+use super::sub_steps::Sample;
 use crate::as_f64;
 
 /// Gains below this share of the largest one are not inverted in full: reference and rounding have nothing there that
@@ -41,8 +42,11 @@ pub struct Precompensation {
     pub converged: bool,
 }
 
-/// For every frequency the gains from wanted positions, and from w, to drives.
+/// For every frequency the gains from wanted positions, and from what operators add, to drives.
 struct Gains {
+    /// From what w is beside its slope in all sub-steps to what is kept of it: all, or if that is less what it adds to the
+    /// states.
+    kept: DMatrix<f64>,
     by_position: Vec<DMatrix<Complex<f64>>>,
     by_operator: Vec<DMatrix<Complex<f64>>>,
 }
@@ -52,29 +56,36 @@ impl Gains {
     fn new(stage: &MultiAxisStage, length: usize) -> Option<Self> {
         let matrices = stage.matrices();
         let complex = |matrix: &DMatrix<f64>| matrix.map(Complex::from);
-        let (n, m, h) = (stage.states(), stage.drives(), stage.operators().len());
+        let (n, m) = (stage.states(), stage.drives());
         let slopes: Vec<f64> = stage.operators().iter().map(middle).collect();
-        let (a, b) = matrices.with_slopes(&slopes);
-        let (a, b) = (complex(&a), complex(&b));
-        let (c, d, bw) = (complex(&matrices.c), complex(&matrices.d), complex(&matrices.bw));
-        let (cq, dq) = (complex(&matrices.cq), complex(&matrices.dq));
+        let Sample { a, b, bw, cq, dq } = stage.sample(&slopes);
+        let operators = bw.ncols();
+        let (kept, enters) =
+            if operators <= n { (DMatrix::identity(operators, operators), bw) } else { (bw, DMatrix::identity(n, n)) };
+        let (a, b, enters, cq, dq) = (complex(&a), complex(&b), complex(&enters), complex(&cq), complex(&dq));
+        let (c, d, collected) = (complex(&matrices.c), complex(&matrices.d), complex(&kept));
         let states = |bin: usize| {
             let z = Complex::from_polar(1.0, 2.0 * PI * as_f64(bin) / as_f64(length));
             let resolvent = (DMatrix::from_diagonal_element(n, n, z) - &a).lu();
-            Some((resolvent.solve(&b)?, resolvent.solve(&bw)?))
+            Some((resolvent.solve(&b)?, resolvent.solve(&enters)?))
         };
         let states = (0..=length / 2).map(states).collect::<Option<Vec<_>>>()?;
         let gain = |moved: &DMatrix<Complex<f64>>| &c * moved + &d;
         let largest = states.iter().map(|(moved, _)| gain(moved).norm()).fold(0.0, f64::max);
         let floor = DMatrix::from_diagonal_element(m, m, Complex::from((LEAST_GAIN * largest).powi(2)));
-        let mut all = Self { by_position: Vec::new(), by_operator: Vec::new() };
+        let spreads: Vec<f64> = stage.operators().iter().map(spread).collect();
+        let mut all = Self { kept, by_position: Vec::new(), by_operator: Vec::new() };
         for (moved, shaken) in states {
             let adjoint = gain(&moved).adjoint();
             let inverse = (&adjoint * gain(&moved) + &floor).lu().solve(&adjoint)?;
             let of_operators = &inverse * &c * shaken;
             // From a change of the drives round to the next: it may not grow.
-            let spread = DMatrix::from_fn(m, h, |i, j| of_operators[(i, j)] * spread(&stage.operators()[j]));
-            let round = spread * (&cq * moved + &dq);
+            let mut round = &of_operators * &collected;
+            round
+                .column_iter_mut()
+                .zip(spreads.iter().cycle())
+                .for_each(|(mut column, spread)| column *= (*spread).into());
+            let round = round * (&cq * moved + &dq);
             let largest = round.singular_values().iter().copied().fold(0.0, f64::max);
             let share = Complex::from((SHRINKS / largest).min(1.0));
             all.by_operator.push(of_operators * share);
@@ -111,7 +122,7 @@ impl MultiAxisStage {
     /// [`Error`] unless there are as many drives as positions, and whole rows of finite numbers; and if a frequency
     /// moves no position.
     pub fn precompensate(&self, reference: &[f64]) -> Result<Precompensation, Error> {
-        let (m, h, samples) = (self.drives(), self.operators().len(), reference.len() / self.positions());
+        let (m, samples) = (self.drives(), reference.len() / self.positions());
         if m != self.positions() {
             return Err(Error::whole("reference", None, "a stage with as many drives as positions", m));
         }
@@ -124,16 +135,16 @@ impl MultiAxisStage {
         let mut planner = RealFftPlanner::new();
         let wanted: Vec<Vec<f64>> = (0..m).map(|i| self.continued(reference, i, samples, length)).collect();
         let wanted = spectra(&mut planner, &wanted, length);
-        let (mut w, mut before) = (vec![vec![0.0; length]; h], Vec::new());
+        let (mut w, mut before) = (vec![vec![0.0; length]; gains.kept.nrows()], Vec::new());
         for sweep in 1..=SWEEPS {
             let drives = self.linear(&mut planner, &gains, &wanted, &w, length);
-            let converged = h == 0 || distance(&drives, &before) <= SAME;
+            let converged = w.is_empty() || distance(&drives, &before) <= SAME;
             if converged || sweep == SWEEPS {
                 let drives: Vec<f64> = (0..samples).flat_map(|k| drives.iter().map(move |u| u[k])).collect();
                 let missed = self.missed(&drives, reference)?;
                 return Ok(Precompensation { drives, missed, sweeps: sweep, converged });
             }
-            w = self.operators_under(&drives, samples, length);
+            w = self.operators_under(&drives, &gains.kept, samples, length);
             before = drives;
         }
         Err(singular())
@@ -187,27 +198,36 @@ impl MultiAxisStage {
         (0..self.drives()).map(drive).collect()
     }
 
-    /// What w is beside slopes times q, under whole drives from rest, led back to 0 behind the reference: there the
-    /// end joins the beginning.
-    fn operators_under(&self, drives: &[Vec<f64>], samples: usize, length: usize) -> Vec<Vec<f64>> {
+    /// What is kept of what w is beside slopes times q, under whole drives from rest, led back to 0 behind the
+    /// reference: there the end joins the beginning.
+    fn operators_under(
+        &self,
+        drives: &[Vec<f64>],
+        kept: &DMatrix<f64>,
+        samples: usize,
+        length: usize,
+    ) -> Vec<Vec<f64>> {
         let Matrices { a, b, bw, cq, dq, .. } = self.matrices();
         let mut operators: Vec<_> = self.operators().iter().map(OperatorStream::new).collect();
-        let mut all = vec![Vec::with_capacity(length); operators.len()];
-        let mut x = nalgebra::DVector::zeros(a.nrows());
+        let slopes: Vec<f64> = self.operators().iter().map(middle).collect();
+        let mut all = vec![Vec::with_capacity(length); kept.nrows()];
+        let (mut x, mut beside) = (DVector::zeros(a.nrows()), DVector::zeros(kept.ncols()));
         let back = (length - samples) / 2;
         for k in 0..length {
-            let u = nalgebra::DVector::from_iterator(drives.len(), drives.iter().map(|u| u[k]));
-            let q = cq * &x + dq * &u;
-            let w = nalgebra::DVector::from_iterator(
-                operators.len(),
-                operators.iter_mut().zip(&q).map(|(one, q)| one.step(*q)),
-            );
+            let u = DVector::from_iterator(drives.len(), drives.iter().map(|u| u[k]));
             let share = (as_f64(k.saturating_sub(samples)) / as_f64(back)).min(1.0);
             let fade = 0.5 * (1.0 + (PI * share).cos());
-            for ((all, w), (q, operator)) in all.iter_mut().zip(&w).zip(q.iter().zip(self.operators())) {
-                all.push(fade * (w - middle(operator) * q));
+            let mut places = beside.iter_mut();
+            for _ in 0..self.sub_steps() {
+                let q = cq * &x + dq * &u;
+                let w = operators.iter_mut().zip(&q).map(|(one, q)| one.step(*q));
+                let w = DVector::from_iterator(slopes.len(), w);
+                for ((w, q), (slope, place)) in w.iter().zip(&q).zip(slopes.iter().zip(&mut places)) {
+                    *place = fade * (w - slope * q);
+                }
+                x = a * x + b * &u + bw * w;
             }
-            x = a * x + b * u + bw * w;
+            all.iter_mut().zip(&(kept * &beside)).for_each(|(all, number)| all.push(*number));
         }
         all
     }

@@ -3,7 +3,7 @@
 //! x+ = A x + B u + Bw w, q = Cq x + Dq u, w = H\[q\], y = C x + D u + offset. `operator` is one H; `model` the
 //! parameters, their checks and their file; `forward` runs it, `inverse` finds the drives for a whole reference.
 //! `tracking` leads it along references sample by sample, with the gains of `tracking_gains`; `controller` is its loop.
-//! `of_oscillator` samples hysteresis inside one mode.
+//! `of_oscillator` samples hysteresis inside one mode; `sub_steps` sees several steps as one.
 
 mod controller;
 mod forward;
@@ -11,6 +11,7 @@ mod inverse;
 mod model;
 mod of_oscillator;
 mod operator;
+mod sub_steps;
 mod tracking;
 mod tracking_gains;
 

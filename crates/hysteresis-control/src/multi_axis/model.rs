@@ -7,7 +7,7 @@ use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use serde::{Deserialize, Serialize};
 
 use super::operator::ScalarOperator;
-use crate::checks::check_positive;
+use crate::checks::{check_positive, check_whole};
 use crate::json_file::{self, FileError};
 
 /// The schema of a saved stage of several axes.
@@ -15,6 +15,9 @@ pub const SCHEMA: &str = "mpi_hyst/multi_axis_stage/1";
 
 /// The most states, drives, positions and operators.
 const MOST_STATES: usize = 256;
+
+/// The most sub-steps of a sample.
+const MOST_SUB_STEPS: usize = 1000;
 
 /// The matrices of x+ = A x + B u + Bw w, q = Cq x + Dq u, y = C x + D u: n states, m drives, p positions and h
 /// operators.
@@ -48,7 +51,7 @@ impl Matrices {
 ///
 /// x(k+1) = A x(k) + B u(k) + Bw w(k), w_i = H_i\[q_i\], q = Cq x + Dq u, y = C x + D u + offset. It is causal: w acts
 /// from the next sample on, so nothing has to be solved. With Cq = 0 hysteresis stands in front of the dynamics, with
-/// another Cq inside them.
+/// another Cq inside them. A sample may have several such steps: see [`with_sub_steps`](Self::with_sub_steps).
 ///
 /// ```
 /// use hysteresis_control::multi_axis::{Matrices, MultiAxisForward, MultiAxisStage, ScalarOperator};
@@ -78,6 +81,7 @@ pub struct MultiAxisStage {
     operators: Vec<ScalarOperator>,
     output_offset: Vec<f64>,
     dt: f64,
+    sub_steps: usize,
 }
 
 impl MultiAxisStage {
@@ -109,10 +113,40 @@ impl MultiAxisStage {
             check_stable("bw", expected, &feedback(&least))?;
             check_stable("bw", expected, &feedback(&most))?;
         }
-        Ok(Self { matrices, operators, output_offset, dt })
+        Ok(Self { matrices, operators, output_offset, dt, sub_steps: 1 })
     }
 
-    /// The matrices.
+    /// The matrices are those of a sub-step of `dt / sub_steps` seconds; in a sample of `dt` seconds the drives are held for
+    /// so many of them.
+    ///
+    /// For hysteresis inside the dynamics, as in front of them an operator sees what is held. Matrices come from continuous
+    /// equations then, or from a record with the rate of the sub-steps. Those of a slower record have no part of a step:
+    /// they were fitted with w that acts a whole sample later.
+    ///
+    /// ```
+    /// use hysteresis_control::multi_axis::{MultiAxisForward, MultiAxisStage};
+    /// use hysteresis_control::oscillator::HystereticOscillator;
+    /// use hysteresis_core::Duhem;
+    /// let hysteresis = Duhem::from_bouc_wen(2.5e4, 1e3, 0.8, -1.1)?;
+    /// let oscillator = HystereticOscillator::new(0.5, 5.0, 2.5e4, hysteresis)?;
+    /// let stage = MultiAxisStage::of_oscillator(&oscillator, 1e-3, 4)?;
+    /// let fine = MultiAxisStage::of_oscillator(&oscillator, 2.5e-4, 1)?;
+    /// assert_eq!((stage.sub_steps(), stage.matrices()), (4, fine.matrices()));
+    /// let (mut plant, mut parts, mut y, mut same) =
+    ///     (MultiAxisForward::new(&stage), MultiAxisForward::new(&fine), [0.0], [0.0]);
+    /// plant.advance(&[100.0], &mut y)?;
+    /// (0..4).try_for_each(|_| parts.advance(&[100.0], &mut same))?;
+    /// assert_eq!(y, same);
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Whole`] unless there are 1 to 1000 sub-steps.
+    pub fn with_sub_steps(self, sub_steps: usize) -> Result<Self, Error> {
+        Ok(Self { sub_steps: check_sub_steps(sub_steps)?, ..self })
+    }
+
+    /// The matrices, of a sub-step.
     #[must_use]
     pub fn matrices(&self) -> &Matrices {
         &self.matrices
@@ -134,6 +168,12 @@ impl MultiAxisStage {
     #[must_use]
     pub fn dt(&self) -> f64 {
         self.dt
+    }
+
+    /// How many steps are taken in an interval, 1 unless [`with_sub_steps`](Self::with_sub_steps) said otherwise.
+    #[must_use]
+    pub fn sub_steps(&self) -> usize {
+        self.sub_steps
     }
 
     /// n.
@@ -169,6 +209,13 @@ impl MultiAxisStage {
     pub fn from_json(text: &str) -> Result<Self, FileError> {
         json_file::read::<File, Self>(text, SCHEMA)
     }
+}
+
+/// The number itself if a sample may have so many.
+pub(super) fn check_sub_steps(sub_steps: usize) -> Result<usize, Error> {
+    let is_fine = (1..=MOST_SUB_STEPS).contains(&sub_steps);
+    check_whole("sub_steps", is_fine, "1 to 1000 steps in a sample", sub_steps)?;
+    Ok(sub_steps)
 }
 
 fn check_shapes(matrices: &Matrices, operators: usize, offsets: usize) -> Result<(), Error> {
@@ -230,6 +277,9 @@ pub(super) fn spectral_radius(matrix: &DMatrix<f64>) -> f64 {
 struct File {
     schema: String,
     dt: f64,
+    /// Left out where there is one.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    sub_steps: usize,
     a: Vec<Vec<f64>>,
     b: Vec<Vec<f64>>,
     bw: Vec<Vec<f64>>,
@@ -241,13 +291,22 @@ struct File {
     output_offset: Vec<f64>,
 }
 
+fn one() -> usize {
+    1
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+fn is_one(sub_steps: &usize) -> bool {
+    *sub_steps == 1
+}
+
 impl From<MultiAxisStage> for File {
     fn from(stage: MultiAxisStage) -> Self {
         let rows = |matrix: &DMatrix<f64>| matrix.row_iter().map(|row| row.iter().copied().collect()).collect();
-        let MultiAxisStage { matrices, operators, output_offset, dt } = stage;
+        let MultiAxisStage { matrices, operators, output_offset, dt, sub_steps } = stage;
         let Matrices { a, b, bw, c, d, cq, dq } = &matrices;
         let [a, b, bw, c, d, cq, dq] = [a, b, bw, c, d, cq, dq].map(rows);
-        Self { schema: SCHEMA.to_owned(), dt, a, b, bw, c, d, cq, dq, operators, output_offset }
+        Self { schema: SCHEMA.to_owned(), dt, sub_steps, a, b, bw, c, d, cq, dq, operators, output_offset }
     }
 }
 
@@ -272,6 +331,6 @@ impl TryFrom<File> for MultiAxisStage {
             cq: matrix("cq", &file.cq, n)?,
             dq: matrix("dq", &file.dq, m)?,
         };
-        Self::new(matrices, file.operators, file.output_offset, file.dt)
+        Self::new(matrices, file.operators, file.output_offset, file.dt)?.with_sub_steps(file.sub_steps)
     }
 }

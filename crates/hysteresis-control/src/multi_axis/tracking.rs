@@ -25,7 +25,7 @@ pub(super) type Numbers = [f64; MOST];
 /// Matrices by rows.
 #[derive(Debug)]
 struct Tables {
-    /// Of x and the last drives: to the drives, to q, to the positions.
+    /// Of x and the last drives: to the drives, to the mean q of a sample, to the positions.
     by_held: Box<[f64]>,
     query: Box<[f64]>,
     output: Box<[f64]>,
@@ -35,7 +35,7 @@ struct Tables {
     by_operator: Box<[f64]>,
     /// Of what measurements are beside the model: to the states, then to the disturbance.
     correction: Box<[f64]>,
-    /// A and B with middle slopes.
+    /// A and B of a sample, with middle slopes.
     mean: Box<[f64]>,
     middle: Box<[f64]>,
     offset: Box<[f64]>,
@@ -136,17 +136,18 @@ impl Tracking {
         let gains = TrackingGains::new(stage, options)?;
         let (matrices, p) = (stage.matrices(), stage.positions());
         let middle: Box<[f64]> = stage.operators().iter().map(middle).collect();
-        let (a, b) = matrices.with_slopes(&middle);
+        let sample = stage.sample(&middle);
+        let seen = sample.held(middle.len());
         let by_reference = (0..m).flat_map(|i| gains.by_reference.iter().flat_map(move |gain| row(gain, i)));
         let ahead = gains.by_reference.len() - 1;
         let tables = Tables {
             by_held: rows(&[&gains.by_held]),
-            query: rows(&[&matrices.cq, &matrices.dq]),
+            query: rows(&[&seen.cq, &seen.dq]),
             output: rows(&[&matrices.c, &matrices.d]),
             by_reference: by_reference.collect(),
             by_operator: rows(&[&gains.by_operator]),
             correction: rows(&[&gains.correction]),
-            mean: rows(&[&a, &b]),
+            mean: rows(&[&sample.a, &sample.b]),
             middle,
             offset: stage.output_offset().into(),
             limits: limits.into(),

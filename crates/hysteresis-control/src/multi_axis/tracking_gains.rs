@@ -8,6 +8,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::model::{MultiAxisStage, spectral_radius};
 use super::operator::{ScalarOperator, middle};
+use super::sub_steps::Sample;
 use crate::as_f64;
 use crate::checks::{check_number, check_whole};
 use crate::riccati::value_of_several;
@@ -95,7 +96,9 @@ impl TrackingGains {
             options.ahead.unwrap_or(0),
         )?;
         let slopes: Vec<f64> = stage.operators().iter().map(middle).collect();
-        let (a, b) = stage.matrices().with_slopes(&slopes);
+        let sample = stage.sample(&slopes);
+        let pushed = sample.held(slopes.len()).bw;
+        let Sample { a, b, .. } = sample;
         let expected = "a static gain with an inverse and a condition number of at most 1e10";
         let singular = || Error::domain("stage", None, expected, f64::INFINITY);
         let matrices = stage.matrices();
@@ -109,7 +112,7 @@ impl TrackingGains {
         let scale = DMatrix::from_diagonal(&DVector::from_iterator(p, gain.row_iter().map(|row| 1.0 / row.norm())));
         let linear = Linear { a, b, c: &scale * &matrices.c, d: &scale * &matrices.d, scale };
         let unsettled = || Error::domain("stage", None, "a stage that drives can bring to rest", 0.0);
-        let follower = Follower::new(&linear, &matrices.bw).ok_or_else(unsettled)?;
+        let follower = Follower::new(&linear, &pushed).ok_or_else(unsettled)?;
         let (by_reference, by_operator) = follower.coefficients(&linear, options.ahead).ok_or_else(unsettled)?;
         let amplified = || {
             let expected = "a peak that some feedback keeps for all slopes of the operators";
@@ -194,7 +197,8 @@ impl Follower {
 /// A Kalman filter of what the stage is beside its model: states that start at rest, moved by a disturbance that
 /// comes in with the drives, and wanders. The feedback takes it away from them.
 struct Watched<'a> {
-    stage: &'a MultiAxisStage,
+    /// A and B of a sample with the flattest, the middle and the steepest slopes.
+    members: [(DMatrix<f64>, DMatrix<f64>); 3],
     linear: &'a Linear,
     /// A, and the disturbance.
     whole: DMatrix<f64>,
@@ -208,7 +212,7 @@ struct Watched<'a> {
 type Responses = Vec<DMatrix<Complex<f64>>>;
 
 impl<'a> Watched<'a> {
-    fn new(stage: &'a MultiAxisStage, linear: &'a Linear) -> Self {
+    fn new(stage: &MultiAxisStage, linear: &'a Linear) -> Self {
         let Linear { a, b, c, .. } = linear;
         let (n, m, p) = (a.nrows(), b.ncols(), c.nrows());
         let whole = stacked(&[&[a, b], &[&DMatrix::zeros(m, n), &DMatrix::identity(m, m)]]);
@@ -220,14 +224,17 @@ impl<'a> Watched<'a> {
             let (angle, half) = (eigenvalue.arg(), -eigenvalue.norm().ln());
             angles.extend([angle - half, angle, angle + half].into_iter().filter(|angle| (1e-6..=PI).contains(angle)));
         }
-        let members = slopes_of(stage).map(|slopes| stage.matrices().with_slopes(&slopes));
+        let members = slopes_of(stage).map(|slopes| {
+            let Sample { a, b, .. } = stage.sample(&slopes);
+            (a, b)
+        });
         let at = |angle: f64| {
             let offs = [1.0 - FREQUENCY_DOUBT, 1.0, 1.0 + FREQUENCY_DOUBT];
             let all = members.iter().flat_map(|member| offs.map(|off| response(member, linear, (angle * off).min(PI))));
             Some((Complex::cis(angle), all.collect::<Option<Responses>>()?))
         };
         let frequencies = angles.into_iter().filter_map(at).collect();
-        Self { stage, linear, whole, output, frequencies }
+        Self { members, linear, whole, output, frequencies }
     }
 
     /// The gain of the filter for so much noise of the drives beside that of the measurements.
@@ -260,7 +267,7 @@ impl<'a> Watched<'a> {
         let mut held = DMatrix::identity(size, size);
         held.view_mut((0, 0), (n, n)).copy_from(&self.linear.a);
         let kept = DMatrix::identity(size, size) - gain * &self.output;
-        let stable = slopes_of(self.stage).iter().all(|slopes| self.closed(slopes, gain, &held, &kept) < 1.0);
+        let stable = self.members.iter().all(|member| self.closed(member, gain, &held, &kept) < 1.0);
         let complex = |matrix: &DMatrix<f64>| matrix.map(Complex::from);
         let (free, fed, kept, gain) =
             (complex(&(&held * &kept)), complex(&(&held * gain)), complex(&kept), complex(gain));
@@ -280,14 +287,19 @@ impl<'a> Watched<'a> {
 
     /// The largest eigenvalue of the loop around the stage with these slopes: of its states, the last drives, which D
     /// shows a sample later, and the filter.
-    fn closed(&self, slopes: &[f64], gain: &DMatrix<f64>, held: &DMatrix<f64>, kept: &DMatrix<f64>) -> f64 {
+    fn closed(
+        &self,
+        (a, b): &(DMatrix<f64>, DMatrix<f64>),
+        gain: &DMatrix<f64>,
+        held: &DMatrix<f64>,
+        kept: &DMatrix<f64>,
+    ) -> f64 {
         let (n, size) = (self.linear.a.nrows(), self.whole.nrows());
-        let (a, b) = self.stage.matrices().with_slopes(slopes);
         let m = size - n;
         let from_stage = gain * stacked(&[&[&self.linear.c, &self.linear.d]]);
-        let driven = stacked(&[&[&b], &[&DMatrix::identity(m, m)]]);
+        let driven = stacked(&[&[b], &[&DMatrix::identity(m, m)]]);
         let fed = |matrix: &DMatrix<f64>| -(&driven * matrix.rows(n, m));
-        let own = a.resize(size, size, 0.0) + fed(&from_stage);
+        let own = a.clone().resize(size, size, 0.0) + fed(&from_stage);
         spectral_radius(&stacked(&[&[&own, &fed(kept)], &[&(held * from_stage), &(held * kept)]]))
     }
 }
@@ -352,7 +364,7 @@ mod tests {
             DMatrix::identity(2, 2) - &gain * &watched.output,
             stacked(&[&[&one(0.6), &one(0.0)], &[&one(0.0), &one(1.0)]]),
         );
-        let radius = watched.closed(&[], &gain, &held, &kept);
+        let radius = watched.closed(&watched.members[1], &gain, &held, &kept);
         let (mut x, mut state, mut last, mut disturbance, mut grown) = (1.0, 0.0, 0.0, 0.0, 0.0);
         for _ in 0..4000 {
             let missed = x + 1.5 * last - state;

@@ -78,8 +78,18 @@ proptest! {
     }
 
     #[test]
-    fn a_saved_state_goes_on_bit_for_bit(u in drives(), at in 0_usize..60) {
-        let stage = stage();
+    fn sub_steps_are_steps_with_the_same_drives(u in drives(), parts in 1_usize..5) {
+        let whole = run(&stage().with_sub_steps(parts).unwrap(), &u);
+        let held: Vec<_> = u.iter().flat_map(|u| std::iter::repeat_n(*u, parts)).collect();
+        let steps = run(&stage(), &held);
+        for (y, same) in whole.chunks(2).zip(steps.chunks(2).step_by(parts)) {
+            prop_assert_eq!(y, same);
+        }
+    }
+
+    #[test]
+    fn a_saved_state_goes_on_bit_for_bit(u in drives(), at in 0_usize..60, parts in 1_usize..3) {
+        let stage = stage().with_sub_steps(parts).unwrap();
         let (first, rest) = u.split_at(at.min(u.len()));
         let mut one = MultiAxisForward::new(&stage);
         let mut y = [0.0; 2];
@@ -102,6 +112,12 @@ proptest! {
 fn a_file_has_every_bit() {
     let text = stage().to_json().unwrap();
     assert_eq!(MultiAxisStage::from_json(&text).unwrap(), stage());
+    let parted = stage().with_sub_steps(3).unwrap();
+    assert_eq!(MultiAxisStage::from_json(&parted.to_json().unwrap()).unwrap(), parted);
+    assert!(parted != stage() && !text.contains("sub_steps"));
+    let message = MultiAxisStage::from_json(&parted.to_json().unwrap().replace("sub_steps\": 3", "sub_steps\": 0"));
+    let message = message.unwrap_err().to_string();
+    assert_eq!(message, "sub_steps: expected 1 to 1000 steps in a sample, got 0");
     let other = text.replace("multi_axis_stage/1", "multi_axis_stage/9");
     assert!(matches!(MultiAxisStage::from_json(&other), Err(FileError::Schema { got: Some(_), .. })));
     let message = MultiAxisStage::from_json(&text.replacen("0.6", "1.6", 1)).unwrap_err().to_string();
@@ -164,14 +180,30 @@ fn drives_of_a_reference_are_followed() {
     let found = stage().precompensate(&reference).unwrap();
     assert!(found.converged && found.sweeps < 30, "{} passes", found.sweeps);
     assert!(found.missed.iter().all(|missed| *missed < 1e-4), "{:?}", found.missed);
+    for parts in [2, 5] {
+        let found = stage().with_sub_steps(parts).unwrap().precompensate(&reference).unwrap();
+        assert!(found.converged && found.sweeps < 30, "{} passes", found.sweeps);
+        assert!(found.missed.iter().all(|missed| *missed < 1e-4), "{:?}", found.missed);
+    }
     let error = stage().precompensate(&reference[1..]).unwrap_err();
     assert_eq!(error.to_string(), "reference: expected 1198 elements, got 1199");
+}
+
+/// A sample beyond all bounds is counted once.
+#[test]
+fn sub_steps_end_where_a_state_has_no_bounds() {
+    let far = Matrices { b: matrices().b * 1e40, ..matrices() };
+    let stage = MultiAxisStage::new(far, operators(), vec![0.0; 2], 1e-3).unwrap().with_sub_steps(3).unwrap();
+    let (mut forward, mut y) = (MultiAxisForward::new(&stage), [0.0; 2]);
+    forward.step(&[1e90, 0.0], &mut y).unwrap();
+    assert_eq!((forward.rejected(), forward.state().states), (1, vec![0.0; 3]));
 }
 
 /// What a row of a record is at the next sample, with the same drives once more.
 #[test]
 fn a_plant_in_a_loop_is_one_sample_later() {
-    let (mut plant, mut record) = (MultiAxisForward::new(&stage()), MultiAxisForward::new(&stage()));
+    let stage = stage().with_sub_steps(2).unwrap();
+    let (mut plant, mut record) = (MultiAxisForward::new(&stage), MultiAxisForward::new(&stage));
     let [mut later, mut now] = [[0.0; 2]; 2];
     for k in 0..50 {
         let u = [f64::from(k).sin(), f64::from(k).cos()];
@@ -184,7 +216,7 @@ fn a_plant_in_a_loop_is_one_sample_later() {
 
 #[test]
 fn steps_allocate_nothing() {
-    let mut forward = MultiAxisForward::new(&stage());
+    let mut forward = MultiAxisForward::new(&stage().with_sub_steps(2).unwrap());
     let mut y = [0.0; 2];
     let count = allocations::count(|| {
         for k in 0..100 {

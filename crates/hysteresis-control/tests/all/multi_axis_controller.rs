@@ -352,25 +352,30 @@ fn oscillator() -> HystereticOscillator {
 /// Errors of what is held go with the square of the interval.
 #[test]
 fn a_sampled_oscillator_moves_as_the_oscillator() {
-    let missed = |dt: f64, count: u32| {
+    let missed = |dt: f64, sub_steps: usize, count: u32| {
         let u: Vec<f64> = (0..count).map(|k| 60.0 * (2.0 * (100.0 * dt * f64::from(k)).sin()).sin()).collect();
         let y = oscillator().response(&u, dt, Hold::Zero, Some(40)).unwrap();
         let mut sampled = vec![0.0; u.len()];
-        let stage = MultiAxisStage::of_oscillator(&oscillator(), dt).unwrap();
+        let stage = MultiAxisStage::of_oscillator(&oscillator(), dt, sub_steps).unwrap();
         MultiAxisForward::new(&stage).run(&u, &mut sampled).unwrap();
         let rms = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(|x| x * x).sum::<f64>().sqrt();
         rms(&mut y.iter().zip(&sampled).map(|(y, sampled)| y - sampled)) / rms(&mut y.iter().copied())
     };
-    let (coarse, fine) = (missed(1e-3, 1000), missed(2.5e-4, 4000));
+    let (coarse, fine) = (missed(1e-3, 1, 1000), missed(2.5e-4, 1, 4000));
     assert!(coarse < 0.02 && fine < 0.1 * coarse, "{coarse} {fine}");
-    let error = MultiAxisStage::of_oscillator(&oscillator(), 0.05).unwrap_err();
-    assert!(error.to_string().starts_with("dt: expected an interval so short beside a period"), "{error}");
+    let inside = missed(1e-3, 4, 1000);
+    assert!(inside < 0.1 * coarse, "{coarse} {inside}");
+    let error = MultiAxisStage::of_oscillator(&oscillator(), 0.05, 1).unwrap_err();
+    assert!(error.to_string().starts_with("dt: expected sub-steps so short beside a period"), "{error}");
+    assert!(MultiAxisStage::of_oscillator(&oscillator(), 0.01, 2).is_ok());
+    let error = MultiAxisStage::of_oscillator(&oscillator(), DT, 0).unwrap_err();
+    assert_eq!(error.to_string(), "sub_steps: expected 1 to 1000 steps in a sample, got 0");
 }
 
 #[test]
 fn an_oscillator_is_followed_in_a_closed_loop() {
     let options = ControllerOptions::new(1.0, 0.0, DT, (-200.0, 200.0));
-    let stage = MultiAxisStage::of_oscillator(&oscillator(), DT).unwrap();
+    let stage = MultiAxisStage::of_oscillator(&oscillator(), DT, 1).unwrap();
     let mut controller = stage.controller(&[options], &TrackingOptions::default()).unwrap();
     let ahead = controller.tracking().unwrap().ahead();
     let wanted = |k: usize| 5e-4 * (wanted(k)[0] - 0.3);

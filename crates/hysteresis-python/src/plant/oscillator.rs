@@ -140,11 +140,12 @@ impl HystereticOscillator {
 
     /// A stage of one axis, sampled every `dt` seconds: for a controller, `oscillator.axes(dt).controller(limits)`.
     ///
-    /// What z is beside its middle slope is held over an interval, at the position in its middle: errors go with the square of
-    /// the interval. On the Bouc-Wen benchmark they are 16, 1.6 and 0.4 % of a motion up to 100 Hz with 8, 20 and 40 samples in
-    /// the shortest period. To simulate take `forward`, which has sub-steps.
+    /// What z is beside its middle slope is held over a sub-step, `dt / sub_steps`, at the position in its middle: errors go with
+    /// the square of that, and grow with the amplitude. With 20 sub-steps in the shortest period they are 0.2 % of the motion of
+    /// the Bouc-Wen benchmark under 50 N rms of noise up to 100 Hz, and 2.3 % under 600 N; with 80, 0.01 and 0.1 %. To simulate
+    /// take `forward`, of fourth order.
     ///
-    /// Raises ValueError unless `dt` is so short beside a period that the sampled oscillator is stable.
+    /// Raises ValueError unless the sub-steps are so short beside a period that the sampled oscillator is stable.
     ///
     /// Examples
     /// --------
@@ -160,8 +161,8 @@ impl HystereticOscillator {
     /// ...     y = plant.advance(controller.step([wanted[k + controller.ahead]], [y])[0])
     /// >>> bool(np.std(errors[200:]) < 1e-3 * np.std(wanted))
     /// True
-    fn axes(&self, dt: f64) -> PyResult<MultiAxisStage> {
-        multi_axis::MultiAxisStage::of_oscillator(&self.0, dt).map(MultiAxisStage).map_err(raise)
+    fn axes(&self, dt: f64, #[py(*, = 1)] sub_steps: usize) -> PyResult<MultiAxisStage> {
+        multi_axis::MultiAxisStage::of_oscillator(&self.0, dt, sub_steps).map(MultiAxisStage).map_err(raise)
     }
 
     /// The stream for an interval `dt` in seconds, at rest. It integrates `sub_steps` steps of fourth order in an

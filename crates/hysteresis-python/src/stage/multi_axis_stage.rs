@@ -46,6 +46,11 @@ const ROWS: usize = 1 << 16;
 ///     The sampling interval in seconds.
 /// output_offset : array of p floats, optional
 ///     What is added to the positions; 0 by default.
+/// sub_steps : int
+///     How many steps are taken in an interval, with the drives held, 1 to 1000: the matrices are those of `dt / sub_steps`
+///     seconds. For hysteresis inside the dynamics, whose w then acts that much later and no more. Matrices come from
+///     continuous equations then, or from a record with the rate of the sub-steps. Those of a slower record have no part of
+///     a step: they were fitted with w that acts a whole sample later.
 ///
 /// Raises
 /// ------
@@ -76,8 +81,8 @@ pub(crate) struct MultiAxisStage(pub(crate) multi_axis::MultiAxisStage);
 /// The positions of a stage of several axes, sample by sample: made by `stage.forward()`.
 ///
 /// `step(u)` returns y(k), then holds u(k) for one interval; `advance(u)` holds u(k), then returns y(k+1). A drive that is not finite, or beyond 1e100, counts as the
-/// last one of its axis; one that would bring a state beyond 1e100 leaves the states as they are. `rejected` counts
-/// both.
+/// last one of its axis; a sub-step that would bring a state beyond 1e100 leaves the states as they are, and is the last one of its
+/// interval. `rejected` counts both.
 ///
 /// Examples
 /// --------
@@ -159,6 +164,7 @@ impl MultiAxisStage {
         #[py("Iterable[Duhem | tuple[ArrayLike, ArrayLike]]")] operators: &Bound<'_, PyAny>,
         dt: f64,
         #[py("ArrayLike | None" = None)] output_offset: Option<&Bound<'_, PyAny>>,
+        #[py(= 1)] sub_steps: usize,
     ) -> PyResult<Self> {
         let matrices = Matrices {
             a: matrix("a", a)?,
@@ -177,7 +183,8 @@ impl MultiAxisStage {
             Some(offset) => numbers("output_offset", offset)?,
             None => vec![0.0; matrices.c.nrows()],
         };
-        multi_axis::MultiAxisStage::new(matrices, operators, offset, dt).map(Self).map_err(raise)
+        let one_step = multi_axis::MultiAxisStage::new(matrices, operators, offset, dt).map_err(raise)?;
+        one_step.with_sub_steps(sub_steps).map(Self).map_err(raise)
     }
 
     /// A, shape (n, n).
@@ -250,6 +257,12 @@ impl MultiAxisStage {
         self.0.dt()
     }
 
+    /// How many steps are taken in an interval.
+    #[getter]
+    fn sub_steps(&self) -> usize {
+        self.0.sub_steps()
+    }
+
     /// A stream at rest.
     fn forward(slf: &Bound<'_, Self>) -> MultiAxisForward {
         let stream = multi_axis::MultiAxisForward::new(&slf.get().0);
@@ -274,7 +287,8 @@ impl MultiAxisStage {
         let wanted = columns::<Ix2>("reference", reference, p, format_args!("an array of shape (samples, {p})"))?;
         let samples = wanted.shape()[0];
         // Spectra, and gains at every frequency.
-        check_room("reference", samples, PASS * p * (p + self.0.operators().len() + 2))?;
+        let added = (self.0.operators().len() * self.0.sub_steps()).min(self.0.states());
+        check_room("reference", samples, PASS * p * (p + added + 2))?;
         let found = self.0.precompensate(wanted.as_slice()?).map_err(raise)?;
         if !found.converged {
             errors::warn(py, "precompensate: the drives still change after 150 passes; look at what the model misses")?;
@@ -308,13 +322,18 @@ impl MultiAxisStage {
     }
 
     fn __repr__(&self) -> String {
+        let stage = &self.0;
+        let sub_steps = match stage.sub_steps() {
+            1 => String::new(),
+            several => format!(" in {several} sub-steps"),
+        };
         format!(
-            "<MultiAxisStage: {} drives, {} positions, {} states, {} operators, dt {:?} s>",
-            self.0.drives(),
-            self.0.positions(),
-            self.0.states(),
-            self.0.operators().len(),
-            self.0.dt()
+            "<MultiAxisStage: {} drives, {} positions, {} states, {} operators, dt {:?} s{sub_steps}>",
+            stage.drives(),
+            stage.positions(),
+            stage.states(),
+            stage.operators().len(),
+            stage.dt()
         )
     }
 }

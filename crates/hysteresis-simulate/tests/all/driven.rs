@@ -150,7 +150,7 @@ fn references_of_several_axes_are_checked() {
 fn targets_lead_a_stage_from_the_first_sample_on() {
     let duhem = Duhem::from_bouc_wen(2.5e4, 1e3, 0.8, -1.1).unwrap();
     let oscillator = HystereticOscillator::new(0.5, 5.0, 2.5e4, duhem).unwrap();
-    let stage = MultiAxisStage::of_oscillator(&oscillator, 1e-3).unwrap();
+    let stage = MultiAxisStage::of_oscillator(&oscillator, 1e-3, 1).unwrap();
     let options = ControllerOptions::new(1.0, 0.0, 1e-3, (-200.0, 200.0));
     let wanted: Vec<f64> = (0..300).map(|k| 5e-4 * (0.03 * f64::from(k)).cos()).collect();
     let drives = |reference: &[f64], targets: Option<&[f64]>| {
