@@ -158,6 +158,12 @@ typedef struct {
     int32_t ahead;
     // For how many measurements in a row that are missing the estimate stands in, before feed-forward goes on alone; -1 for 10.
     int32_t max_missing;
+    // A row for each drive, the lowest and the highest measurement that can be, as its controller sees it: in the unit of the
+    // drive, what mpih_axes_controller_decoupling makes of the positions. A row of NaN is for no bounds, NULL for none at all.
+    // A measurement that cannot be moves no estimate.
+    const double *measurement_range;
+    // For each drive the largest change of that from one sample to the next; NaN for no bound, NULL for none at all.
+    const double *max_measurement_step;
 } mpih_axes_controller_options;
 
 // How many samples were unusual.
@@ -426,6 +432,16 @@ double mpih_axes_controller_drive(const mpih_axes_controller *controller, size_t
 double mpih_axes_controller_disturbance(const mpih_axes_controller *controller,
                                         size_t axis);
 
+// The lowest and the highest drive of an axis.
+mpih_status mpih_axes_controller_limits(const mpih_axes_controller *controller, size_t axis, double *low, double *high);
+
+// By how much a drive would have to change to move a position by one unit, once all has settled: the inverse of the static gain
+// of the stage, so that all other positions stay. The controller of a drive sees the sum of these times the positions. NaN for
+// NULL, and if there is no such drive or position.
+double mpih_axes_controller_decoupling(const mpih_axes_controller *controller,
+                                       size_t drive,
+                                       size_t position);
+
 // How many samples early references must come.
 size_t mpih_axes_controller_ahead(const mpih_axes_controller *controller);
 
@@ -435,6 +451,16 @@ double mpih_axes_controller_lead_in(const mpih_axes_controller *controller);
 
 // What the controller of an axis does with its samples. MPIH_MODE_HOLD for NULL, and if there is no such axis.
 mpih_mode mpih_axes_controller_mode(const mpih_axes_controller *controller, size_t axis);
+
+// Changes what the controllers of all axes do with their samples, from the next one on and without a jump: a number of
+// mpih_mode, but for MPIH_MODE_STOP, which mpih_axes_controller_stop enters. Does not allocate unless it fails.
+mpih_status mpih_axes_controller_set_mode(mpih_axes_controller *controller, int32_t mode);
+
+// Which share of the disturbance the drive of an axis takes away, 0 to 1, from the next sample on and without a jump. It is 1
+// in a new controller. Does not allocate unless it fails.
+mpih_status mpih_axes_controller_set_gain(mpih_axes_controller *controller,
+                                          size_t axis,
+                                          double kp);
 
 // Holds all drives, from the next sample on. Neither allocates nor fails: it may be called in the loop.
 void mpih_axes_controller_hold(mpih_axes_controller *controller);
@@ -453,6 +479,9 @@ void mpih_axes_controller_release(mpih_axes_controller *controller);
 // As made, but for the drives, which stay: the next motion starts from them. For the model it is as if they had come from
 // rest one sample ago: mpih_axes_controller_follow tells it more. All counts are zero. Neither allocates nor fails.
 void mpih_axes_controller_reset(mpih_axes_controller *controller);
+
+// mpih_axes_controller_reset, the amplifiers being at `n` other drives now. If it fails the controller is as before.
+mpih_status mpih_axes_controller_reset_at(mpih_axes_controller *controller, const double *drives, size_t n);
 
 // Goes on from `n` other drives that the amplifiers have, with everything that is remembered. For the model they go out for
 // one sample more: in a new controller, as if they had come from rest one sample ago. mpih_axes_controller_follow tells it

@@ -2,6 +2,7 @@
 
 use core::ffi::{c_char, c_void};
 use core::mem::MaybeUninit;
+use core::ptr::null;
 
 use hysteresis_control::multi_axis::{
     MultiAxisStage, MultiAxisStageController, MultiAxisStageState, Tracking, TrackingOptions,
@@ -12,7 +13,7 @@ use crate::axes::AxesStage;
 use crate::boundary::{
     Buffer, Failure, Object, Owner, Place, Rows, Status, end, guard, read, run_rows, save, saved, slice, tell, there,
 };
-use crate::controller::{Counters, Mode, count, given, wrong};
+use crate::controller::{Counters, Mode, count, given, known_mode, wrong};
 
 /// Feed-forward and feedback that lead all drives of a stage of several axes, within limits and slew rates.
 pub struct AxesController {
@@ -62,6 +63,11 @@ impl AxesController {
     fn axes(&self) -> &[HybridController] {
         self.controller.controller().controllers()
     }
+
+    fn axis(&self, axis: usize) -> Result<&HybridController, Failure> {
+        let axes = self.axes();
+        axes.get(axis).ok_or_else(|| wrong(format!("axis: expected a number below {}, got {axis}", axes.len())))
+    }
 }
 
 /// How a controller of several axes is set up. Fill it with mpih_axes_controller_options_default first, then change what you
@@ -79,29 +85,68 @@ pub struct AxesControllerOptions {
     pub ahead: i32,
     /// For how many measurements in a row that are missing the estimate stands in, before feed-forward goes on alone; -1 for 10.
     pub max_missing: i32,
+    /// A row for each drive, the lowest and the highest measurement that can be, as its controller sees it: in the unit of the
+    /// drive, what mpih_axes_controller_decoupling makes of the positions. A row of NaN is for no bounds, NULL for none at all.
+    /// A measurement that cannot be moves no estimate.
+    pub measurement_range: *const f64,
+    /// For each drive the largest change of that from one sample to the next; NaN for no bound, NULL for none at all.
+    pub max_measurement_step: *const f64,
 }
 
 impl Default for AxesControllerOptions {
     fn default() -> Self {
         let open = f64::NAN;
-        Self { slew: open, peak_sensitivity: open, bumpless_time: open, ahead: -1, max_missing: -1 }
+        Self {
+            slew: open,
+            peak_sensitivity: open,
+            bumpless_time: open,
+            ahead: -1,
+            max_missing: -1,
+            measurement_range: null(),
+            max_measurement_step: null(),
+        }
     }
 }
 
+/// `n` numbers, or as many that are left open for NULL.
+///
+/// # Safety
+/// As for [`slice`] unless `numbers` is NULL.
+unsafe fn open_or(name: &'static str, n: usize, numbers: *const f64) -> Result<Vec<f64>, Failure> {
+    if numbers.is_null() {
+        return Ok(vec![f64::NAN; n]);
+    }
+    // SAFETY: as above.
+    unsafe { slice(name, n, numbers) }.map(<[f64]>::to_vec)
+}
+
 impl AxesControllerOptions {
-    fn controller(&self, stage: &MultiAxisStage, limits: &[(f64, f64)]) -> Result<MultiAxisStageController, Failure> {
+    /// # Safety
+    /// The pointers are NULL, or to two numbers and to one for each of the limits.
+    unsafe fn controller(
+        &self,
+        stage: &MultiAxisStage,
+        limits: &[[f64; 2]],
+    ) -> Result<MultiAxisStageController, Failure> {
         let slew = given(self.slew).filter(|slew| *slew != f64::INFINITY);
         let (missing, ahead) = (count("max_missing", self.max_missing)?, count("ahead", self.ahead)?);
-        let of = |limits: &(f64, f64)| {
-            let usual = ControllerOptions::new(1.0, 0.0, stage.dt(), *limits);
+        // SAFETY: as above.
+        let (ranges, steps) = unsafe {
+            let ranges = open_or("measurement_range", 2 * limits.len(), self.measurement_range)?;
+            (ranges, open_or("max_measurement_step", limits.len(), self.max_measurement_step)?)
+        };
+        let of = |((limits, range), step): ((&[f64; 2], &[f64; 2]), &f64)| {
+            let usual = ControllerOptions::new(1.0, 0.0, stage.dt(), (limits[0], limits[1]));
             ControllerOptions {
                 slew,
                 bumpless_time: given(self.bumpless_time).unwrap_or(usual.bumpless_time),
                 max_missing: missing.unwrap_or(usual.max_missing),
+                measurement_range: (!range.iter().all(|end| end.is_nan())).then_some((range[0], range[1])),
+                max_measurement_step: given(*step),
                 ..usual
             }
         };
-        let options: Vec<_> = limits.iter().map(of).collect();
+        let options: Vec<_> = limits.iter().zip(ranges.as_chunks().0).zip(&steps).map(of).collect();
         let usual = TrackingOptions::default();
         let peak_sensitivity = given(self.peak_sensitivity).unwrap_or(usual.peak_sensitivity);
         let tracking = TrackingOptions { ahead: ahead.map(|ahead| ahead as usize), peak_sensitivity };
@@ -149,8 +194,8 @@ pub unsafe extern "C" fn mpih_axes_controller_new(
         }
         // SAFETY: as the header asks of the caller.
         let limits = unsafe { slice("limits", n.saturating_mul(2), limits) }?;
-        let limits: Vec<_> = limits.as_chunks().0.iter().map(|[low, high]| (*low, *high)).collect();
-        let made = options.copied().unwrap_or_default().controller(stage, &limits)?;
+        // SAFETY: as the header asks of the caller.
+        let made = unsafe { options.copied().unwrap_or_default().controller(stage, limits.as_chunks().0) }?;
         Ok(AxesController::new(made))
     };
     // SAFETY: as the header asks of the caller.
@@ -241,6 +286,37 @@ pub extern "C" fn mpih_axes_controller_disturbance(controller: Option<&AxesContr
     controller.and_then(of).unwrap_or(f64::NAN)
 }
 
+/// The lowest and the highest drive of an axis.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_limits(
+    controller: Option<&AxesController>,
+    axis: usize,
+    low: Option<&mut MaybeUninit<f64>>,
+    high: Option<&mut MaybeUninit<f64>>,
+) -> Status {
+    guard(|| {
+        let limits = there("controller", controller)?.axis(axis)?.options().limits;
+        tell("low", low, limits.0)?;
+        tell("high", high, limits.1)
+    })
+}
+
+/// By how much a drive would have to change to move a position by one unit, once all has settled: the inverse of the static gain
+/// of the stage, so that all other positions stay. The controller of a drive sees the sum of these times the positions. NaN for
+/// NULL, and if there is no such drive or position.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_decoupling(
+    controller: Option<&AxesController>,
+    drive: usize,
+    position: usize,
+) -> f64 {
+    let entry = |controller: &AxesController| {
+        let matrix = controller.controller.controller().decoupling();
+        matrix.entries().chunks_exact(matrix.axes()).nth(drive)?.get(position).copied()
+    };
+    controller.and_then(entry).unwrap_or(f64::NAN)
+}
+
 /// How many samples early references must come.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_axes_controller_ahead(controller: Option<&AxesController>) -> usize {
@@ -261,6 +337,27 @@ pub extern "C" fn mpih_axes_controller_lead_in(controller: Option<&AxesControlle
 pub extern "C" fn mpih_axes_controller_mode(controller: Option<&AxesController>, axis: usize) -> Mode {
     let of_axis = controller.and_then(|controller| controller.axes().get(axis));
     of_axis.map_or(Mode::Hold, |of_axis| of_axis.mode().into())
+}
+
+/// Changes what the controllers of all axes do with their samples, from the next one on and without a jump: a number of
+/// mpih_mode, but for MPIH_MODE_STOP, which mpih_axes_controller_stop enters. Does not allocate unless it fails.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_set_mode(controller: Option<&mut AxesController>, mode: i32) -> Status {
+    guard(|| {
+        let controller = &mut there("controller", controller)?.controller;
+        Ok(controller.controller_mut().set_mode(known_mode(mode)?)?)
+    })
+}
+
+/// Which share of the disturbance the drive of an axis takes away, 0 to 1, from the next sample on and without a jump. It is 1
+/// in a new controller. Does not allocate unless it fails.
+#[unsafe(no_mangle)]
+pub extern "C" fn mpih_axes_controller_set_gain(
+    controller: Option<&mut AxesController>,
+    axis: usize,
+    kp: f64,
+) -> Status {
+    guard(|| Ok(there("controller", controller)?.controller.set_gains(axis, kp, 0.0)?))
 }
 
 /// Holds all drives, from the next sample on. Neither allocates nor fails: it may be called in the loop.
@@ -307,6 +404,20 @@ pub extern "C" fn mpih_axes_controller_reset(controller: Option<&mut AxesControl
     }
 }
 
+/// mpih_axes_controller_reset, the amplifiers being at `n` other drives now. If it fails the controller is as before.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mpih_axes_controller_reset_at(
+    controller: Option<&mut AxesController>,
+    drives: *const f64,
+    n: usize,
+) -> Status {
+    guard(|| {
+        let controller = there("controller", controller)?;
+        // SAFETY: as the header asks of the caller.
+        Ok(controller.controller.reset(Some(unsafe { slice("drives", n, drives) }?))?)
+    })
+}
+
 /// Goes on from `n` other drives that the amplifiers have, with everything that is remembered. For the model they go out for
 /// one sample more: in a new controller, as if they had come from rest one sample ago. mpih_axes_controller_follow tells it
 /// more.
@@ -346,11 +457,8 @@ pub extern "C" fn mpih_axes_controller_counters(
     counters: Option<&mut MaybeUninit<Counters>>,
 ) -> Status {
     guard(|| {
-        let controllers = there("controller", controller)?.axes();
-        let Some(of_axis) = controllers.get(axis) else {
-            return Err(wrong(format!("axis: expected a number below {}, got {axis}", controllers.len())));
-        };
-        tell("counters", counters, of_axis.counters().into())
+        let counted = there("controller", controller)?.axis(axis)?.counters();
+        tell("counters", counters, counted.into())
     })
 }
 

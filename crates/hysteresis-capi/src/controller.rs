@@ -250,16 +250,15 @@ pub extern "C" fn mpih_controller_mode(controller: Option<&Controller>) -> Mode 
 /// MPIH_MODE_STOP, which mpih_controller_stop enters.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_controller_set_mode(controller: Option<&mut Controller>, mode: i32) -> Status {
+    guard(|| Ok(there("controller", controller)?.controller.set_mode(known_mode(mode)?)?))
+}
+
+/// The mode of a number of mpih_mode.
+pub(crate) fn known_mode(mode: i32) -> Result<hysteresis_core::Mode, Failure> {
     use hysteresis_core::Mode as Known;
-    guard(|| {
-        let controller = there("controller", controller)?;
-        let known = [Known::Run, Known::Feedforward, Known::Hold, Known::Stop];
-        let Some(mode) = known.into_iter().find(|known| Mode::from(*known) as i32 == mode) else {
-            let message = format!("mode: expected 0, 1 or 2, a number of mpih_mode, got {mode}");
-            return Err(Failure::new(Status::Argument, message));
-        };
-        Ok(controller.controller.set_mode(mode)?)
-    })
+    let known = [Known::Run, Known::Feedforward, Known::Hold, Known::Stop];
+    let found = known.into_iter().find(|known| Mode::from(*known) as i32 == mode);
+    found.ok_or_else(|| wrong(format!("mode: expected 0, 1 or 2, a number of mpih_mode, got {mode}")))
 }
 
 /// Holds the drive, from the next sample on. Neither allocates nor fails: it may be called in the loop.

@@ -41,6 +41,9 @@ static double both_axes(const char *path, FILE *file) {
     mpih_axes_controller_options options;
     check(mpih_axes_controller_options_default(&options));
     options.slew = 4000.0;
+    // What no sensor can show, in the unit of the drives: three times their limits.
+    const double possible[AXES][2] = {{-27.0, 27.0}, {-27.0, 27.0}};
+    options.measurement_range = possible[0];
     check(mpih_axes_controller_new(stage, limits[0], AXES, &options, NULL, 0, &controller));
     check(mpih_axes_forward_new(stage, NULL, 0, &plant));
     mpih_axes_stage_free(stage);
@@ -71,6 +74,13 @@ static double both_axes(const char *path, FILE *file) {
     check(mpih_axes_controller_step(controller, measured, measured, again));
     free(state);
     if (next[0] != again[0] || next[1] != again[1]) exit(1);
+
+    // Somebody else had the amplifiers: all begins anew from where they are now, without feedback for a while.
+    const double elsewhere[AXES] = {1.0, -1.0};
+    check(mpih_axes_controller_reset_at(controller, elsewhere, AXES));
+    check(mpih_axes_controller_set_mode(controller, MPIH_MODE_FEEDFORWARD));
+    for (int k = 0; k < 10; k++) check(mpih_axes_controller_step(controller, measured, measured, next));
+    check(mpih_axes_controller_set_mode(controller, MPIH_MODE_RUN));
 
     // To rest at 200 a second, whatever comes.
     const double rest[AXES] = {0.0, 0.0};

@@ -5,6 +5,8 @@ use core::mem::MaybeUninit;
 use core::ptr::{null, null_mut};
 use std::ffi::CString;
 
+use hysteresis_control::multi_axis::{MultiAxisStage, MultiAxisStageController, TrackingOptions};
+use hysteresis_core::ControllerOptions;
 use mpi_hyst::*;
 
 const FILE: &str = include_str!("../../examples/axes.json");
@@ -263,6 +265,108 @@ fn an_oscillator_has_sub_steps() {
         }
         mpih_oscillator_free(oscillator);
     }
+}
+
+/// Reset to drives, modes, shares, limits and what no measurement can be, bit for bit as in Rust.
+#[test]
+fn a_controller_is_changed_as_in_rust() {
+    let (ranges, steps) = ([-9.0, 9.0, f64::NAN, f64::NAN], [f64::NAN, 2.0]);
+    let made = controller(|options| {
+        (options.measurement_range, options.max_measurement_step) = (ranges.as_ptr(), steps.as_ptr());
+    })
+    .unwrap();
+    let stage = MultiAxisStage::from_json(FILE).unwrap();
+    let usual = |low, high| ControllerOptions::new(1.0, 0.0, stage.dt(), (low, high));
+    let options = [
+        ControllerOptions { measurement_range: Some((-9.0, 9.0)), ..usual(LIMITS[0], LIMITS[1]) },
+        ControllerOptions { max_measurement_step: Some(2.0), ..usual(LIMITS[2], LIMITS[3]) },
+    ];
+    let mut rust = stage.controller(&options, &TrackingOptions::default()).unwrap();
+    // SAFETY: a controller that nothing else uses, and arrays of two numbers.
+    unsafe {
+        let one = &mut *made;
+        let compare = |one: &mut AxesController, rust: &mut MultiAxisStageController, from: u32| {
+            let (mut drives, mut same) = ([0.0; 2], [0.0; 2]);
+            for k in from..from + 50 {
+                // Twice there is a measurement that cannot be.
+                let (row, mut seen) = (references(k), references(k + 3));
+                seen[0] += if k % 50 == 20 { 100.0 } else { 0.0 };
+                seen[1] += if k % 50 == 40 { 5.0 } else { 0.0 };
+                mpih_axes_controller_step(Some(one), row.as_ptr(), seen.as_ptr(), drives.as_mut_ptr());
+                rust.step((&row).into(), &seen, &mut same).unwrap();
+                assert_eq!(drives.map(f64::to_bits), same.map(f64::to_bits), "{k}");
+            }
+            drives
+        };
+        compare(one, &mut rust, 0);
+        for axis in 0..2 {
+            let mut counters = MaybeUninit::uninit();
+            assert_eq!(mpih_axes_controller_counters(Some(one), axis, Some(&mut counters)), Status::Ok);
+            let implausible = counters.assume_init().implausible;
+            assert_eq!(implausible, rust.controller().controllers()[axis].counters().implausible_count);
+            assert!(implausible >= 1, "{axis}");
+        }
+        assert_eq!(mpih_axes_controller_set_mode(Some(one), Mode::Feedforward as i32), Status::Ok);
+        rust.controller_mut().set_mode(hysteresis_core::Mode::Feedforward).unwrap();
+        compare(one, &mut rust, 50);
+        assert_eq!([0, 1].map(|axis| mpih_axes_controller_mode(Some(one), axis)), [Mode::Feedforward; 2]);
+        assert_eq!(mpih_axes_controller_set_mode(Some(one), Mode::Run as i32), Status::Ok);
+        rust.controller_mut().set_mode(hysteresis_core::Mode::Run).unwrap();
+        assert_eq!(mpih_axes_controller_set_gain(Some(one), 1, 0.5), Status::Ok);
+        rust.set_gains(1, 0.5, 0.0).unwrap();
+        compare(one, &mut rust, 100);
+        assert_eq!(mpih_axes_controller_reset_at(Some(one), [1.0, -2.0].as_ptr(), 2), Status::Ok);
+        rust.reset(Some(&[1.0, -2.0])).unwrap();
+        assert_eq!([0, 1].map(|axis| mpih_axes_controller_drive(Some(one), axis)), [1.0, -2.0]);
+        compare(one, &mut rust, 150);
+        for axis in 0..2 {
+            let (mut low, mut high) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+            let status = mpih_axes_controller_limits(Some(one), axis, Some(&mut low), Some(&mut high));
+            assert_eq!(
+                (status, low.assume_init(), high.assume_init()),
+                (Status::Ok, LIMITS[2 * axis], LIMITS[2 * axis + 1])
+            );
+            for position in 0..2 {
+                let entry = rust.controller().decoupling().entries()[2 * axis + position];
+                assert_eq!(mpih_axes_controller_decoupling(Some(one), axis, position), entry);
+            }
+        }
+        mpih_axes_controller_free(made);
+    }
+}
+
+/// What is refused leaves the controller as it is.
+#[test]
+fn changes_that_do_not_fit_are_refused() {
+    let made = controller(|_| ()).unwrap();
+    // SAFETY: a controller that nothing else uses, and arrays of two numbers.
+    unsafe {
+        let one = &mut *made;
+        let before = saved(one);
+        assert_eq!(mpih_axes_controller_set_mode(Some(one), 4), Status::Argument);
+        assert_eq!(last_error(), "mode: expected 0, 1 or 2, a number of mpih_mode, got 4");
+        assert_eq!(mpih_axes_controller_set_mode(Some(one), Mode::Stop as i32), Status::Argument);
+        assert_eq!(mpih_axes_controller_set_gain(Some(one), 2, 0.5), Status::Argument);
+        assert!(last_error().starts_with("axis: "), "{}", last_error());
+        assert_eq!(mpih_axes_controller_set_gain(Some(one), 0, 1.5), Status::Argument);
+        assert!(last_error().starts_with("kp: expected 0 to 1 where a stage leads"), "{}", last_error());
+        assert_eq!(mpih_axes_controller_reset_at(Some(one), [1.0, 9.0].as_ptr(), 2), Status::Argument);
+        assert_eq!(mpih_axes_controller_reset_at(Some(one), [1.0].as_ptr(), 1), Status::Argument);
+        assert_eq!(mpih_axes_controller_reset_at(Some(one), null(), 2), Status::Null);
+        let mut number = MaybeUninit::uninit();
+        assert_eq!(mpih_axes_controller_limits(Some(one), 0, Some(&mut number), None), Status::Null);
+        assert_eq!(mpih_axes_controller_limits(Some(one), 2, Some(&mut number), None), Status::Argument);
+        assert_eq!(last_error(), "axis: expected a number below 2, got 2");
+        assert!(mpih_axes_controller_decoupling(Some(one), 2, 0).is_nan());
+        assert!(mpih_axes_controller_decoupling(None, 0, 0).is_nan());
+        assert_eq!(mpih_axes_controller_set_mode(None, 0), Status::Null);
+        assert_eq!(saved(one), before);
+        mpih_axes_controller_free(made);
+    }
+    let error = controller(|options| options.measurement_range = [1.0, f64::NAN, 0.0, 1.0].as_ptr()).unwrap_err();
+    assert!(error.starts_with("measurement_range"), "{error}");
+    let error = controller(|options| options.max_measurement_step = [1.0, -1.0].as_ptr()).unwrap_err();
+    assert!(error.starts_with("max_measurement_step: "), "{error}");
 }
 
 #[test]
