@@ -184,8 +184,28 @@ def test_a_wrong_layout_of_bouc_wen_is_named(tmp_path: Path) -> None:
     scipy.io.savemat(path, {"y": np.ones(100)})
     with pytest.raises(ValueError, match=r"yval_sinesweep\.mat: expected an array .*, got y$"):
         script.official(tmp_path)
+    path.write_text("u,y\n" * 100, "utf-8")
+    with pytest.raises(ValueError, match=r"yval_sinesweep\.mat: expected a MATLAB file of version"):
+        script.official(tmp_path)
+    path.write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(384))
+    with pytest.raises(ValueError, match=r"yval_sinesweep\.mat: expected a MATLAB file of version"):
+        script.official(tmp_path)
     path.unlink()
-    with pytest.raises(ValueError, match=r"yval_sinesweep\.mat: expected an official test file"):
+    with pytest.raises(ValueError, match=r"expected one file yval_sinesweep\.mat .*, got none"):
+        script.official(tmp_path)
+    with pytest.raises(ValueError, match=r"uval_multisine\.mat: expected a folder"):
+        script.official(tmp_path / "uval_multisine.mat")
+
+
+def test_the_unpacked_archive_of_bouc_wen_is_a_folder(tmp_path: Path) -> None:
+    script = loaded("bouc_wen")
+    below = tmp_path / "BoucWenFiles" / "Test signals" / "Validation signals"
+    below.mkdir(parents=True)
+    signals = bouc_wen(below)
+    (_, u, _, _), _ = script.official(tmp_path)
+    assert (u == signals["uval_multisine"]).all()
+    bouc_wen(tmp_path)
+    with pytest.raises(ValueError, match=r"expected one file uval_multisine\.mat .*, got .*, "):
         script.official(tmp_path)
 
 

@@ -5,7 +5,8 @@ a dynamic nonlinearity" (Workshop on Nonlinear System Identification Benchmarks,
 an integrator of this file that knows nothing of the package: m y'' + c y' + k y + z = u,
 z' = alpha y' - beta (gamma |y'| z + delta y' |z|), steps of 1/15000 s, records at 750 Hz.
 So these are no official records. `--official FOLDER` judges the same models on the official files
-(uval_multisine.mat, yval_multisine.mat, uval_sinesweep.mat, yval_sinesweep.mat).
+(uval_multisine.mat, yval_multisine.mat, uval_sinesweep.mat, yval_sinesweep.mat), in this folder or
+below it: hand over the unpacked archive as it is.
 
 A training record is a random-phase multisine of 5-150 Hz, 50 N rms, 8192 samples, five periods,
 with white noise of 8e-6 m. Tests have no noise: another multisine, and a sweep of 20-50 Hz, 40 N,
@@ -162,12 +163,22 @@ def linear_of(u: Array, y: Array) -> mh.plant.HystereticOscillator:
 def official(folder: Path) -> list[tuple[str, Array, Array, int | None]]:
     """Read the official test records: the multisine is steady, the sweep begins at rest."""
     from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    if not folder.is_dir():
+        raise ValueError(f"{folder}: expected a folder with the official test files, got none")
 
     def signal(name: str) -> Array:
-        path = folder / f"{name}.mat"
-        if not path.exists():
-            raise ValueError(f"{path}: expected an official test file, got no such file")
-        arrays = loadmat(path)
+        paths = sorted(folder.rglob(f"{name}.mat"))
+        if len(paths) != 1:
+            got = ", ".join(map(str, paths)) or "none"
+            raise ValueError(f"{folder}: expected one file {name}.mat in or below it, got {got}")
+        (path,) = paths
+        try:
+            arrays = loadmat(path)
+        except (ValueError, TypeError, NotImplementedError, MatReadError) as failure:
+            expected = "expected a MATLAB file of version 7 or earlier"
+            raise ValueError(f"{path}: {expected}, got: {failure}") from failure
         if name not in arrays:
             named = ", ".join(sorted(key for key in arrays if not key.startswith("__")))
             raise ValueError(f"{path}: expected an array {name}, got {named}")
