@@ -222,6 +222,21 @@ def test_a_reference_is_followed_by_the_plant() -> None:
     assert (missed(linear) > 0.1).all()
 
 
+def test_drives_are_found_where_hysteresis_acts_on_the_motion() -> None:
+    hysteresis = mh.Duhem.from_bouc_wen(2.5e4, 1e3, 0.8, -1.1)
+    oscillator = mh.plant.HystereticOscillator(0.5, 5.0, 2.5e4, hysteresis)
+    t = DT * np.arange(1400)
+    swell = 0.25 * (1.0 + np.tanh((t - 0.3) / 0.05)) * (1.0 - np.tanh((t - 1.0) / 0.05))
+    for frequency in (5.0, 25.0):
+        wanted = 3e-4 * swell * np.sin(2.0 * np.pi * frequency * t)  # m
+        for sub_steps in (1, 4):
+            stage = oscillator.axes(DT, sub_steps=sub_steps)
+            drives, missed = stage.precompensate(wanted[:, None])
+            reached = oscillator.response(drives[:, 0].copy(), dt=DT, sub_steps=40)
+            assert missed[0] < 1e-2 * wanted.std(), (frequency, sub_steps)
+            assert (reached - wanted).std() < 1e-2 * wanted.std(), (frequency, sub_steps)
+
+
 def test_only_square_stages_have_an_inverse() -> None:
     wide = stage(c=[[1.0, 0.0, 0.2]], d=[[0.0, 0.01]], output_offset=[0.0])
     with pytest.raises(ValueError, match="reference: expected a stage with as many drives"):

@@ -7,9 +7,8 @@ use nalgebra::{Complex, DMatrix, DVector};
 use realfft::RealFftPlanner;
 
 use super::forward::MultiAxisForward;
-use super::model::{Matrices, MultiAxisStage};
+use super::model::MultiAxisStage;
 use super::operator::{OperatorStream, ScalarOperator, middle};
-use super::sub_steps::Sample;
 use crate::as_f64;
 
 /// Gains below this share of the largest one are not inverted in full: reference and rounding have nothing there that
@@ -42,13 +41,13 @@ pub struct Precompensation {
     pub converged: bool,
 }
 
-/// For every frequency the gains from wanted positions, and from what operators add, to drives.
+/// For every frequency what drives are of wanted positions and of v, what w is beside slopes times q in each sub-step; and
+/// what q is of drives and v.
 struct Gains {
-    /// From what w is beside its slope in all sub-steps to what is kept of it: all, or if that is less what it adds to the
-    /// states.
-    kept: DMatrix<f64>,
     by_position: Vec<DMatrix<Complex<f64>>>,
     by_operator: Vec<DMatrix<Complex<f64>>>,
+    query_by_drive: Vec<DMatrix<Complex<f64>>>,
+    query_by_operator: Vec<DMatrix<Complex<f64>>>,
 }
 
 impl Gains {
@@ -58,41 +57,60 @@ impl Gains {
         let complex = |matrix: &DMatrix<f64>| matrix.map(Complex::from);
         let (n, m) = (stage.states(), stage.drives());
         let slopes: Vec<f64> = stage.operators().iter().map(middle).collect();
-        let Sample { a, b, bw, cq, dq } = stage.sample(&slopes);
-        let operators = bw.ncols();
-        let (kept, enters) =
-            if operators <= n { (DMatrix::identity(operators, operators), bw) } else { (bw, DMatrix::identity(n, n)) };
-        let (a, b, enters, cq, dq) = (complex(&a), complex(&b), complex(&enters), complex(&cq), complex(&dq));
-        let (c, d, collected) = (complex(&matrices.c), complex(&matrices.d), complex(&kept));
+        let sample = stage.sample(&slopes);
+        let (a, b, bw) = (complex(&sample.a), complex(&sample.b), complex(&sample.bw));
+        let (cq, dq, through) = (complex(&sample.cq), complex(&sample.dq), complex(&sample.through));
+        let (c, d) = (complex(&matrices.c), complex(&matrices.d));
         let states = |bin: usize| {
             let z = Complex::from_polar(1.0, 2.0 * PI * as_f64(bin) / as_f64(length));
             let resolvent = (DMatrix::from_diagonal_element(n, n, z) - &a).lu();
-            Some((resolvent.solve(&b)?, resolvent.solve(&enters)?))
+            Some((resolvent.solve(&b)?, resolvent.solve(&bw)?))
         };
         let states = (0..=length / 2).map(states).collect::<Option<Vec<_>>>()?;
         let gain = |moved: &DMatrix<Complex<f64>>| &c * moved + &d;
         let largest = states.iter().map(|(moved, _)| gain(moved).norm()).fold(0.0, f64::max);
         let floor = DMatrix::from_diagonal_element(m, m, Complex::from((LEAST_GAIN * largest).powi(2)));
-        let spreads: Vec<f64> = stage.operators().iter().map(spread).collect();
-        let mut all = Self { kept, by_position: Vec::new(), by_operator: Vec::new() };
+        let spreads = stage.operators().iter().map(spread).cycle().take(bw.ncols());
+        let spreads = DMatrix::from_diagonal(&DVector::from_iterator(bw.ncols(), spreads.map(Complex::from)));
+        let mut all = Self {
+            by_position: Vec::new(),
+            by_operator: Vec::new(),
+            query_by_drive: Vec::new(),
+            query_by_operator: Vec::new(),
+        };
         for (moved, shaken) in states {
             let adjoint = gain(&moved).adjoint();
             let inverse = (&adjoint * gain(&moved) + &floor).lu().solve(&adjoint)?;
-            let of_operators = &inverse * &c * shaken;
-            // From a change of the drives round to the next: it may not grow.
-            let mut round = &of_operators * &collected;
-            round
-                .column_iter_mut()
-                .zip(spreads.iter().cycle())
-                .for_each(|(mut column, spread)| column *= (*spread).into());
-            let round = round * (&cq * moved + &dq);
-            let largest = round.singular_values().iter().copied().fold(0.0, f64::max);
-            let share = Complex::from((SHRINKS / largest).min(1.0));
-            all.by_operator.push(of_operators * share);
-            all.by_position.push(inverse * share);
+            let by_operator = &inverse * &c * &shaken;
+            let (query_by_drive, query_by_operator) = (&cq * moved + &dq, &cq * shaken + &through);
+            // From a change of v round to the next: it may not grow. Where positions tell q the two parts cancel.
+            let round = &query_by_operator - &query_by_drive * &by_operator;
+            let share = if largest_singular_value(&spreads * round) <= SHRINKS {
+                1.0
+            } else {
+                (SHRINKS / largest_singular_value(&by_operator * &spreads * &query_by_drive)).min(1.0)
+            };
+            all.by_operator.push(by_operator * Complex::from(share));
+            all.by_position.push(inverse * Complex::from(share));
+            all.query_by_drive.push(query_by_drive);
+            all.query_by_operator.push(query_by_operator);
         }
         Some(all)
     }
+}
+
+/// 0 of a matrix without an entry, as of a stage without operators.
+fn largest_singular_value(matrix: DMatrix<Complex<f64>>) -> f64 {
+    if matrix.is_empty() {
+        return 0.0;
+    }
+    matrix.singular_values().iter().copied().fold(0.0, f64::max)
+}
+
+/// What a pass finds, columns of samples: the drives, and q of each operator in each sub-step.
+struct Pass {
+    drives: Vec<Vec<f64>>,
+    queries: Vec<Vec<f64>>,
 }
 
 /// Spectra of columns.
@@ -107,16 +125,51 @@ fn spectra(planner: &mut RealFftPlanner<f64>, columns: &[Vec<f64>], length: usiz
     columns.iter().map(spectrum).collect()
 }
 
+/// The drives for wanted positions with v known, and what the operators see of both.
+fn linear(
+    planner: &mut RealFftPlanner<f64>,
+    gains: &Gains,
+    wanted: &[Vec<Complex<f64>>],
+    v: &[Vec<f64>],
+    length: usize,
+) -> Pass {
+    let v = spectra(planner, v, length);
+    let (mut drives, mut queries) = (vec![Vec::new(); wanted.len()], vec![Vec::new(); v.len()]);
+    let at = |columns: &[Vec<Complex<f64>>], bin: usize| {
+        DVector::from_iterator(columns.len(), columns.iter().map(|column| column[bin] / as_f64(length)))
+    };
+    for bin in 0..=length / 2 {
+        let added = at(&v, bin);
+        let drive = &gains.by_position[bin] * at(wanted, bin) - &gains.by_operator[bin] * &added;
+        let query = &gains.query_by_drive[bin] * &drive + &gains.query_by_operator[bin] * added;
+        drives.iter_mut().zip(&drive).for_each(|(column, number)| column.push(*number));
+        queries.iter_mut().zip(&query).for_each(|(column, number)| column.push(*number));
+    }
+    let transform = planner.plan_fft_inverse(length);
+    let signals = |spectra: Vec<Vec<Complex<f64>>>| {
+        let signal = |mut spectrum: Vec<Complex<f64>>| {
+            // Real signals have real ends.
+            spectrum[0].im = 0.0;
+            spectrum[length / 2].im = 0.0;
+            let mut column = transform.make_output_vec();
+            let _ = transform.process(&mut spectrum, &mut column);
+            column
+        };
+        spectra.into_iter().map(signal).collect()
+    };
+    Pass { drives: signals(drives), queries: signals(queries) }
+}
+
 impl MultiAxisStage {
     /// The drives that make the positions follow a whole reference, rows of p positions, from rest.
     ///
     /// With w known, beside its mean slope, the linear part is inverted at every frequency: zeros outside the unit
-    /// circle need no other treatment, their drives begin before the reference moves. A pass through the operators
-    /// with these drives gives the next w, until nothing changes. Gains of less than a thousandth of the largest are
-    /// not inverted in full, nor are frequencies at which passes would make drives grow, as hysteresis does more
-    /// there than drives can: `missed` shows what that costs. The reference begins where the stage rests (the output
-    /// offset) and should rest there for as long as its dynamics ring, as nothing can be driven before its first
-    /// sample. Limits of the drives are not known: check them.
+    /// circle need no other treatment, their drives begin before the reference moves. What the operators see then gives the
+    /// next w, until nothing changes. Gains of less than a thousandth of the largest are not inverted in full, nor are
+    /// frequencies at which passes would make drives grow, as hysteresis does more there than drives can: `missed`
+    /// shows what that costs. The reference begins where the stage rests (the output offset) and should rest there for as
+    /// long as its dynamics ring, as nothing can be driven before its first sample. Limits of the drives are not known:
+    /// check them.
     ///
     /// # Errors
     /// [`Error`] unless there are as many drives as positions, and whole rows of finite numbers; and if a frequency
@@ -135,16 +188,16 @@ impl MultiAxisStage {
         let mut planner = RealFftPlanner::new();
         let wanted: Vec<Vec<f64>> = (0..m).map(|i| self.continued(reference, i, samples, length)).collect();
         let wanted = spectra(&mut planner, &wanted, length);
-        let (mut w, mut before) = (vec![vec![0.0; length]; gains.kept.nrows()], Vec::new());
+        let (mut v, mut before) = (vec![vec![0.0; length]; self.operators().len() * self.sub_steps()], Vec::new());
         for sweep in 1..=SWEEPS {
-            let drives = self.linear(&mut planner, &gains, &wanted, &w, length);
-            let converged = w.is_empty() || distance(&drives, &before) <= SAME;
+            let Pass { drives, queries } = linear(&mut planner, &gains, &wanted, &v, length);
+            let converged = v.is_empty() || distance(&drives, &before) <= SAME;
             if converged || sweep == SWEEPS {
                 let drives: Vec<f64> = (0..samples).flat_map(|k| drives.iter().map(move |u| u[k])).collect();
                 let missed = self.missed(&drives, reference)?;
                 return Ok(Precompensation { drives, missed, sweeps: sweep, converged });
             }
-            w = self.operators_under(&drives, &gains.kept, samples, length);
+            v = self.beside(&queries, samples, length);
             before = drives;
         }
         Err(singular())
@@ -169,65 +222,21 @@ impl MultiAxisStage {
         column
     }
 
-    /// The drives for wanted positions with w known.
-    fn linear(
-        &self,
-        planner: &mut RealFftPlanner<f64>,
-        gains: &Gains,
-        wanted: &[Vec<Complex<f64>>],
-        w: &[Vec<f64>],
-        length: usize,
-    ) -> Vec<Vec<f64>> {
-        let w = spectra(planner, w, length);
-        let transform = planner.plan_fft_inverse(length);
-        let drive = |i: usize| {
-            let at = |bin: usize| {
-                let positions =
-                    wanted.iter().enumerate().map(|(j, column)| gains.by_position[bin][(i, j)] * column[bin]);
-                let operators = w.iter().enumerate().map(|(j, column)| gains.by_operator[bin][(i, j)] * column[bin]);
-                (positions.sum::<Complex<f64>>() - operators.sum::<Complex<f64>>()) / as_f64(length)
-            };
-            let mut spectrum: Vec<Complex<f64>> = (0..=length / 2).map(at).collect();
-            // Real signals have real ends.
-            spectrum[0].im = 0.0;
-            spectrum[length / 2].im = 0.0;
-            let mut column = transform.make_output_vec();
-            let _ = transform.process(&mut spectrum, &mut column);
-            column
-        };
-        (0..self.drives()).map(drive).collect()
-    }
-
-    /// What is kept of what w is beside slopes times q, under whole drives from rest, led back to 0 behind the
-    /// reference: there the end joins the beginning.
-    fn operators_under(
-        &self,
-        drives: &[Vec<f64>],
-        kept: &DMatrix<f64>,
-        samples: usize,
-        length: usize,
-    ) -> Vec<Vec<f64>> {
-        let Matrices { a, b, bw, cq, dq, .. } = self.matrices();
-        let mut operators: Vec<_> = self.operators().iter().map(OperatorStream::new).collect();
-        let slopes: Vec<f64> = self.operators().iter().map(middle).collect();
-        let mut all = vec![Vec::with_capacity(length); kept.nrows()];
-        let (mut x, mut beside) = (DVector::zeros(a.nrows()), DVector::zeros(kept.ncols()));
+    /// What w is beside slopes times q in each sub-step, from rest, led back to 0 behind the reference: there the end joins
+    /// the beginning.
+    fn beside(&self, queries: &[Vec<f64>], samples: usize, length: usize) -> Vec<Vec<f64>> {
+        let mut operators: Vec<_> =
+            self.operators().iter().map(|one| (OperatorStream::new(one), middle(one))).collect();
+        let mut all = vec![Vec::with_capacity(length); queries.len()];
         let back = (length - samples) / 2;
         for k in 0..length {
-            let u = DVector::from_iterator(drives.len(), drives.iter().map(|u| u[k]));
             let share = (as_f64(k.saturating_sub(samples)) / as_f64(back)).min(1.0);
             let fade = 0.5 * (1.0 + (PI * share).cos());
-            let mut places = beside.iter_mut();
-            for _ in 0..self.sub_steps() {
-                let q = cq * &x + dq * &u;
-                let w = operators.iter_mut().zip(&q).map(|(one, q)| one.step(*q));
-                let w = DVector::from_iterator(slopes.len(), w);
-                for ((w, q), (slope, place)) in w.iter().zip(&q).zip(slopes.iter().zip(&mut places)) {
-                    *place = fade * (w - slope * q);
+            for (all, queries) in all.chunks_mut(operators.len()).zip(queries.chunks(operators.len())) {
+                for ((all, q), (operator, slope)) in all.iter_mut().zip(queries).zip(&mut operators) {
+                    all.push(fade * (operator.step(q[k]) - *slope * q[k]));
                 }
-                x = a * x + b * &u + bw * w;
             }
-            all.iter_mut().zip(&(kept * &beside)).for_each(|(all, number)| all.push(*number));
         }
         all
     }

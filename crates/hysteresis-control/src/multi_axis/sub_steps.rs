@@ -8,10 +8,9 @@ use crate::as_f64;
 /// One sample with slopes of the operators taken to the linear part:
 ///
 /// ```text
-/// x(k+1) = A x(k) + B u(k) + sum over sub-steps j of Bw_j (w_j - slopes q_j),  q_j = Cq_j x(k) + Dq_j u(k) + ...
+/// x(k+1) = A x(k) + B u(k) + sum over sub-steps j of Bw_j v_j          v_j = w_j - slopes q_j
+/// q_j    = Cq_j x(k) + Dq_j u(k) + sum over earlier ones i of through_ji v_i
 /// ```
-///
-/// What is left out of q_j comes from what the operators did in earlier sub-steps beside their slopes.
 pub(super) struct Sample {
     pub(super) a: DMatrix<f64>,
     pub(super) b: DMatrix<f64>,
@@ -21,6 +20,8 @@ pub(super) struct Sample {
     pub(super) cq: DMatrix<f64>,
     /// Dq_j, one below the other.
     pub(super) dq: DMatrix<f64>,
+    /// All through_ji.
+    pub(super) through: DMatrix<f64>,
 }
 
 /// How the operators act over a sample if they do the same in every sub-step, and what they see in the mean.
@@ -42,12 +43,17 @@ impl MultiAxisStage {
             bw: DMatrix::zeros(n, steps * h),
             cq: DMatrix::zeros(steps * h, n),
             dq: DMatrix::zeros(steps * h, m),
+            through: DMatrix::zeros(steps * h, steps * h),
         };
         for step in 0..steps {
             // What enters in the last sub-step is there at once.
             sample.bw.columns_mut((steps - 1 - step) * h, h).copy_from(&(&sample.a * &matrices.bw));
             sample.cq.rows_mut(step * h, h).copy_from(&(&matrices.cq * &sample.a));
             sample.dq.rows_mut(step * h, h).copy_from(&(&matrices.cq * &sample.b + &matrices.dq));
+            let later = &matrices.cq * &sample.a * &matrices.bw;
+            for i in 0..steps - 1 - step {
+                sample.through.view_mut(((i + 1 + step) * h, i * h), (h, h)).copy_from(&later);
+            }
             sample.b = &a * &sample.b + &b;
             sample.a = &a * &sample.a;
         }

@@ -185,6 +185,11 @@ fn drives_of_a_reference_are_followed() {
         assert!(found.converged && found.sweeps < 30, "{} passes", found.sweeps);
         assert!(found.missed.iter().all(|missed| *missed < 1e-4), "{:?}", found.missed);
     }
+    let none = |rows, columns| DMatrix::zeros(rows, columns);
+    let linear = Matrices { bw: none(3, 0), cq: none(0, 3), dq: none(0, 2), ..matrices() };
+    let linear = MultiAxisStage::new(linear, Vec::new(), vec![0.5, -0.5], 1e-3).unwrap();
+    let found = linear.precompensate(&reference).unwrap();
+    assert!(found.converged && found.sweeps == 1 && found.missed.iter().all(|missed| *missed < 1e-4));
     let error = stage().precompensate(&reference[1..]).unwrap_err();
     assert_eq!(error.to_string(), "reference: expected 1198 elements, got 1199");
 }

@@ -372,6 +372,27 @@ fn a_sampled_oscillator_moves_as_the_oscillator() {
     assert_eq!(error.to_string(), "sub_steps: expected 1 to 1000 steps in a sample, got 0");
 }
 
+/// The position tells what its hysteresis does, so a few passes find the drives.
+#[test]
+fn an_oscillator_is_led_along_a_whole_reference() {
+    let wanted = |k: u32| {
+        let t = f64::from(k) * DT;
+        let swell = |from: f64| 0.5 * (1.0 + ((t - from) / 0.05).tanh());
+        3e-4 * swell(0.3) * (1.0 - swell(1.0)) * (2.0 * std::f64::consts::PI * 25.0 * t).sin()
+    };
+    let wanted: Vec<_> = (0..1400).map(wanted).collect();
+    let rms = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(|x| x * x).sum::<f64>().sqrt();
+    let missed = |sub_steps: usize| {
+        let stage = MultiAxisStage::of_oscillator(&oscillator(), DT, sub_steps).unwrap();
+        let found = stage.precompensate(&wanted).unwrap();
+        assert!(found.converged && found.sweeps < 30, "{sub_steps}: {} passes", found.sweeps);
+        let there = oscillator().response(&found.drives, DT, Hold::Zero, Some(40)).unwrap();
+        rms(&mut there.iter().zip(&wanted).map(|(y, wanted)| y - wanted)) / rms(&mut wanted.iter().copied())
+    };
+    let (one, four) = (missed(1), missed(4));
+    assert!(one < 0.01 && four < 0.01, "{one} {four}");
+}
+
 #[test]
 fn an_oscillator_is_followed_in_a_closed_loop() {
     let options = ControllerOptions::new(1.0, 0.0, DT, (-200.0, 200.0));

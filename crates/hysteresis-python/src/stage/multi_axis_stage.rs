@@ -273,7 +273,7 @@ impl MultiAxisStage {
     /// an array of that shape, and by how much the model misses the reference with them, rms of each position.
     ///
     /// The linear part is inverted at every frequency, so zeros outside the unit circle do no harm: drives begin
-    /// before the reference moves. What the operators add is found by passes with the drives, 150 at most, until
+    /// before the reference moves. What the operators add is found by passes, 150 at most, until
     /// nothing changes: a UserWarning says so if it still does. The reference begins where the stage rests, at
     /// `output_offset`, and should stay there for as long as its dynamics ring. Limits of the drives are not known:
     /// check them.
@@ -287,8 +287,8 @@ impl MultiAxisStage {
         let wanted = columns::<Ix2>("reference", reference, p, format_args!("an array of shape (samples, {p})"))?;
         let samples = wanted.shape()[0];
         // Spectra, and gains at every frequency.
-        let added = (self.0.operators().len() * self.0.sub_steps()).min(self.0.states());
-        check_room("reference", samples, PASS * p * (p + added + 2))?;
+        let both = p + self.0.operators().len() * self.0.sub_steps();
+        check_room("reference", samples, PASS * both * (both + 2))?;
         let found = self.0.precompensate(wanted.as_slice()?).map_err(raise)?;
         if !found.converged {
             errors::warn(py, "precompensate: the drives still change after 150 passes; look at what the model misses")?;
