@@ -10,13 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 Numbers = npt.NDArray[np.float64]
+Warmth = Numbers | None  # None: it is steady
 Limits = tuple[float, float]
 DT = 1.0  # seconds
 SOON = 4  # samples after which a load that was put on is read
 
 
 def calibrate(
-    loads: Numbers, hold: int, temperature: Numbers, reading: Numbers, *, rested: bool = False
+    loads: Numbers, hold: int, temperature: Warmth, reading: Numbers, *, rested: bool = False
 ) -> mh.results.PlacesIdentification:
     """Identify the cell from loads that each lie on it for `hold` samples, the first one none.
 
