@@ -8,12 +8,12 @@ use hysteresis_core::Error as CoreError;
 
 use crate::places::given::Given;
 use crate::places::rows::{Rows, value_at};
-use crate::records::signal::as_f64;
+use crate::records::signal::{as_f64, centred, rms};
 
 /// Drift begins this share of a drive after its start: at first fast, later as the logarithm of time, beside a constant rate.
 const DRIFT_BEGINS: f64 = 0.05;
 
-/// The step of the derivative by the thermal lag, as a share of it; at least a sample.
+/// The step of derivatives by the thermal lag, as a share of it; at least a sample.
 const LAG_STEP: f64 = 0.01;
 
 /// What moves a place in the time of each drive.
@@ -83,8 +83,8 @@ pub(crate) struct Beside {
     pub(crate) courses: Courses,
     /// The thermal lag in seconds, if there is a temperature.
     pub(crate) lag: Option<f64>,
-    /// The sensitivity at which the derivative by the lag is taken, if it is.
-    pub(crate) slope_at: Option<f64>,
+    /// The same with a lag that is a step longer, and the amplitudes of all these columns, if there is a derivative by the lag.
+    pub(crate) ahead: Option<(Box<Self>, Vec<f64>)>,
 }
 
 impl Beside {
@@ -103,16 +103,16 @@ impl Beside {
     pub(crate) fn write(&self, given: &Given<'_>, columns: usize, rows: &mut Rows) {
         self.write_courses(given, columns, rows);
         let Some(lag) = self.lag else { return };
-        let at = columns + self.columns(given.drives.len()) - 1;
-        let thetas = lagged(given, lag);
-        Self::write_differences(given, &thetas, at, rows);
-        if let Some(sensitivity) = self.slope_at {
-            let step = (LAG_STEP * lag).max(given.dt);
-            let slope = |(ahead, theta): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
-                ahead.iter().zip(theta).map(|(ahead, theta)| sensitivity * (ahead - theta) / step).collect()
-            };
-            let slopes: Vec<Vec<f64>> = lagged(given, lag + step).iter().zip(&thetas).map(slope).collect();
-            Self::write_differences(given, &slopes, rows.width - 1, rows);
+        let count = self.columns(given.drives.len());
+        Self::write_differences(given, &lagged(given, lag), columns + count - 1, rows);
+        let Some((ahead, amplitudes)) = &self.ahead else { return };
+        let values = vec![0.0; count * rows.values.len() / rows.width];
+        let mut moved = Rows { width: count, values };
+        ahead.write(given, 0, &mut moved);
+        let (step, last) = (lag_step(lag, given.dt), rows.width - 1);
+        for (row, moved) in rows.iter_mut().zip(moved.iter()) {
+            let changes = moved.iter().zip(&row[columns..][..count]).map(|(ahead, here)| (ahead - here) / step);
+            row[last] = changes.zip(amplitudes).map(|(change, amplitude)| amplitude * change).sum();
         }
     }
 
@@ -134,6 +134,23 @@ impl Beside {
             row[column] = value_at(&values[drive], second) - value_at(&values[drive], first);
         }
     }
+}
+
+/// The step of a derivative by the lag.
+pub(crate) fn lag_step(lag: f64, dt: f64) -> f64 {
+    (LAG_STEP * lag).max(dt)
+}
+
+/// How much of what a temperature adds changes with a small error of its lag: rms over all drives, about the mean of each.
+pub(crate) fn moved_by(given: &Given<'_>, lag: f64, error: f64) -> f64 {
+    let step = lag_step(lag, given.dt);
+    let thetas = lagged(given, lag);
+    let slope = |(ahead, thetas): (Vec<f64>, &Vec<f64>)| -> Vec<f64> {
+        ahead.iter().zip(thetas).map(|(ahead, theta)| (ahead - theta) / step).collect()
+    };
+    let slopes: Vec<Vec<f64>> = lagged(given, lag + step).into_iter().zip(&thetas).map(slope).collect();
+    let about_means = |all: &[Vec<f64>]| rms(&all.iter().flat_map(|one| centred(one)).collect::<Vec<_>>());
+    error * about_means(&slopes) / about_means(&thetas)
 }
 
 /// The temperatures of all drives behind a lag.

@@ -5,6 +5,7 @@ use hysteresis_control::stage::TemperatureTerm;
 use crate::error::Error;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
+use crate::places::beside::moved_by;
 use crate::places::given::Given;
 use crate::places::rows::{Rows, between, kept};
 use crate::places::weighing::Weighed;
@@ -169,16 +170,17 @@ fn beginning(given: &Given<'_>, weighed: &Weighed) -> Option<Finding> {
 }
 
 /// The finding about a temperature whose sensitivity or lag is not told, with their standard errors and the longest lag that was searched. One
-/// as long stands for another slow change.
+/// as long stands for another slow change. The error of a lag counts by what it changes: a lag of a few samples need not be told.
 pub(crate) fn untold_temperature(
+    given: &Given<'_>,
     term: &TemperatureTerm,
     (of_sensitivity, of_lag): (f64, f64),
     longest: f64,
 ) -> Option<Finding> {
     let (kappa, tau) = (term.sensitivity(), term.time_constant());
-    let relative = |error: f64, value: f64| if error > 0.0 { error / value.abs() } else { 0.0 };
+    let relative = if of_sensitivity > 0.0 { of_sensitivity / kappa.abs() } else { 0.0 };
     let of_bound = if tau >= LONGEST_LAG * longest { 1.0 } else { 0.0 };
-    let value = relative(of_sensitivity, kappa).max(relative(of_lag, tau)).max(of_bound);
+    let value = relative.max(moved_by(given, tau, of_lag)).max(of_bound);
     let message = format!(
         "the sensitivity to temperature is {kappa:.3e} with a standard error of {of_sensitivity:.1e}, its lag {tau:.3e} s with one of {of_lag:.1e} s"
     );
@@ -240,5 +242,27 @@ mod tests {
         let errors = [-0.05, 0.09, -297.0, -0.05];
         let missed = missed_lengths(&given, &errors, &[2]).unwrap();
         assert!(missed.value > 0.5 && missed.message.contains("the worst, row 1, by 9.000e-2"), "{missed:?}");
+    }
+
+    /// A lag of two seconds need not be told where the temperature takes 60 for a wave; where it takes 12, it must.
+    #[test]
+    fn the_error_of_a_lag_counts_by_what_it_changes() {
+        let drive: Vec<f64> = (0..1200_u32).map(|k| (f64::from(k) / 17.0).sin()).collect();
+        let drives = [&drive[..]];
+        let lengths = [KnownLength::new(0, 0.0, 9.0, 1.0)];
+        let term = TemperatureTerm::new(0.05, 2.0, 20.0).unwrap();
+        let told = |seconds: f64, std: (f64, f64)| {
+            let wave = |k: u32| 20.0 + (0.1 * f64::from(k) * std::f64::consts::TAU / seconds).sin();
+            let temperatures = [(0..1200).map(wave).collect::<Vec<f64>>()];
+            let given = Given::new(&drives, &[], &lengths, 0.1).unwrap().with_temperatures(&temperatures).unwrap();
+            untold_temperature(&given, &term, std, 1200.0).map(|finding| finding.value)
+        };
+        assert_eq!(told(60.0, (0.005, 3.0)), None);
+        let changed = told(12.0, (0.005, 3.0)).unwrap();
+        // The derivative of 1 / (1 + j w tau) by tau, as a share of it: w / sqrt(1 + (w tau)^2).
+        let turned = std::f64::consts::TAU / 12.0;
+        let expected = 3.0 * turned / (1.0 + (2.0 * turned).powi(2)).sqrt();
+        assert!((changed / expected - 1.0).abs() < 0.05, "{changed} for {expected}");
+        assert!((told(60.0, (0.04, 3.0)).unwrap() - 0.8).abs() < 1e-12);
     }
 }

@@ -50,7 +50,7 @@ impl<'a> Equations<'a> {
     pub(crate) fn rows(&self, tangent: &Tangent, beside: &Beside) -> Rows {
         let of_tangent = tangent.columns + tangent.slopes.len();
         let further = beside.columns(self.given.drives.len());
-        let width = of_tangent + further + usize::from(beside.slope_at.is_some());
+        let width = of_tangent + further + usize::from(beside.ahead.is_some());
         let mut values = vec![0.0; width * self.count];
         let mut row = vec![0.0; of_tangent];
         for OfDrive { input, course, parts } in &self.drives {
@@ -119,14 +119,14 @@ mod tests {
             let (k, share) = between(instant);
             if share > 0.0 { y[k] + share * (y[k + 1] - y[k]) } else { y[k] }
         };
-        let alone = Beside { courses: Courses::none(), lag: None, slope_at: None };
+        let alone = Beside { courses: Courses::none(), lag: None, ahead: None };
         let got = Equations::new(&given).rows(&tangent, &alone).times(&weights);
         for (got, (_, [first, second])) in got.iter().zip(given.equations()) {
             assert!((got - (at(second) - at(first))).abs() < 1e-12, "{got}");
         }
     }
 
-    /// Drift and temperature add what they differ by; the derivative by the lag is that of the column.
+    /// Drift and temperature add what they differ by; the derivative by the lag is that of the columns.
     #[test]
     fn columns_beside_the_operators_are_differences() {
         let drive: Vec<f64> = (0..300_u32).map(|k| (f64::from(k) / 17.0).sin()).collect();
@@ -138,12 +138,11 @@ mod tests {
         let operators = OperatorsAt::alone(OperatorBank::from_ratios(&[0.0, 0.5], Ratios::PAPER), 0.0);
         let linear = LinearPart::delay(0.0);
         let tangent = Tangent { operators, linear, columns: 2, weights: Vec::new(), slopes: Vec::new() };
-        let rows_at = |lag: f64, slope_at| {
-            Equations::new(&given).rows(&tangent, &Beside { courses: Courses::Steady, lag: Some(lag), slope_at })
-        };
-        let rows = rows_at(3.0, Some(2.0));
+        let at = |lag: f64| Beside { courses: Courses::Steady, lag: Some(lag), ahead: None };
+        let with_slope = Beside { ahead: Some((Box::new(at(3.1)), vec![0.0, 0.0, 2.0])), ..at(3.0) };
+        let rows = Equations::new(&given).rows(&tangent, &with_slope);
         assert_eq!(rows.width, 2 + 2 + 1 + 1);
-        let ahead = rows_at(3.05, None);
+        let ahead = Equations::new(&given).rows(&tangent, &at(3.05));
         for ((row, ahead), (_, instants)) in rows.iter().zip(ahead.iter()).zip(given.equations()) {
             let drift = Courses::Steady.of(&[1.5, -0.5], 300);
             let [before, after] = instants.map(|at| value_at(&drift, at));

@@ -278,7 +278,8 @@ fn result(
     warnings.extend(untold_dead_time(point.dead_time / given.dt, dead_time_std / given.dt));
     let longest_lag =
         if space.axes.contains(&Axis::ThermalLag) { given.longest_and_shortest().0 } else { f64::INFINITY };
-    warnings.extend(temperature.and_then(|term| doubts::untold_temperature(&term, temperature_std, longest_lag)));
+    warnings
+        .extend(temperature.and_then(|term| doubts::untold_temperature(given, &term, temperature_std, longest_lag)));
     let apart = apart(&positions, chosen, &trusts);
     warnings.extend(doubts::untold_positions(uncertainty.positions.hypot(apart) / (high - low)));
     let spread = Spread::from_zero(uncertainty.own, own_tangent, given.drives[0], given.dt);

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::fit::response::OperatorsAt;
 use crate::fit::tangent::{Slope, Tangent};
 use crate::options::Setting;
-use crate::places::beside::{Beside, Courses, DriftModel};
+use crate::places::beside::{Beside, Courses, DriftModel, lag_step};
 use crate::places::given::{Given, PlacesOptions};
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
@@ -275,11 +275,12 @@ impl PlaceSpace {
     /// The columns beside the operators at a point; with the derivative by the lag if all amplitudes are given, weights first.
     pub(crate) fn beside(&self, point: &PlacePoint, amplitudes: Option<&[f64]>) -> Beside {
         let is_searched = self.axes.contains(&Axis::ThermalLag);
-        Beside {
-            courses: self.courses(point),
-            lag: self.has_temperature.then_some(point.thermal_lag),
-            slope_at: amplitudes.filter(|_| is_searched).and_then(|amplitudes| amplitudes.last().copied()),
-        }
+        let ahead = amplitudes.filter(|_| is_searched).map(|amplitudes| {
+            let further = point.thermal_lag + lag_step(point.thermal_lag, self.dt);
+            let own = &amplitudes[amplitudes.len() - self.beside..];
+            (Box::new(self.beside(&point.with(Axis::ThermalLag, further), None)), own.to_vec())
+        });
+        Beside { courses: self.courses(point), lag: self.has_temperature.then_some(point.thermal_lag), ahead }
     }
 
     /// The model at a point; with derivatives along its axes if weights are given; what is behind them does not count.
@@ -304,6 +305,50 @@ impl PlaceSpace {
             operators,
             weights: weights.map(|weights| weights[..columns].to_vec()).unwrap_or_default(),
             slopes: if weights.is_some() { self.axes.iter().filter_map(slope).collect() } else { Vec::new() },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::places::equations::Equations;
+    use crate::places::given::KnownLength;
+
+    /// What the column of the thermal lag says is what all columns beside the operators change by: those of what settles, too.
+    #[test]
+    fn the_derivative_by_the_thermal_lag_is_that_of_all_columns() {
+        let drives: Vec<Vec<f64>> =
+            [17.0, 23.0].map(|slow| (0..300_u32).map(|k| (f64::from(k) / slow).sin()).collect()).into();
+        let drives: Vec<&[f64]> = drives.iter().map(Vec::as_slice).collect();
+        let temperatures: Vec<Vec<f64>> =
+            [90.0, 60.0].map(|slow| (0..300_u32).map(|k| 20.0 + (f64::from(k) / slow).sin()).collect()).into();
+        let lengths: Vec<KnownLength> =
+            (0..40_u32).map(|k| KnownLength::new((k % 2) as usize, 0.0, 7.0 * f64::from(k) + 2.5, 1.0)).collect();
+        let dt = 0.1;
+        let given = Given::new(&drives, &[], &lengths, dt).unwrap().with_temperatures(&temperatures).unwrap();
+        let options = PlacesOptions { thermal_lag: Setting::Fit, ..PlacesOptions::new(dt) };
+        for drift in [DriftModel::None, DriftModel::Steady, DriftModel::Settling] {
+            let terms = (&CreepModel::Slow, drift);
+            let space = PlaceSpace::new(&given, &options, ModelKind::Conventional, terms).unwrap();
+            let lag = 4.0;
+            let point = space.start.with(Axis::ThermalLag, lag);
+            // Weights of zero, then amplitudes that all differ: what is beside the operators alone.
+            let columns = space.tangent(&point, None).columns;
+            let amplitudes: Vec<f64> = (0..space.beside).map(|k| 0.5 + as_f64(k)).collect();
+            let unknowns = [vec![0.0; columns], amplitudes].concat();
+            let rows_at = |point: &PlacePoint, unknowns: Option<&[f64]>| {
+                Equations::new(&given).rows(&space.tangent(point, unknowns), &space.beside(point, unknowns))
+            };
+            let said = rows_at(&point, Some(&unknowns));
+            let [ahead, behind] = [0.001, -0.001]
+                .map(|step| rows_at(&space.start.with(Axis::ThermalLag, lag + step), None).times(&unknowns));
+            let changes: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| (a - b) / 0.002).collect();
+            let largest = changes.iter().fold(0.0_f64, |most, change| most.max(change.abs()));
+            for (row, change) in said.iter().zip(&changes) {
+                let slope = row[said.width - 1];
+                assert!((slope - change).abs() < 0.03 * largest, "{drift:?}: {slope} for {change}");
+            }
         }
     }
 }
