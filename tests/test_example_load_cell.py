@@ -256,6 +256,9 @@ def test_precompensate_takes_the_temperature_from_the_target() -> None:
     drive = stage.precompensate(reference, 1.0, lead_in=20.0, temperature=temperature)
     reached = stage.forward(1.0).run(drive)[-200:] + term.response(temperature, 1.0)
     assert reached == pytest.approx(reference, abs=1e-6)
+    with pytest.warns(UserWarning, match=r"temperature: none was given .* stay at 20$"):
+        steady = stage.precompensate(reference, 1.0, lead_in=20.0)
+    assert stage.forward(1.0).run(steady)[-200:] == pytest.approx(reference, abs=1e-6)
     plain = stage.replace(temperature=None)
     with pytest.raises(ValueError, match="temperature: expected None"):
         plain.precompensate(reference, 1.0, lead_in=20.0, temperature=temperature)

@@ -292,6 +292,87 @@ def test_precompensate_refuses(
     assert contents == {path: path.read_bytes() for path in there.iterdir()}
 
 
+@pytest.fixture
+def warm(there: Path) -> mh.plant.TemperatureTerm:
+    """Write a stage that follows a temperature, and a trajectory with one."""
+    term = mh.plant.TemperatureTerm(0.02, 0.05, 23.0)
+    mh.Stage(actuator(), temperature=term).save(there / "warm.json")
+    rows = [[k / RATE, np.sin(k / 50.0), 25.0 + 2.0 * np.sin(k / 80.0)] for k in range(600)]
+    write_csv(there / "warm.csv", "time_s,target_um,room_degC", rows)
+    return term
+
+
+@pytest.mark.parametrize("more", [[], ["--column", "target_um"]])
+def test_a_temperature_is_taken_from_the_target(
+    there: Path, warm: mh.plant.TemperatureTerm, more: list[str]
+) -> None:
+    given = ("precompensate", "warm.json", "warm.csv", "-o", "drive.csv", "--lead-in", "0.1")
+    result = run(*given, "--temperature", "room_degC", *more)
+    assert result.exit_code == 0, result.output
+    target = column(there / "warm.csv", "target_um")
+    added = warm.response(column(there / "warm.csv", "room_degC"), 1.0 / RATE)
+    drive = column(there / "drive.csv", "drive")
+    reached = actuator().forward().run(drive)[-target.size :] + added
+    assert np.abs(reached - target).max() < 1e-12
+    temperatures = re.search(r"\n  temperature +(.+)\n", result.stdout)
+    assert temperatures is not None
+    assert temperatures[1].startswith("23.00 to 27.00 degC, which adds ")
+    assert temperatures[1].endswith(" um; nothing at 23")
+    assert "warning" not in result.output and "temperature" not in result.stderr
+
+
+def test_a_temperature_that_is_not_given_is_told(
+    there: Path, warm: mh.plant.TemperatureTerm
+) -> None:
+    target = ("--column", "target_um")
+    said = f"warm.json: follows a temperature, which is taken to stay at {warm.reference:g}"
+    result = run("precompensate", "warm.json", "warm.csv", "-o", "drive.csv", *target)
+    assert result.exit_code == 0, result.output
+    assert f"{said}; --temperature COLUMN says otherwise\n" in result.stderr
+    drive = column(there / "drive.csv", "drive")
+    missed = actuator().forward().run(drive) - column(there / "warm.csv", "target_um")
+    assert np.abs(missed).max() < 1e-12
+    simulated = run("simulate", "warm.json", "warm.csv", *target, "--limits", "-500,500")
+    assert simulated.exit_code == 0, simulated.output
+    assert f"{said}\n" in simulated.stderr
+
+
+@pytest.mark.parametrize(
+    ("stage", "options", "said"),
+    [
+        ("stage.json", ["--temperature", "room_degC"],
+         ["--temperature: expected none", "stage.json", "room_degC"]),
+        ("warm.json", ["--temperature", "room"], ["warm.csv", "no column 'room'", "room_degC"]),
+        ("warm.json", ["--temperature", "target_um", "--column", "target_um"],
+         ["--temperature: expected another column than target and time, got target_um"]),
+        ("warm.json", ["--temperature", "time_s", "--column", "target_um"],
+         ["--temperature: expected another column than target and time, got time_s"]),
+        ("warm.json", [], ["--column", "target_um, room_degC"]),
+    ],
+)  # fmt: skip
+def test_a_wrong_temperature_is_refused(
+    there: Path, warm: mh.plant.TemperatureTerm, stage: str, options: list[str], said: list[str]
+) -> None:
+    assert warm.reference == 23.0
+    before = names_in(there)
+    given = ("precompensate", stage, "warm.csv", "-o", "drive.csv", *options)
+    assert_refused(run(*given), there, before, *said)
+
+
+def test_a_temperature_that_is_no_number_is_refused(
+    there: Path, warm: mh.plant.TemperatureTerm
+) -> None:
+    write_csv(
+        there / "warm.csv",
+        "time_s,target_um,room_degC",
+        [[0.0, 0.0, warm.reference], [1e-3, 0.0, "nan"]],
+    )
+    before = names_in(there)
+    given = ("precompensate", "warm.json", "warm.csv", "-o", "drive.csv")
+    result = run(*given, "--temperature", "room_degC")
+    assert_refused(result, there, before, "warm.csv, line 3, column room_degC")
+
+
 def test_precompensate_says_why_a_model_has_no_inverse(there: Path) -> None:
     wrong = mh.ModifiedPrandtlIshlinskii.from_ratios([1e-3, -2e-3], [0.0, 10.0], **RATIOS)
     wrong.save(there / "wrong.json")

@@ -114,14 +114,17 @@ def with_time_unit(columns: Columns, unit: str | None) -> Columns:
     return replace(columns, units={**columns.units, columns.time_column: unit})
 
 
-def trajectory(path: Path, sampled: Sampled) -> tuple[Columns, str]:
+def trajectory(path: Path, sampled: Sampled, *, beside: str | None = None) -> tuple[Columns, str]:
     """Read one column and the time; where that does not increase, say what can be done.
 
-    A unit that was given is that of the column.
+    A unit that was given is that of the column. Another column may be read `beside` it.
     """
     try:
         columns, column = read_trajectory(
-            path, sampled.column, time=sampled.time, options=sampled.text.options
+            *(path, sampled.column),
+            time=sampled.time,
+            beside=beside,
+            options=sampled.text.options,
         )
     except TimeOrderError as error:
         raise CommandError(

@@ -38,6 +38,7 @@ from mpi_hyst._cli.stage import (
     of_stage,
     refusing,
     say_red,
+    say_steady,
     why_narrowed,
 )
 from mpi_hyst._cli.terminal import CommandError, note, say
@@ -78,6 +79,11 @@ class Request:
         help="Drives since that rest, oldest first: 0,150,0 after a full stroke from 0 to 150 V.",
     )
     lead_in: float | None = lead_in("trajectory", passed=_PASSED)
+    temperature: str | None = option(
+        metavar="COLUMN",
+        help="Column of TRAJECTORY.csv that is the temperature, for a stage that follows one.  "
+        "[default: it stays at the reference of the stage]",
+    )
     stage: StageOptions = group(StageOptions)
 
 
@@ -97,14 +103,22 @@ def run(request: Request) -> str:
     check_outputs([request.drive_path], [request.stage_path, request.trajectory])
     stage = load_stage(request.stage_path, request.stage)
     say_red(request.stage_path, stage)
-    columns, column = trajectory(request.trajectory, request.sampled)
+    if request.temperature is not None and stage.temperature is None:
+        raise CommandError(
+            f"--temperature: expected none, as {request.stage_path} follows no temperature, "
+            f"got {request.temperature}"
+        )
+    columns, column = trajectory(request.trajectory, request.sampled, beside=request.temperature)
     dt = _interval(columns, stage, request)
     quantity = columns.quantity(column)
     check_unit(str(request.trajectory), quantity, stage)
     assumed = assumed_of(columns, column, stated_unit(stage.units[1]), request.sampled)
     quantity = of_stage(quantity, stage)
     _refuse_drive(columns, quantity)
-    drive, residual, within, notes = _design(stage, columns[column], dt, quantity.unit, request)
+    warmth = _Warmth.of(stage, columns, column, dt, request.temperature)
+    drive, residual, within, notes = _design(
+        stage, columns[column], warmth, dt, quantity.unit, request
+    )
     table = {drive_with_unit(stage.units[0]): drive}
     is_timed = columns.time_column is not None or request.sampled.rate is not None
     if is_timed:
@@ -112,10 +126,46 @@ def run(request: Request) -> str:
         table = {time: times, **table}
     for text in assumed:
         note(text)
+    if request.temperature is None:
+        say_steady(request.stage_path, stage, "; --temperature COLUMN says otherwise")
     write_outputs([Output.of(request.drive_path, write_table(table))])
     rate = f" at {1.0 / dt:.6g} Hz" if is_timed else ""
-    summary = _summary(request, stage, quantity, drive, residual, within, rate)
+    summary = _summary(request, stage, quantity, warmth, drive, residual, within, rate)
     return "\n".join([summary, *notes])
+
+
+@dataclass(frozen=True)
+class _Warmth:
+    """The temperature along a trajectory, and what it adds to the position; None without one."""
+
+    temperature: Samples | None
+    added: Samples
+    text: str = ""
+
+    @classmethod
+    def of(
+        cls, stage: mh.Stage, columns: Columns, column: str, dt: float, name: str | None
+    ) -> _Warmth:
+        """Return the column of this name; without a name the reference of the stage."""
+        samples, term = columns[column].size, stage.temperature
+        if term is None:
+            return cls(None, np.zeros(samples))
+        if name is None:
+            return cls(np.full(samples, term.reference), np.zeros(samples))
+        if columns.key(name) in (column, columns.time_column):
+            expected = "another column than target and time"
+            raise CommandError(f"--temperature: expected {expected}, got {columns.key(name)}")
+        temperature = columns[name]
+        added = term.response(temperature, dt)
+        spans = (
+            span(float(values.min()), float(values.max()), unit)
+            for values, unit in (
+                (temperature, columns.quantity(name).suffix),
+                (added, stage.units[1]),
+            )
+        )
+        text = f"{', which adds '.join(spans)}; nothing at {term.reference:g}"
+        return cls(temperature, added, text)
 
 
 def _refuse_drive(columns: Columns, quantity: Quantity) -> None:
@@ -136,14 +186,19 @@ def _interval(columns: Columns, stage: mh.Stage, request: Request) -> float:
 
 
 def _design(
-    stage: mh.Stage, reference: Samples, dt: float, unit: str, request: Request
+    stage: mh.Stage,
+    reference: Samples,
+    warmth: _Warmth,
+    dt: float,
+    unit: str,
+    request: Request,
 ) -> tuple[Samples, Samples, float | None, list[str]]:
     """Return the drive, the error of the stage itself under it, its bound, and warnings."""
     names = {**flags(Request), "reference": str(request.trajectory)}
     names["dt"] = "--rate" if request.sampled.rate is not None else names["reference"]
     with refusing(request.stage_path, names):
-        drive, within, caught = _drive(stage, reference, dt, request)
-        residual = _residual(stage, reference, drive, dt, request)
+        drive, within, caught = _drive(stage, reference, warmth, dt, request)
+        residual = _residual(stage, reference - warmth.added, drive, dt, request)
     notes = [f"warning: {name_options(one, names)}" for one in caught]
     worst = int(residual.argmax())
     # Of one row, and of a trajectory that stands, rounding is no miss.
@@ -158,13 +213,13 @@ def _design(
 
 
 def _drive(
-    stage: mh.Stage, reference: Samples, dt: float, request: Request
+    stage: mh.Stage, reference: Samples, warmth: _Warmth, dt: float, request: Request
 ) -> tuple[Samples, float | None, list[Warning | str]]:
     """Return the drive, what the position misses with 95 % by no more, and warnings.
 
     A stage that knows no error band says nothing of the second.
     """
-    given = passed(request, "precompensate")
+    given = {**passed(request, "precompensate"), "temperature": warmth.temperature}
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -201,6 +256,7 @@ def _summary(
     request: Request,
     stage: mh.Stage,
     quantity: Quantity,
+    warmth: _Warmth,
     drive: Samples,
     residual: Samples,
     within: float | None,
@@ -218,6 +274,7 @@ def _summary(
         ("before", _before(request, start, unit)),
         *([("lead-in", f"{before} rows in front of the samples")] if before else []),
         ("stage", ", ".join(["hysteresis", *linear_parts(stage)])),
+        *([("temperature", warmth.text)] if warmth.text else []),
         ("drive", span(low, high, unit)),
         ("first step", in_unit(step, unit)),
         ("limits", _limits(request, stage, drive)),

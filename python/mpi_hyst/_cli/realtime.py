@@ -22,7 +22,7 @@ from mpi_hyst._cli.outputs import (
     check_outputs,
     write_outputs,
 )
-from mpi_hyst._cli.stage import StageOptions, check_unit, load_stage, refusing
+from mpi_hyst._cli.stage import StageOptions, check_unit, load_stage, refusing, say_steady
 from mpi_hyst._cli.terminal import CommandError, note, one_line, require_report_packages, say
 from mpi_hyst._files import write_file
 from mpi_hyst._io.read import read_trajectory
@@ -167,6 +167,7 @@ def _stage(request: Request) -> mh.Stage:
     """Return the stage; the slew rate that it allows is that of the amplifier, so no more of it."""
     path, slew = request.stage_path, request.slew
     stage = load_stage(path, StageOptions())
+    say_steady(path, stage)
     if slew is None:
         return stage
     if stage.slew is not None and slew > stage.slew:

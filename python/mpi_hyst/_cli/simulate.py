@@ -39,6 +39,7 @@ from mpi_hyst._cli.stage import (
     of_stage,
     refusing,
     say_red,
+    say_steady,
     why_narrowed,
 )
 from mpi_hyst._cli.terminal import (
@@ -116,6 +117,7 @@ def run(request: Request) -> str:
     # First what is not a table: of two files in the wrong order, the message names the stage.
     stage = load_stage(request.stage_path, request.stage)
     say_red(request.stage_path, stage)
+    say_steady(request.stage_path, stage)
     columns, column = trajectory(request.trajectory, request.sampled)
     check_unit(str(request.trajectory), columns.quantity(column), stage)
     assumed = assumed_of(columns, column, stated_unit(stage.units[1]), request.sampled)

@@ -87,6 +87,14 @@ def say_red(path: Path, stage: mh.Stage) -> None:
             note(f"{path}: do not use it yet: {one['message']}")
 
 
+def say_steady(path: Path, stage: mh.Stage, otherwise: str = "") -> None:
+    """Say at which temperature a stage is taken to stay that follows one."""
+    term = stage.temperature
+    if term is not None:
+        steady = f"taken to stay at {term.reference:g}"
+        note(f"{path}: follows a temperature, which is {steady}{otherwise}")
+
+
 def check_unit(file: str, quantity: Quantity, stage: mh.Stage) -> None:
     """Refuse a reference that states another unit than the stage."""
     got, expected = quantity.suffix, stated_unit(stage.units[1])

@@ -108,13 +108,18 @@ def read_trajectory(
     column: str | None,
     *,
     time: str | Literal[False] | None = None,
+    beside: str | None = None,
     options: TextOptions = PLAIN,
 ) -> tuple[Columns, str]:
-    """Read one column and the time. Without a name: the only numeric column but the time."""
+    """Read one column and the time; and another column, if it is named.
+
+    Without a name: the only numeric column but these.
+    """
     clock = None if time is False else time
 
     def choose(table: Table) -> _Names:
-        return [column] if column is not None else [_only_numeric(table, clock)]
+        further = [] if beside is None else [_find(table, beside)]
+        return [_only_numeric(table, clock, further) if column is None else column, *further]
 
     with opened(path, options) as table:
         found = take(table, choose, clock, None, ordered=time is not False)
@@ -265,9 +270,9 @@ def unit_doubt(
 _NUMBER = re.compile(r"(column )?\d+(\.0)?")
 
 
-def _only_numeric(table: Table, time: str | None) -> str | int:
+def _only_numeric(table: Table, time: str | None, beside: Sequence[int]) -> str | int:
     clock = time_index(table, time)
-    others = [index for index in numeric(table) if index != clock]
+    others = [index for index in numeric(table) if index != clock and index not in beside]
     if not others:
         what = "no numeric column beside the time"
         raise ReadError(f"{table.source}: {what}; {there_are(table.names)}")

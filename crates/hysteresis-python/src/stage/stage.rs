@@ -287,7 +287,8 @@ impl Stage {
     ///     Seconds of a smooth way from there to the beginning of the reference, in front of the result. Without it the
     ///     reference must begin where the stage is.
     /// temperature : array of n floats, optional
-    ///     The temperature along the reference, for a stage that has a `temperature`; by default it is at its reference.
+    ///     The temperature along the reference, for a stage that has a `temperature`. Without one it is taken to stay at its
+    ///     reference, and a warning says so.
     /// return_error : bool
     ///     Also by how much the reference will be missed, before anything is driven: bounds of the position itself that cover what
     ///     the model does not know. A stage that was not identified knows none.
@@ -585,10 +586,16 @@ pub(crate) fn precompensate(
     };
     let mut reference_samples = samples("reference", reference, dt)?;
     check_room("reference", reference_samples.len(), PASS)?;
+    let term = stage.parts().temperature.as_ref();
     if let Some(temperature) = &keywords.temperature {
-        let term = stage.parts().temperature.as_ref();
         let added = added(term, temperature, reference_samples.len(), dt)?;
         reference_samples.iter_mut().zip(added).for_each(|(target, added)| *target -= added);
+    } else if let Some(term) = term {
+        let reference = term.reference();
+        warn(
+            py,
+            &format!("temperature: none was given for a stage that follows one: it is taken to stay at {reference}"),
+        )?;
     }
     let design = || {
         // A stage that knows no band is told before the work.
