@@ -9,7 +9,7 @@ from typing import Any
 import mpi_hyst as mh
 import numpy as np
 import pytest
-from mpi_hyst._report.places import Places, facts
+from mpi_hyst._report.places import Places, facts, report
 from reference.models import PrandtlIshlinskii as ReferenceModel
 from support import Array
 
@@ -489,7 +489,11 @@ def test_a_wrong_one_of_many_lengths_is_left_out_and_named() -> None:
     lengths[30] = (*lengths[30][:3], lengths[30][3] + 3.0)
     found = mh.identify_places(drive, [], lengths, dt=DT, model="conventional", input_offset=0.0)
     assert found.wrong_lengths == [30]
-    assert ("lengths", "89, 1 left out as wrong") in facts(Places(found, ["loads"]))
+    said = facts(Places(found, ["loads"]))
+    assert ("lengths", "89, 1 left out as wrong") in said and ("pairs", "none") in said
+    assert dict(said)["mismatch"].endswith(" of a length, rms")
+    cards = report(Places(found, ["loads"]))
+    assert "mismatch of a length" in cards and "mismatch of a pair" not in cards
     (told,) = (one for one in found.warnings if one.code == "wrong_lengths")
     assert told.message == "1 of 89 lengths contradicts the others and was left out: 30"
     assert rms(found.predict(drive) - place) < 0.005 * np.ptp(place)

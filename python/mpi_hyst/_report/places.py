@@ -56,13 +56,10 @@ class Places:
 def facts(result: Places) -> list[tuple[str, str]]:
     """Return what was found as names and values."""
     found = result.found
-    pairs, low_high = len(found.mismatches), found.position_range
+    low_high = found.position_range
     said = [
         ("drives", ", ".join(result.drives)),
-        (
-            "pairs",
-            f"{pairs}{_left_out(found.wrong_pairs)}, {len(found.uninformative_pairs)} say nothing",
-        ),
+        ("pairs", _pairs(found)),
         ("lengths", f"{len(found.length_errors)}{_left_out(found.wrong_lengths)}"),
         ("model", repr(found.model)),
         ("dead time", f"{digits(found.dead_time)} ± {digits(found.dead_time_std)} s"),
@@ -70,12 +67,25 @@ def facts(result: Places) -> list[tuple[str, str]]:
         ("drift", _drift(result)),
         ("temperature", "none given" if found.temperature is None else _temperature(found)),
         ("range", f"{digits(low_high[0])} to {digits(low_high[1])}"),
-        ("mismatch", f"{digits(found.mismatch)} between the instants of a pair"),
+        ("mismatch", f"{digits(found.mismatch)} {_of_what(found)}"),
     ]
     if result.corrected is not None:
         before, after = differences(result.corrected)
         said.append(("trace and retrace differ", f"{digits(before)} before, {digits(after)} after"))
     return said
+
+
+def _pairs(found: mh.results.PlacesIdentification) -> str:
+    count = len(found.mismatches)
+    if not count:
+        return "none"
+    silent = len(found.uninformative_pairs)
+    return f"{count}{_left_out(found.wrong_pairs)}, {silent} say nothing"
+
+
+def _of_what(found: mh.results.PlacesIdentification) -> str:
+    """Return what is missed by the mismatch."""
+    return "between the instants of a pair" if len(found.mismatches) else "of a length, rms"
 
 
 def _left_out(wrong: Sequence[int]) -> str:
@@ -123,11 +133,15 @@ def report(result: Places, provenance: Provenance = ()) -> str:
     """Return the HTML text."""
     found = result.found
     low, high = found.position_range
+    told, wrong, one, all_of_them = (
+        (found.mismatches, found.wrong_pairs, "pair", "pairs")
+        if len(found.mismatches)
+        else (found.length_errors, found.wrong_lengths, "length", "lengths")
+    )
+    share = f"{100.0 * found.mismatch / (high - low):.2g} %"
     cards = [
-        Card(
-            f"{100.0 * found.mismatch / (high - low):.2g} %", "mismatch of a pair", "of the range"
-        ),
-        Card(str(len(found.mismatches)), "pairs", f"{len(found.wrong_pairs)} left out"),
+        Card(share, f"mismatch of a {one}", "of the range"),
+        Card(str(len(told)), all_of_them, f"{len(wrong)} left out"),
         Card(digits(high - low), "range", "unit of the lengths"),
     ]
     reasons = [one.message for one in found.warnings]
