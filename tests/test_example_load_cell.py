@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import load_cell
 import mpi_hyst as mh
 import numpy as np
 import pytest
+from commands import run, write_csv
 from support import Array
 
 DT = 1.0
@@ -100,6 +102,37 @@ def test_loads_that_were_not_calibrated(calibrated: Calibrated, seed: int) -> No
     read = np.arange(loads.size) % HOLD >= 4
     assert np.sqrt(np.mean(error[read] ** 2)) < 0.2 * np.sqrt(np.mean(plain[read] ** 2))
     assert np.abs(error[read]).max() < 0.2 * np.abs(plain[read]).max()
+
+
+def test_the_command_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = Path(__file__).parents[1] / "docs" / "how-to" / "load_cell.md"
+    (command,) = re.findall(r"^mpi-hyst (places .*\\\n.*)$", page.read_text("utf-8"), re.MULTILINE)
+    monkeypatch.chdir(tmp_path)
+    loads = np.repeat(CALIBRATION, HOLD)
+    warmth = heat(loads.size, 1)
+    reading = cell(loads, warmth, 2)
+    at = np.arange(loads.size).reshape(-1, HOLD)[:, [4, -1]].ravel()
+    write_csv(
+        tmp_path / "loads.csv",
+        "time_s,load",
+        list(zip(DT * np.arange(loads.size), loads, strict=True)),
+    )
+    np.savetxt("lengths.txt", [(0.0, 0.0, float(k), float(reading[k] - reading[0])) for k in at])
+    np.savetxt("temperature.txt", warmth)
+    result = run(*command.replace("\\\n", "").split())
+    assert result.exit_code == 0, result.output
+    assert "verdict: green" in result.stdout and "of a length, rms" in result.stdout
+    stage = mh.load(tmp_path / "cell.json")
+    assert isinstance(stage, mh.Stage) and stage.temperature is not None
+    assert stage.units == ("kg", "mV")
+    others, warmth, weighed = other(3)
+    corrected = weighed - reading[0] - stage.temperature.response(warmth, DT)
+    error = stage.inverse(DT).run(corrected) - others
+    late = np.arange(HOLD - 1, loads.size, HOLD)
+    plain = np.polyval(np.polyfit(reading[late], loads[late], 1), weighed) - others
+    read = np.arange(others.size) % HOLD >= 4
+    # What lay on it before is searched, and so is the law of creep.
+    assert np.sqrt(np.mean(error[read] ** 2)) < 0.25 * np.sqrt(np.mean(plain[read] ** 2))
 
 
 def slipping(loads: Array, temperature: Array, seed: int) -> Array:

@@ -112,10 +112,15 @@ def test_a_priority_is_not_the_file(here: Path) -> None:
 
 def test_what_may_surprise_is_said_before(here: Path) -> None:
     actuator = mh.paper.plant("A1").stage
-    actuator.save(here / "stage.json")
+    warm = actuator.replace(temperature=mh.plant.TemperatureTerm(0.02, 60.0, 23.0))
+    warm.save(here / "stage.json")
     result = run(*REALTIME, "--rest-rate", "20", "--seconds", "0.05", "--rest", "0.001")
     assert result.exit_code == 0
-    first, second = result.stderr.splitlines()
+    steady, first, second = result.stderr.splitlines()
+    assert steady == (
+        "mpi-hyst: note: stage.json: follows a temperature, which is taken to stay at 23"
+    )
+    actuator.save(here / "stage.json")
     assert first == (
         "mpi-hyst: note: stage.json has no slew rate: the drive may jump from limit to limit in "
         "one sample; --slew bounds it"
