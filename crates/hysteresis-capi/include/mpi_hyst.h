@@ -158,9 +158,9 @@ typedef struct {
     int32_t ahead;
     // For how many measurements in a row that are missing the estimate stands in, before feed-forward goes on alone; -1 for 10.
     int32_t max_missing;
-    // A row for each drive, the lowest and the highest measurement that can be, as its controller sees it: in the unit of the
-    // drive, what mpih_axes_controller_decoupling makes of the positions. A row of NaN is for no bounds, NULL for none at all.
-    // A measurement that cannot be moves no estimate.
+    // A row for each drive, the lowest and the highest measurement that can be, as its controller sees it: in the
+    // unit of the drive, what mpih_axes_controller_decoupling makes of the positions. A row of NaN is for no bounds,
+    // NULL for none at all. A measurement that cannot be moves no estimate.
     const double *measurement_range;
     // For each drive the largest change of that from one sample to the next; NaN for no bound, NULL for none at all.
     const double *max_measurement_step;
@@ -298,9 +298,9 @@ mpih_status mpih_axes_stage_from_json(const char *text,
 mpih_status mpih_axes_stage_from_file(const char *path, mpih_axes_stage **stage);
 
 // An oscillator sampled every `dt` seconds as a stage of one axis, with 1 to 1000 steps in a sample: for
-// mpih_axes_controller_new. Errors of what it shows go with the square of a step: on a public benchmark 0.2 to 2 % of the motion
-// with 20 steps in its shortest period, 0.01 to 0.1 % with 80. To simulate finely take mpih_oscillator_forward_new. Free the
-// stage with mpih_axes_stage_free.
+// mpih_axes_controller_new. Errors of what it shows go with the square of a step: on a public benchmark 0.2 to 2 %
+// of the motion with 20 steps in its shortest period, 0.01 to 0.1 % with 80. To simulate finely take
+// mpih_oscillator_forward_new. Free the stage with mpih_axes_stage_free.
 mpih_status mpih_axes_stage_of_oscillator(const mpih_oscillator *oscillator,
                                           double dt,
                                           size_t sub_steps,
@@ -336,11 +336,9 @@ void mpih_axes_forward_free(mpih_axes_forward *forward);
 
 // A row of a record: writes the positions at this moment, t_k. The drives are then held until t_(k+1).
 //
-// A drive that is not finite counts as the last one of its axis. A step of the model that would bring a state beyond 1e100
-// leaves the states as they are, and is the last one of its interval. Both are counted. Fails for NULL alone.
-mpih_status mpih_axes_forward_step(mpih_axes_forward *forward,
-                                   const double *drives,
-                                   double *positions);
+// A drive that is not finite counts as the last one of its axis. A step of the model that would bring a state beyond
+// 1e100 leaves the states as they are, and is the last one of its interval. Both are counted. Fails for NULL alone.
+mpih_status mpih_axes_forward_step(mpih_axes_forward *forward, const double *drives, double *positions);
 
 // A plant in a loop: holds the drives for one sampling interval, then writes the positions at its end, just before the next
 // drives. That is what a controller reads next. Bad drives are as for mpih_axes_forward_step. Fails for NULL alone.
@@ -435,12 +433,10 @@ double mpih_axes_controller_disturbance(const mpih_axes_controller *controller,
 // The lowest and the highest drive of an axis.
 mpih_status mpih_axes_controller_limits(const mpih_axes_controller *controller, size_t axis, double *low, double *high);
 
-// By how much a drive would have to change to move a position by one unit, once all has settled: the inverse of the static gain
-// of the stage, so that all other positions stay. The controller of a drive sees the sum of these times the positions. NaN for
-// NULL, and if there is no such drive or position.
-double mpih_axes_controller_decoupling(const mpih_axes_controller *controller,
-                                       size_t drive,
-                                       size_t position);
+// By how much a drive would have to change to move a position by one unit, once all has settled: the inverse of the
+// static gain of the stage, so that all other positions stay. The controller of a drive sees the sum of these times
+// the positions. NaN for NULL, and if there is no such drive or position.
+double mpih_axes_controller_decoupling(const mpih_axes_controller *controller, size_t drive, size_t position);
 
 // How many samples early references must come.
 size_t mpih_axes_controller_ahead(const mpih_axes_controller *controller);
@@ -456,11 +452,9 @@ mpih_mode mpih_axes_controller_mode(const mpih_axes_controller *controller, size
 // mpih_mode, but for MPIH_MODE_STOP, which mpih_axes_controller_stop enters. Does not allocate unless it fails.
 mpih_status mpih_axes_controller_set_mode(mpih_axes_controller *controller, int32_t mode);
 
-// Which share of the disturbance the drive of an axis takes away, 0 to 1, from the next sample on and without a jump. It is 1
-// in a new controller. Does not allocate unless it fails.
-mpih_status mpih_axes_controller_set_gain(mpih_axes_controller *controller,
-                                          size_t axis,
-                                          double kp);
+// Which share of the disturbance the drive of an axis takes away, 0 to 1, from the next sample on and without a
+// jump. It is 1 in a new controller. Does not allocate unless it fails.
+mpih_status mpih_axes_controller_set_gain(mpih_axes_controller *controller, size_t axis, double kp);
 
 // Holds all drives, from the next sample on. Neither allocates nor fails: it may be called in the loop.
 void mpih_axes_controller_hold(mpih_axes_controller *controller);

@@ -34,9 +34,9 @@ pub unsafe extern "C" fn mpih_axes_stage_from_file(path: *const c_char, stage: *
 }
 
 /// An oscillator sampled every `dt` seconds as a stage of one axis, with 1 to 1000 steps in a sample: for
-/// mpih_axes_controller_new. Errors of what it shows go with the square of a step: on a public benchmark 0.2 to 2 % of the motion
-/// with 20 steps in its shortest period, 0.01 to 0.1 % with 80. To simulate finely take mpih_oscillator_forward_new. Free the
-/// stage with mpih_axes_stage_free.
+/// mpih_axes_controller_new. Errors of what it shows go with the square of a step: on a public benchmark 0.2 to 2 %
+/// of the motion with 20 steps in its shortest period, 0.01 to 0.1 % with 80. To simulate finely take
+/// mpih_oscillator_forward_new. Free the stage with mpih_axes_stage_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_stage_of_oscillator(
     oscillator: Option<&Oscillator>,
@@ -148,8 +148,8 @@ pub unsafe extern "C" fn mpih_axes_forward_free(forward: *mut AxesForward) {
 
 /// A row of a record: writes the positions at this moment, t_k. The drives are then held until t_(k+1).
 ///
-/// A drive that is not finite counts as the last one of its axis. A step of the model that would bring a state beyond 1e100
-/// leaves the states as they are, and is the last one of its interval. Both are counted. Fails for NULL alone.
+/// A drive that is not finite counts as the last one of its axis. A step of the model that would bring a state beyond
+/// 1e100 leaves the states as they are, and is the last one of its interval. Both are counted. Fails for NULL alone.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_forward_step(
     forward: Option<&mut AxesForward>,

@@ -85,9 +85,9 @@ pub struct AxesControllerOptions {
     pub ahead: i32,
     /// For how many measurements in a row that are missing the estimate stands in, before feed-forward goes on alone; -1 for 10.
     pub max_missing: i32,
-    /// A row for each drive, the lowest and the highest measurement that can be, as its controller sees it: in the unit of the
-    /// drive, what mpih_axes_controller_decoupling makes of the positions. A row of NaN is for no bounds, NULL for none at all.
-    /// A measurement that cannot be moves no estimate.
+    /// A row for each drive, the lowest and the highest measurement that can be, as its controller sees it: in the
+    /// unit of the drive, what mpih_axes_controller_decoupling makes of the positions. A row of NaN is for no bounds,
+    /// NULL for none at all. A measurement that cannot be moves no estimate.
     pub measurement_range: *const f64,
     /// For each drive the largest change of that from one sample to the next; NaN for no bound, NULL for none at all.
     pub max_measurement_step: *const f64,
@@ -301,9 +301,9 @@ pub extern "C" fn mpih_axes_controller_limits(
     })
 }
 
-/// By how much a drive would have to change to move a position by one unit, once all has settled: the inverse of the static gain
-/// of the stage, so that all other positions stay. The controller of a drive sees the sum of these times the positions. NaN for
-/// NULL, and if there is no such drive or position.
+/// By how much a drive would have to change to move a position by one unit, once all has settled: the inverse of the
+/// static gain of the stage, so that all other positions stay. The controller of a drive sees the sum of these times
+/// the positions. NaN for NULL, and if there is no such drive or position.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_axes_controller_decoupling(
     controller: Option<&AxesController>,
@@ -349,8 +349,8 @@ pub extern "C" fn mpih_axes_controller_set_mode(controller: Option<&mut AxesCont
     })
 }
 
-/// Which share of the disturbance the drive of an axis takes away, 0 to 1, from the next sample on and without a jump. It is 1
-/// in a new controller. Does not allocate unless it fails.
+/// Which share of the disturbance the drive of an axis takes away, 0 to 1, from the next sample on and without a
+/// jump. It is 1 in a new controller. Does not allocate unless it fails.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_axes_controller_set_gain(
     controller: Option<&mut AxesController>,

@@ -41,8 +41,8 @@ pub struct Precompensation {
     pub converged: bool,
 }
 
-/// For every frequency what drives are of wanted positions and of v, what w is beside slopes times q in each sub-step; and
-/// what q is of drives and v.
+/// For every frequency what drives are of wanted positions and of v, what w is beside slopes times q in each
+/// sub-step; and what q is of drives and v.
 struct Gains {
     by_position: Vec<DMatrix<Complex<f64>>>,
     by_operator: Vec<DMatrix<Complex<f64>>>,
@@ -164,12 +164,12 @@ impl MultiAxisStage {
     /// The drives that make the positions follow a whole reference, rows of p positions, from rest.
     ///
     /// With w known, beside its mean slope, the linear part is inverted at every frequency: zeros outside the unit
-    /// circle need no other treatment, their drives begin before the reference moves. What the operators see then gives the
-    /// next w, until nothing changes. Gains of less than a thousandth of the largest are not inverted in full, nor are
-    /// frequencies at which passes would make drives grow, as hysteresis does more there than drives can: `missed`
-    /// shows what that costs. The reference begins where the stage rests (the output offset) and should rest there for as
-    /// long as its dynamics ring, as nothing can be driven before its first sample. Limits of the drives are not known:
-    /// check them.
+    /// circle need no other treatment, their drives begin before the reference moves. What the operators see then
+    /// gives the next w, until nothing changes. Gains of less than a thousandth of the largest are not inverted in
+    /// full, nor are frequencies at which passes would make drives grow, as hysteresis does more there than drives
+    /// can: `missed` shows what that costs. The reference begins where the stage rests (the output offset) and should
+    /// rest there for as long as its dynamics ring, as nothing can be driven before its first sample. Limits of the
+    /// drives are not known: check them.
     ///
     /// # Errors
     /// [`Error`] unless there are as many drives as positions, and whole rows of finite numbers; and if a frequency
@@ -222,8 +222,8 @@ impl MultiAxisStage {
         column
     }
 
-    /// What w is beside slopes times q in each sub-step, from rest, led back to 0 behind the reference: there the end joins
-    /// the beginning.
+    /// What w is beside slopes times q in each sub-step, from rest, led back to 0 behind the reference: there the end
+    /// joins the beginning.
     fn beside(&self, queries: &[Vec<f64>], samples: usize, length: usize) -> Vec<Vec<f64>> {
         let mut operators: Vec<_> =
             self.operators().iter().map(|one| (OperatorStream::new(one), middle(one))).collect();

@@ -116,12 +116,12 @@ impl MultiAxisStage {
         Ok(Self { matrices, operators, output_offset, dt, sub_steps: 1 })
     }
 
-    /// The matrices are those of a sub-step of `dt / sub_steps` seconds; in a sample of `dt` seconds the drives are held for
-    /// so many of them.
+    /// The matrices are those of a sub-step of `dt / sub_steps` seconds; in a sample of `dt` seconds the drives are
+    /// held for so many of them.
     ///
-    /// For hysteresis inside the dynamics, as in front of them an operator sees what is held. Matrices come from continuous
-    /// equations then, or from a record with the rate of the sub-steps. Those of a slower record have no part of a step:
-    /// they were fitted with w that acts a whole sample later.
+    /// For hysteresis inside the dynamics, as in front of them an operator sees what is held. Matrices come from
+    /// continuous equations then, or from a record with the rate of the sub-steps. Those of a slower record have no
+    /// part of a step: they were fitted with w that acts a whole sample later.
     ///
     /// ```
     /// use hysteresis_control::multi_axis::{MultiAxisForward, MultiAxisStage};

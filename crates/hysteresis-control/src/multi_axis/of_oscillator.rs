@@ -16,11 +16,11 @@ impl MultiAxisStage {
     /// An oscillator y'' + c y' + k y + z\[y\] = b u whose drive is held for intervals of `dt` seconds, with the states y
     /// and y'.
     ///
-    /// With the middle slope f of z the rest is linear and sampled exactly. What z is beside f y is held over a sub-step
-    /// of `dt / sub_steps`, at the position in its middle: errors of a whole go with the square of that, and grow with the
-    /// amplitude. With 20 sub-steps in the shortest period they are 0.2 % of the motion of the public Bouc-Wen benchmark
-    /// under 50 N rms of noise up to 100 Hz, and 2.3 % under 600 N; with 80, 0.01 and 0.1 %. To simulate finely take the
-    /// [stream](crate::oscillator::OscillatorForward) of the oscillator.
+    /// With the middle slope f of z the rest is linear and sampled exactly. What z is beside f y is held over a
+    /// sub-step of `dt / sub_steps`, at the position in its middle: errors of a whole go with the square of that, and
+    /// grow with the amplitude. With 20 sub-steps in the shortest period they are 0.2 % of the motion of the public
+    /// Bouc-Wen benchmark under 50 N rms of noise up to 100 Hz, and 2.3 % under 600 N; with 80, 0.01 and 0.1 %. To
+    /// simulate finely take the [stream](crate::oscillator::OscillatorForward) of the oscillator.
     ///
     /// ```
     /// use hysteresis_control::multi_axis::MultiAxisStage;
@@ -34,8 +34,8 @@ impl MultiAxisStage {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Domain`] unless `dt` is above 0, and its sub-steps so short beside a period that the sampled oscillator is
-    /// stable; [`Error::Whole`] unless there are 1 to 1000 of them.
+    /// [`Error::Domain`] unless `dt` is above 0, and its sub-steps so short beside a period that the sampled
+    /// oscillator is stable; [`Error::Whole`] unless there are 1 to 1000 of them.
     pub fn of_oscillator(oscillator: &HystereticOscillator, dt: f64, sub_steps: usize) -> Result<Self, Error> {
         check_positive("dt", None, dt)?;
         let refused = || {

@@ -140,10 +140,10 @@ impl HystereticOscillator {
 
     /// A stage of one axis, sampled every `dt` seconds: for a controller, `oscillator.axes(dt).controller(limits)`.
     ///
-    /// What z is beside its middle slope is held over a sub-step, `dt / sub_steps`, at the position in its middle: errors go with
-    /// the square of that, and grow with the amplitude. With 20 sub-steps in the shortest period they are 0.2 % of the motion of
-    /// the Bouc-Wen benchmark under 50 N rms of noise up to 100 Hz, and 2.3 % under 600 N; with 80, 0.01 and 0.1 %. To simulate
-    /// take `forward`, of fourth order.
+    /// What z is beside its middle slope is held over a sub-step, `dt / sub_steps`, at the position in its middle:
+    /// errors go with the square of that, and grow with the amplitude. With 20 sub-steps in the shortest period they
+    /// are 0.2 % of the motion of the Bouc-Wen benchmark under 50 N rms of noise up to 100 Hz, and 2.3 % under 600 N;
+    /// with 80, 0.01 and 0.1 %. To simulate take `forward`, of fourth order.
     ///
     /// Raises ValueError unless the sub-steps are so short beside a period that the sampled oscillator is stable.
     ///

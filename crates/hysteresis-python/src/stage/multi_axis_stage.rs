@@ -47,10 +47,10 @@ const ROWS: usize = 1 << 16;
 /// output_offset : array of p floats, optional
 ///     What is added to the positions; 0 by default.
 /// sub_steps : int
-///     How many steps are taken in an interval, with the drives held, 1 to 1000: the matrices are those of `dt / sub_steps`
-///     seconds. For hysteresis inside the dynamics, whose w then acts that much later and no more. Matrices come from
-///     continuous equations then, or from a record with the rate of the sub-steps. Those of a slower record have no part of
-///     a step: they were fitted with w that acts a whole sample later.
+///     How many steps are taken in an interval, with the drives held, 1 to 1000: the matrices are those of `dt /
+///     sub_steps` seconds. For hysteresis inside the dynamics, whose w then acts that much later and no more.
+///     Matrices come from continuous equations then, or from a record with the rate of the sub-steps. Those of a
+///     slower record have no part of a step: they were fitted with w that acts a whole sample later.
 ///
 /// Raises
 /// ------
@@ -80,9 +80,9 @@ pub(crate) struct MultiAxisStage(pub(crate) multi_axis::MultiAxisStage);
 
 /// The positions of a stage of several axes, sample by sample: made by `stage.forward()`.
 ///
-/// `step(u)` returns y(k), then holds u(k) for one interval; `advance(u)` holds u(k), then returns y(k+1). A drive that is not finite, or beyond 1e100, counts as the
-/// last one of its axis; a sub-step that would bring a state beyond 1e100 leaves the states as they are, and is the last one of its
-/// interval. `rejected` counts both.
+/// `step(u)` returns y(k), then holds u(k) for one interval; `advance(u)` holds u(k), then returns y(k+1). A drive
+/// that is not finite, or beyond 1e100, counts as the last one of its axis; a sub-step that would bring a state
+/// beyond 1e100 leaves the states as they are, and is the last one of its interval. `rejected` counts both.
 ///
 /// Examples
 /// --------
