@@ -219,6 +219,16 @@ def test_identify_finds_what_the_piezo_form_subtracts(record: Callable[[Stage], 
     )
 
 
+def test_a_map_that_is_asked_for_stays_beside_the_operator() -> None:
+    u = loops()
+    h = 0.3 * u + bouc_wen(u, 1.4, 0.6)
+    y = h - 1e-3 * h**2
+    asked = {**QUASI_STATIC, "output_map": "smooth"}
+    found = mh.identify(u, y, duhem="fit", **asked)
+    assert found.duhem is not None and found.stage.output_map is not None
+    assert found.fit.rmse < 0.5 * mh.identify(u, y, duhem="fit", **QUASI_STATIC).fit.rmse
+
+
 def test_identify_leaves_the_operator_out_where_plays_are_right() -> None:
     u = loops()
     y = hysteresis().forward().run(u)

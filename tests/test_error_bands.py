@@ -19,7 +19,10 @@ NOISE = 0.004  # um
 
 
 def foreign(u: Array) -> Array:
-    """Return positions of a hysteresis that no sum of plays is: of Duhem's type, then bent."""
+    """Return positions of a hysteresis that no sum of plays is: of Duhem's type, then bent.
+
+    The fits are without a Duhem operator: bands are of what a model lacks.
+    """
     z, last, out = 0.0, float(u[0]), np.empty(u.size)
     for k, now in enumerate(u.tolist()):
         steps = max(1, int(np.ceil(abs(now - last) / 0.5)))
@@ -57,12 +60,12 @@ ALIKE = path([0.0, 100.0, 0.0, 100.0, 0.0, 100.0, 0.0])
 
 @pytest.fixture(scope="module")
 def various() -> mh.results.Identification:
-    return mh.identify(VARIOUS, measured(VARIOUS, 1), dt=DT)
+    return mh.identify(VARIOUS, measured(VARIOUS, 1), dt=DT, duhem=None)
 
 
 @pytest.fixture(scope="module")
 def alike() -> mh.results.Identification:
-    return mh.identify(ALIKE, measured(ALIKE, 2), dt=DT)
+    return mh.identify(ALIKE, measured(ALIKE, 2), dt=DT, duhem=None)
 
 
 def covered(found: mh.results.Identification, interval: float) -> tuple[float, float]:
@@ -77,6 +80,15 @@ def covered(found: mh.results.Identification, interval: float) -> tuple[float, f
         shares.append(float(inside[judged].mean()))
         widths.append(float((high - low)[judged].mean() / np.std((y - predicted)[judged])))
     return float(np.mean(shares)), float(np.mean(widths))
+
+
+def test_what_bands_are_of_here_is_found_by_default() -> None:
+    found = mh.identify(VARIOUS, measured(VARIOUS, 1), dt=DT)
+    assert found.duhem is not None and found.stage.output_map is not None
+    u = others(5)
+    true = foreign(u)
+    # Less than the noise of one sample; plays leave 1 % of the range.
+    assert np.std(found.predict(u) - true) < 2e-4 * np.ptp(true)
 
 
 def test_the_band_holds_records_that_were_not_fitted(

@@ -85,10 +85,10 @@ impl Gains {
             let (query_by_drive, query_by_operator) = (&cq * moved + &dq, &cq * shaken + &through);
             // From a change of v round to the next: it may not grow. Where positions tell q the two parts cancel.
             let round = &query_by_operator - &query_by_drive * &by_operator;
-            let share = if largest_singular_value(&spreads * round) <= SHRINKS {
+            let share = if largest_singular_value(&(&spreads * round)) <= SHRINKS {
                 1.0
             } else {
-                (SHRINKS / largest_singular_value(&by_operator * &spreads * &query_by_drive)).min(1.0)
+                (SHRINKS / largest_singular_value(&(&by_operator * &spreads * &query_by_drive))).min(1.0)
             };
             all.by_operator.push(by_operator * Complex::from(share));
             all.by_position.push(inverse * Complex::from(share));
@@ -100,7 +100,7 @@ impl Gains {
 }
 
 /// 0 of a matrix without an entry, as of a stage without operators.
-fn largest_singular_value(matrix: DMatrix<Complex<f64>>) -> f64 {
+fn largest_singular_value(matrix: &DMatrix<Complex<f64>>) -> f64 {
     if matrix.is_empty() {
         return 0.0;
     }

@@ -9,7 +9,7 @@ use core::f64::consts::TAU;
 
 use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
 use crate::choose::found::{Found, LinearEvidence, Place};
-use crate::choose::structure::restructured;
+use crate::choose::structure::with_structure;
 use crate::choose::table::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::told::Variety;
 use crate::error::Error;
@@ -182,18 +182,11 @@ fn searched(
     let options = Options { dynamics, ..found.options };
     let found = Found { fit, options, basis: found.basis, linear, told_alone: None, untold_map: None, ..plays.clone() };
     let found = with_more_knots(records, found, monitor)?;
-    let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
     if !asked.leaves_structure_open() {
         return Ok(found);
     }
-    let open = Options {
-        weights: asked.weights,
-        smoothness: asked.smoothness,
-        creep: asked.creep.clone(),
-        ..found.options.clone()
-    };
-    let open = Options { loop_shift: asked.loop_shift, ..open };
-    restructured(records, &open, found, place, monitor)
+    let point = found.fit.fit.point;
+    with_structure(records, asked, found, point, monitor)
 }
 
 /// A fit with an operator that begins at a start: without the maps and the loop shift that are left open and may have

@@ -1,22 +1,18 @@
 //! The whole search: the hysteresis alone, everything together, what of it stays, and the last descent with that.
 
 use crate::choose::duhem::with_duhem;
-use crate::choose::found::{Found, LinearEvidence, Place, Structure};
+use crate::choose::found::{Found, LinearEvidence, Structure};
 use crate::choose::linear_part::{FoundJoint, search_joint};
 use crate::choose::quiet_record::{Told, told_by_quietest};
-use crate::choose::structure::{USUAL_SMOOTHNESS, restructured, with_operators_chosen};
-use crate::choose::table::{Candidate, Chosen, TermSearch};
-use crate::choose::told::Variety;
+use crate::choose::structure::{with_operators_chosen, with_structure};
 use crate::error::Error;
 use crate::fit::descent::search;
 use crate::fit::joint::{JointFit, JointProblem};
-use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::{SearchMonitor, Span};
 use crate::fit::projection::levels;
 use crate::fit::space::Space;
-use crate::options::{Options, Setting};
+use crate::options::Options;
 use crate::records::record::Record;
-use crate::terms::creep::CreepModel;
 use crate::terms::dynamics::DynamicsModel;
 
 /// The best of everything that was asked for; `asked` leaves nothing open that the records cannot tell.
@@ -233,32 +229,4 @@ fn with_linear_part(
     let FoundJoint { fit, linear, partial } = search_joint(problem, found.fit, is_open, monitor)?;
     options.dynamics = fit.space.order().map_or(DynamicsModel::None, DynamicsModel::Order);
     Ok(Found { fit, options, basis, linear: Some(linear), partial, ..found })
-}
-
-/// The same with what cross-validation chooses, fitted anew.
-fn with_structure(
-    records: &[Record<'_>],
-    asked: &Options,
-    found: Found,
-    plain: Point,
-    monitor: &mut SearchMonitor<'_>,
-) -> Result<Found, Error> {
-    monitor.begin_structure();
-    let smoothness = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
-    let search = TermSearch { records, asked, smoothness, plain, variety: Variety::of(records) };
-    let chosen = match search.choose(&found, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
-        chosen => chosen?,
-    };
-    let Some(Chosen { candidate: Candidate { options, place, linear, .. }, untold }) = chosen else {
-        let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
-        return restructured(records, asked, found, place, monitor);
-    };
-    // An amplitude for every decade was chosen for good.
-    let settled = if options.creep == CreepModel::EveryDecade { options.creep.clone() } else { asked.creep.clone() };
-    let asked = &Options { creep: settled, ..asked.clone() };
-    // Dynamics that were sought with all records are not those that one record told.
-    let keeps_told = place.space.order().is_some() && !place.space.searches(Parameter::LogFrequency);
-    let told_alone = found.told_alone.filter(|_| keeps_told);
-    restructured(records, asked, Found { options, linear, told_alone, untold_map: untold, ..found }, place, monitor)
 }

@@ -3,6 +3,7 @@
 
 use crate::choose::cross_validation::{CrossValidation, Stretches, StretchesUnderLaw, Terms};
 use crate::choose::found::{Found, LinearEvidence, Place, Search, Structure};
+use crate::choose::table::{Candidate, Chosen, TermSearch};
 use crate::choose::told::Variety;
 use crate::error::Error;
 use crate::fit::joint::{JointFit, JointProblem};
@@ -23,7 +24,7 @@ const LAWS: [WeightLaw; 3] = [WeightLaw::Quadratic, WeightLaw::Free, WeightLaw::
 
 /// How smooth the weights are while the terms are chosen, where their smoothness is left open: ragged weights follow what
 /// a term leaves.
-pub(crate) const USUAL_SMOOTHNESS: f64 = 1e-3;
+const USUAL_SMOOTHNESS: f64 = 1e-3;
 
 /// How smooth the weights are where all loops are alike.
 const SMOOTHNESS_OF_LIKE_LOOPS: f64 = 1e-2;
@@ -145,8 +146,36 @@ pub(crate) fn with_creep_amplitudes(point: &Point, space: &Space, amplitudes: us
 /// that goes in the last of them has one more.
 const DESCENTS: usize = 3;
 
+/// The same with what cross-validation chooses, fitted anew.
+pub(crate) fn with_structure(
+    records: &[Record<'_>],
+    asked: &Options,
+    found: Found,
+    plain: Point,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    monitor.begin_structure();
+    let smoothness = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
+    let search = TermSearch { records, asked, smoothness, plain, variety: Variety::of(records) };
+    let chosen = match search.choose(&found, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
+        chosen => chosen?,
+    };
+    let Some(Chosen { candidate: Candidate { options, place, linear, .. }, untold }) = chosen else {
+        let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
+        return restructured(records, asked, found, place, monitor);
+    };
+    // An amplitude for every decade was chosen for good.
+    let settled = if options.creep == CreepModel::EveryDecade { options.creep.clone() } else { asked.creep.clone() };
+    let asked = &Options { creep: settled, ..asked.clone() };
+    // Dynamics that were sought with all records are not those that one record told.
+    let keeps_told = place.space.order().is_some() && !place.space.searches(Parameter::LogFrequency);
+    let told_alone = found.told_alone.filter(|_| keeps_told);
+    restructured(records, asked, Found { options, linear, told_alone, untold_map: untold, ..found }, place, monitor)
+}
+
 /// The same with terms, weight law and smoothness as cross-validation chooses them at a place, fitted anew from there.
-pub(crate) fn restructured(
+fn restructured(
     records: &[Record<'_>],
     asked: &Options,
     found: Found,
