@@ -6,6 +6,7 @@ use hysteresis_control::linear::{Creep, Modes, SecondOrder};
 use hysteresis_control::stage::{LoopShift, SlowGain};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 
+use crate::choose::duhem::without_inverse;
 use crate::choose::found::Found;
 use crate::choose::glitches::search_without_glitches;
 use crate::choose::linear_part::{joint_findings, untold_dead_time};
@@ -128,6 +129,7 @@ fn judge_sign(
 fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> Result<Identification, Error> {
     let chain = found.fit.chain(found.interval(records));
     let untold_map = found.untold_map.and_then(untold_map);
+    let no_inverse = without_inverse(&found.fit, &found.basis);
     let Found {
         fit: found, options, smoothness, basis, operators_tried, structure, linear, told_alone, partial, ..
     } = found;
@@ -154,6 +156,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         None => warnings.extend(untold_dead_time(&space, &fit, &standard_errors)),
     }
     warnings.extend(untold_map);
+    warnings.extend(no_inverse);
     if !intervals.are_seconds() {
         warnings = without_interval(warnings, chain.linear.dead_time);
     }

@@ -65,7 +65,7 @@ impl<S: Scalar> State<S> {
 
 /// f over z in one direction: what the core calls a chain, for any scalar.
 ///
-/// Straight between the knots; beyond them a line that grows outwards goes on, and f stays where it falls.
+/// Straight between the knots; beyond them a line that grows outwards goes on, and f stays where it falls, or is below 0.
 #[derive(Clone, Debug, PartialEq)]
 struct Slopes<S> {
     /// Where each line ends, and what it is: f at a reference, df/dz, the reference.
@@ -81,9 +81,10 @@ impl<S: Scalar> Slopes<S> {
         };
         let inner: Vec<_> = (0..knots.len() - 1).map(between).collect();
         let (first, last) = (inner[0].2, inner[inner.len() - 1].2);
-        let below = (knots[0], values[0], if first.value() < 0.0 { first } else { zero }, knots[0]);
+        let falls = values[0].value() < 0.0;
+        let below = (knots[0], values[0], if first.value() < 0.0 && !falls { first } else { zero }, knots[0]);
         let (end, value) = (knots[knots.len() - 1], values[values.len() - 1]);
-        let above = (f64::INFINITY, value, if last.value() > 0.0 { last } else { zero }, end);
+        let above = (f64::INFINITY, value, if last.value() > 0.0 && !falls { last } else { zero }, end);
         Self { lines: std::iter::once(below).chain(inner).chain([above]).collect() }
     }
 
@@ -187,12 +188,15 @@ mod tests {
 
     #[test]
     fn slopes_are_those_of_the_core() {
-        let (knots, rising) = ([-1.0, 0.0, 2.0], [1.0, 2.0, 3.0]);
-        let duhem = Duhem::<3>::new(&knots, &rising, &[4.0, 5.0, 0.5]).unwrap();
-        for (values, is_rising) in [(rising, true), ([4.0, 5.0, 0.5], false)] {
-            let slopes = Slopes::new(&knots, &values);
-            for z in [-3.0, -1.0, -0.3, 0.0, 1.2, 2.0, 7.0] {
-                assert!((slopes.at(z) - duhem.slope(z, is_rising)).abs() < 1e-15, "{z}");
+        let knots = [-1.0, 0.0, 2.0];
+        for sign in [1.0, -1.0] {
+            let [rising, falling] = [[1.0, 2.0, 3.0], [4.0, 5.0, 0.5]].map(|values| values.map(|f| sign * f));
+            let duhem = Duhem::<3>::new(&knots, &rising, &falling).unwrap();
+            for (values, is_rising) in [(rising, true), (falling, false)] {
+                let slopes = Slopes::new(&knots, &values);
+                for z in [-3.0, -1.0, -0.3, 0.0, 1.2, 2.0, 7.0] {
+                    assert!((slopes.at(z) - duhem.slope(z, is_rising)).abs() < 1e-15, "{sign} {z}");
+                }
             }
         }
     }

@@ -48,7 +48,6 @@ impl Stage {
     /// # Errors
     /// [`Error::Falling`], or a hysteresis without an inverse.
     pub fn tuning_options(&self, dt: f64, peak_sensitivity: f64) -> Result<TuningOptions, Error> {
-        self.parts().hysteresis.check_invertible()?;
         self.check_rising()?;
         let gain = self.parts().dynamics.static_gain().abs();
         let (low, high) = self.slope_range();
@@ -75,6 +74,7 @@ impl Stage {
 
     /// Feedback with positive gains needs a position that rises with the drive.
     fn check_rising(&self) -> Result<(), Error> {
+        self.rigid.check_invertible()?;
         let parts = self.parts();
         let falling =
             [&parts.input_map, &parts.output_map].into_iter().flatten().filter(|map| !map.is_rising()).count();
@@ -132,7 +132,7 @@ impl Stage {
     /// geometric mean of those of the hysteresis.
     ///
     /// # Errors
-    /// [`Error::NegativeDeadTime`], or [`Error::Falling`].
+    /// [`Error::NegativeDeadTime`], [`Error::Falling`], or a hysteresis without an inverse.
     pub fn feedback_loop(&self, dt: f64, (kp, ki): (f64, f64), filters: Sections) -> Result<FeedbackLoop, Error> {
         self.check_rising()?;
         let (low, high) = self.slope_range();

@@ -304,15 +304,18 @@ impl Stage {
         if let Some(duhem) = &self.parts.duhem {
             (low, high) = (low + duhem.min_slope(), high + duhem.max_slope());
         }
+        // A slope below 0, of an operator that falls more than the plays rise, is least where it is made steepest.
+        let between = |(low, high): (f64, f64), (flat, steep): (f64, f64)| {
+            (low * if low < 0.0 { steep } else { flat }, high * if high < 0.0 { flat } else { steep })
+        };
         for map in [&self.parts.input_map, &self.parts.output_map].into_iter().flatten() {
-            let (flat, steep) = map.slope_range();
-            (low, high) = (low * flat, high * steep);
+            (low, high) = between((low, high), map.slope_range());
         }
         let crept: f64 = self.parts.creep.iter().flat_map(Creep::amplitudes).sum();
         let gain = self.parts.dynamics.static_gain().abs();
         let (smallest, largest) = self.parts.slow_gain.map_or((1.0, 1.0), |slow| slow.gains());
-        let (low, high) = (smallest * low, largest * high);
-        (low * gain * (1.0 + crept).min(1.0), high * gain * (1.0 + crept).max(1.0))
+        let (low, high) = between((low, high), (smallest, largest));
+        between((low, high), (gain * (1.0 + crept).min(1.0), gain * (1.0 + crept).max(1.0)))
     }
 
     /// The positions that the stage reaches whatever happened before: every one between these two has a drive within

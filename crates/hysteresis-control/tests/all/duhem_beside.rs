@@ -1,7 +1,7 @@
 //! A stage with a Duhem operator beside its plays.
 
 use hysteresis_control::stage::{Stage, StageParts};
-use hysteresis_core::{Duhem, Process};
+use hysteresis_core::{Duhem, Offsets, PiecewiseLinearMap, PrandtlIshlinskii, Process};
 
 use crate::support::past_drives::{
     creeping, error_behind_inverse, error_in_open_loop, error_of_feedforward, error_of_sub_steps, reference,
@@ -71,6 +71,16 @@ fn what_the_stage_reaches_holds_for_loops_that_drift() {
     }
     let ((flat, steep), (plays, most)) = (stage.slope_range(), without.slope_range());
     assert!(flat >= plays && steep > most + 0.4, "{flat} {steep}, plays alone {plays} {most}");
+    // Behind maps the steepest slope of one that falls is the least.
+    let map = |top| PiecewiseLinearMap::new(&[-60.0, 0.0, 60.0], &[-60.0, 0.0, top]).unwrap();
+    let steep = Duhem::new(&[-1.0, 1.0], &[-0.5; 2], &[-0.5; 2]).unwrap();
+    let line = PrandtlIshlinskii::new(&[0.1], &[0.0], Offsets::default()).unwrap();
+    let parts = StageParts { duhem: Some(Box::new(steep)), ..StageParts::new((&line).into()) };
+    let parts = StageParts { input_map: Some(map(120.0)), ..parts };
+    let turned = Stage::new(parts).unwrap();
+    assert_eq!(turned.slope_range(), (-0.8, -0.4));
+    let refused = turned.tune(1e-3, 1.3).unwrap_err().to_string();
+    assert!(refused.starts_with("duhem: expected a Duhem operator that falls less"), "{refused}");
     let (flatter, less) = Stage::new(StageParts { creep: None, ..falling() }).unwrap().slope_range();
     assert!(0.0 < flatter && flatter < plays - 0.2 && less < most, "{flatter} {less}");
 }

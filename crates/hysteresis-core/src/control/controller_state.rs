@@ -7,9 +7,11 @@ use super::feedforward::{FeedForwardState, Preview, PreviewState};
 use super::law::LoopState;
 use super::options::{ControllerOptions, check_unchanged};
 use super::source::DriveSource;
+use crate::duhem::Duhem;
 use crate::engine::CompiledModel;
 use crate::error::Error;
 use crate::filter::Biquad;
+use crate::quasistatic::MAX_KNOTS;
 
 /// The limits of the drive in a saved state.
 ///
@@ -107,6 +109,12 @@ impl HybridController {
             self.now.change_feedforward(old, new, self.rules.bumpless_samples);
         }
         Ok(())
+    }
+
+    /// The Duhem operator of the model that feeds forward, if it has one: [`set_model`](Self::set_model) does not change it.
+    #[must_use]
+    pub fn duhem(&self) -> Option<&Duhem<MAX_KNOTS>> {
+        self.source.duhem()
     }
 
     /// Everything that the controller remembers. Allocates.

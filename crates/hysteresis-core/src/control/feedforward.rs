@@ -5,11 +5,12 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::source::{DriveSource, View, check_same_limits};
+use crate::duhem::Duhem;
 use crate::engine::CompiledModel;
 use crate::error::{Error, check_all_finite, check_between, no_such};
 use crate::fingerprint::Fingerprint;
 use crate::process::Process;
-use crate::quasistatic::{QuasiStaticInverse, QuasiStaticState};
+use crate::quasistatic::{MAX_KNOTS, QuasiStaticInverse, QuasiStaticState};
 use crate::real::count_as_f64;
 use crate::stream::{Forward, Inverse, StreamState};
 
@@ -161,6 +162,14 @@ impl FeedForward {
             Self::QuasiStatic(stream) => stream.set_model(model),
             Self::Forward(stream) => stream.set_model(model),
             Self::None | Self::Given => Err(Error::NoModel),
+        }
+    }
+
+    /// The Duhem operator of the model, if it has one.
+    pub(super) fn duhem(&self) -> Option<&Duhem<MAX_KNOTS>> {
+        match self {
+            Self::QuasiStatic(stream) => stream.duhem(),
+            Self::Inverse(_) | Self::Forward(_) | Self::None | Self::Given => None,
         }
     }
 

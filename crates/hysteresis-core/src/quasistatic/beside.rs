@@ -30,13 +30,13 @@ pub(super) struct Beside<H> {
     least: Option<f64>,
 }
 
-/// The same for the parameters of both.
+/// The least slope of the sum of a model and an operator whose z falls as the drive rises.
 fn least_where_z_falls(model: &CompiledModel, duhem: &Duhem<MAX_KNOTS>) -> Option<f64> {
     let z = duhem.min_slope();
     (z < 0.0).then(|| model.slope_range().0 + z)
 }
 
-/// That the sum rises with the drive.
+/// Checks that the sum rises with the drive.
 pub(super) fn check_rises(model: &CompiledModel, duhem: Option<&Duhem<MAX_KNOTS>>) -> Result<(), Error> {
     let Some(duhem) = duhem else { return Ok(()) };
     let flattest = model.slope_range().0;

@@ -7,8 +7,9 @@ use alloc::vec::Vec;
 use super::beside::{Beside, check_rises};
 use super::creep::CreepMemory;
 use super::map::{MapPiece, PiecewiseLinearMap};
-use super::parts::QuasiStatic;
+use super::parts::{MAX_KNOTS, QuasiStatic};
 use super::past_drives::PastDrives;
+use crate::duhem::Duhem;
 use crate::engine::CompiledModel;
 use crate::error::{Error, MAX_MAGNITUDE, check_all_finite, check_finite, check_model, is_admissible};
 use crate::process::Process;
@@ -29,6 +30,15 @@ impl QuasiStatic {
     /// or for a Duhem operator whose z falls as steeply as the hysteresis may rise.
     pub fn inverse(&self, limits: Option<(f64, f64)>) -> Result<QuasiStaticInverse, Error> {
         QuasiStaticInverse::new(self, limits)
+    }
+
+    /// Whether there is an inverse.
+    ///
+    /// # Errors
+    /// As for [`inverse`](Self::inverse) without limits.
+    pub fn check_invertible(&self) -> Result<(), Error> {
+        self.hysteresis.invertible?;
+        check_rises(&self.hysteresis, self.duhem())
     }
 }
 
@@ -339,7 +349,7 @@ pub struct QuasiStaticInverse {
 impl QuasiStaticInverse {
     pub(super) fn new(model: &QuasiStatic, limits: Option<(f64, f64)>) -> Result<Self, Error> {
         let (low, high) = check_limits(limits)?;
-        check_rises(&model.hysteresis, model.duhem())?;
+        model.check_invertible()?;
         let behind = |drive| (model.input_map.as_ref().map_or(drive, |map| map.at(drive)), drive);
         let mut mapped_limits = [behind(low), behind(high)];
         if mapped_limits[0].0 > mapped_limits[1].0 {
@@ -398,6 +408,12 @@ impl QuasiStaticInverse {
     #[must_use]
     pub fn limits(&self) -> Option<(f64, f64)> {
         (self.limits != (-MAX_MAGNITUDE, MAX_MAGNITUDE)).then_some(self.limits)
+    }
+
+    /// The Duhem operator beside the hysteresis, if there is one.
+    #[must_use]
+    pub fn duhem(&self) -> Option<&Duhem<MAX_KNOTS>> {
+        self.stage.model.duhem()
     }
 
     /// The inverse of the hysteresis inside.

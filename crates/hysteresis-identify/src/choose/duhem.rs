@@ -13,13 +13,15 @@ use crate::choose::structure::with_structure;
 use crate::choose::table::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::told::Variety;
 use crate::error::Error;
+use crate::fit::descent::best_attempt;
 use crate::fit::joint::{Attempts, JointFit, JointProblem};
 use crate::fit::point::{Parameter, Point};
-use crate::fit::progress::SearchMonitor;
+use crate::fit::progress::{SearchMonitor, Span};
 use crate::fit::projection::rough;
 use crate::fit::response::OperatorsAt;
 use crate::fit::space::{Space, at_duhem};
 use crate::fit::tangent::Slope;
+use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
 use crate::judge::findings_of_fit;
 use crate::options::Options;
@@ -30,12 +32,13 @@ use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
 use crate::terms::operators::ModelKind;
+use crate::terms::weights::WeightBasis;
 
-/// What plays leave below this share of the range, rms, no other family is asked to explain.
-const LEAST_LEFT: f64 = 1e-3;
+/// What plays leave below this share of the range, rms, no other family is asked to explain, nor white noise.
+const LEAST_LEFT: f64 = 3e-4;
 
 /// By which factor a shape must lower the objective of the plays before everything is searched with it.
-const MUST_PROMISE: f64 = 1.3;
+const MUST_PROMISE: f64 = 1.1;
 
 /// How far the searched parameters may move for that promise, in their scales.
 const REACH: f64 = 0.3;
@@ -52,6 +55,9 @@ const MODE_DAMPING: f64 = 0.08;
 
 /// In how many samples the lag of an amplifier is told from that of a mode.
 const LEAST_LAG: f64 = 2.0;
+
+/// An operator that puts out less than this share of the range is rounding.
+const LEAST_SEEN: f64 = 1e-9;
 
 /// By which share of the flattest slope of the plays an operator falls at most.
 const STEEPEST_FALL: f64 = 0.95;
@@ -74,7 +80,7 @@ pub(crate) fn with_duhem(
 ) -> Result<Found, Error> {
     let is_forced = asked.duhem == DuhemModel::Fit;
     let is_open = asked.duhem == DuhemModel::Auto && asked.model == ModelKind::Modified;
-    if plays.partial || !(is_forced || is_open && left(records, &plays) > LEAST_LEFT) {
+    if plays.partial || !(is_forced || is_open && leaves_something(records, &plays)) {
         return Ok(plays);
     }
     let explained = explained_by_time(records, &plays);
@@ -89,22 +95,29 @@ pub(crate) fn with_duhem(
     };
     let mut directions = best_shapes(records, &begun)?;
     directions.retain(|direction| is_forced || direction.promise >= MUST_PROMISE);
-    let mut rising = None;
+    let mut best: Option<(Found, CrossValidation)> = None;
     for Direction { starts, .. } in &directions {
         let found = match searched(records, asked, &begun, starts, monitor) {
             Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
             found => found?,
         };
-        if rises(&found) {
-            rising = Some(found);
-            break;
+        if !rises(&found) {
+            continue;
+        }
+        let predicts = validated(records, &found)?;
+        if best.as_ref().is_none_or(|(_, best)| is_better(&predicts, best, 1.0)) {
+            best = Some((found, predicts));
         }
     }
-    let Some(found) = rising else { return Ok(plays) };
+    let Some((found, predicts)) = best else { return Ok(plays) };
     // Loops that only decay do not tell an operator whose loops need not close from what time does.
     let is_told = Variety::of(records).apart_from_time && explained == Explained::Nowhere;
     let must_gain = if is_told { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS };
-    let is_chosen = is_forced || is_better(&validated(records, &found)?, &validated(records, &plays)?, must_gain);
+    let is_chosen = if is_forced {
+        found.fit.fit.squares < plays.fit.fit.squares
+    } else {
+        is_better(&predicts, &validated(records, &plays)?, must_gain)
+    };
     let partial = found.partial;
     Ok(if is_chosen { found } else { Found { partial, ..plays } })
 }
@@ -112,9 +125,28 @@ pub(crate) fn with_duhem(
 /// Whether the position rises with the drive everywhere, so that there is an inverse: an operator may fall, but by less
 /// than the plays rise right after a reversal.
 fn rises(found: &Found) -> bool {
-    let fall = found.fit.space.duhem(&found.fit.fit.point).map_or(0.0, |table| table.steepest_fall());
-    let rise = if found.basis.is_identity(0) { found.fit.fit.weights[0] } else { 0.0 };
-    fall <= 0.0 || fall < STEEPEST_FALL * rise
+    let (rise, fall) = rise_and_fall(&found.fit, &found.basis);
+    fall < STEEPEST_FALL * rise
+}
+
+/// The flattest slope of the plays, that of their identity, and by how much an operator beside them falls at most.
+fn rise_and_fall(fit: &JointFit, basis: &WeightBasis) -> (f64, f64) {
+    let fall = fit.space.duhem(&fit.fit.point).map_or(0.0, |table| table.steepest_fall());
+    let rise = if basis.is_identity(0) { fit.fit.weights[0] } else { 0.0 };
+    (rise, fall.max(0.0))
+}
+
+/// What there is to say of an operator that falls more than the plays rise.
+pub(crate) fn without_inverse(fit: &JointFit, basis: &WeightBasis) -> Option<Finding> {
+    let (rise, fall) = rise_and_fall(fit, basis);
+    if fall <= 0.0 || fall < (1.0 - LEAST_SEEN) * rise {
+        return None;
+    }
+    let message = format!(
+        "the Duhem operator falls by up to {fall:.3e} per unit of the drive, and the plays rise by {rise:.3e} after a reversal: the \
+         position may fall where the drive rises, and the stage has no inverse"
+    );
+    Some(Finding::new(FindingCode::NoInverse, rise - fall, 0.0, message))
 }
 
 /// Where time explains what plays leave.
@@ -164,15 +196,9 @@ fn searched(
     starts: &[DuhemTable],
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
-    let mut best: Option<Found> = None;
-    for start in starts {
-        let found = searched_from(records, asked, plays, start, monitor)?;
-        let least = best.as_ref().map_or(f64::INFINITY, |best| best.fit.fit.objective);
-        if found.fit.fit.objective < least {
-            best = Some(found);
-        }
-    }
-    let Some(found) = best else { return Ok(plays.clone()) };
+    let Some(begun) = best_start(records, asked, plays, starts, monitor)? else { return Ok(plays.clone()) };
+    let fit = begun.problem(records).search_from(begun.fit.space.clone(), &begun.fit.fit.point, monitor)?;
+    let found = Found { fit, ..begun };
     let (fit, dynamics) = match with_lag_in_front(&found.problem(records), asked, &found.fit, monitor)? {
         Some(other) => (other, DynamicsModel::Order(Order::Second)),
         None => (found.fit, found.options.dynamics),
@@ -189,9 +215,28 @@ fn searched(
     with_structure(records, asked, found, point, monitor)
 }
 
-/// A fit with an operator that begins at a start: without the maps and the loop shift that are left open and may have
-/// stood in for it.
-fn searched_from(
+/// Of fits with operators that begin at some starts the best after a few passes over selected rows: without the maps
+/// and the loop shift that are left open and may have stood in for the operator.
+fn best_start(
+    records: &[Record<'_>],
+    asked: &Options,
+    plays: &Found,
+    starts: &[DuhemTable],
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Option<Found>, Error> {
+    let mut best: Option<Found> = None;
+    for start in starts {
+        let found = begun_at(records, asked, plays, start, monitor)?;
+        let least = best.as_ref().map_or(f64::INFINITY, |best| best.fit.fit.objective);
+        if found.fit.fit.objective < least {
+            best = Some(found);
+        }
+    }
+    Ok(best)
+}
+
+/// One of them.
+fn begun_at(
     records: &[Record<'_>],
     asked: &Options,
     plays: &Found,
@@ -211,8 +256,12 @@ fn searched_from(
     };
     let basis = options.weight_basis(Space::new(records, &options)?.shift_len());
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness: plays.smoothness };
-    let near = near_plays(&problem, plays, start)?;
-    let fit = problem.search_from(near.space, &near.point, monitor)?;
+    let Place { space, point } = near_plays(&problem, plays, start)?;
+    let fit = {
+        let projection = rough(records, &space, &basis, plays.smoothness)?;
+        best_attempt(&projection, &[point], PASSES, Span { from: 0.0, to: 0.0 }, monitor)?
+    };
+    let fit = problem.at(&space, &fit.point)?;
     Ok(Found { fit, options: options.clone(), basis: basis.clone(), ..plays.clone() })
 }
 
@@ -266,6 +315,11 @@ fn mode_starts(space: &Space, point: &Point) -> Vec<Point> {
     within.map(|log| damped.with(Parameter::LogFrequency, log)).collect()
 }
 
+/// Whether plays leave anything that another family may explain.
+fn leaves_something(records: &[Record<'_>], plays: &Found) -> bool {
+    left(records, plays) > LEAST_LEFT && plays.problem(records).colour(&plays.fit).is_coloured()
+}
+
 /// What a fit leaves, rms, as a share of the range.
 fn left(records: &[Record<'_>], found: &Found) -> f64 {
     let range = records.iter().map(Record::output_range).fold(0.0, f64::max);
@@ -287,6 +341,7 @@ fn best_shapes(records: &[Record<'_>], plays: &Found) -> Result<Vec<Direction>, 
     let fit = projection.fit(&plays.fit.fit.point, None);
     let (low, high) = space.input_bounds();
     let half_range = 0.5 * (high - low);
+    let positions = records.iter().map(Record::output_range).fold(0.0, f64::max);
     let shapes: Vec<_> = RESTS
         .iter()
         .flat_map(|rest| BACKS.map(|back| DuhemTable::bouc_wen(rest * half_range, back)))
@@ -305,15 +360,16 @@ fn best_shapes(records: &[Record<'_>], plays: &Found) -> Result<Vec<Direction>, 
     };
     let best = |weights: &[(f64, f64)], amplitudes| {
         let each = shapes.iter().enumerate().map(|(place, shape)| (shape, with(weights, place, amplitudes)));
-        let best = each.min_by(|(_, p), (_, q)| p.0.total_cmp(&q.0)).filter(|(_, (_, amplitude))| *amplitude != 0.0);
-        best.map(|(shape, (objective, amplitude))| (shape.scaled(amplitude), objective))
+        let (shape, (objective, amplitude)) = each.min_by(|(_, p), (_, q)| p.0.total_cmp(&q.0))?;
+        let is_seen = amplitude.abs() * half_range > LEAST_SEEN * positions;
+        is_seen.then(|| (shape.scaled(amplitude), objective))
     };
     let (all, identity) = (basis.bounds(), basis.bounds_of_the_identity());
     let (without, _) = with(&all, 0, (0.0, 0.0));
     let direction = |amplitudes| {
         let (shape, objective) = best(&all, amplitudes)?;
         let in_place_of_plays = best(&identity, amplitudes).map(|(shape, _)| shape);
-        let starts = [shape].into_iter().chain(in_place_of_plays).collect();
+        let starts = in_place_of_plays.filter(|other| *other != shape).into_iter().chain([shape]).collect();
         Some(Direction { promise: without / objective, starts })
     };
     let both = [direction((0.0, f64::INFINITY)), direction((f64::NEG_INFINITY, 0.0))];

@@ -70,6 +70,9 @@ pub enum FindingCode {
     /// better than none, but no better than a loop shift. Value: by which factor the map lowers the mean square error on stretches
     /// that were not fitted; limit 1.2, and what explains less than 2e-3 of the range rms is not told.
     MapNotTold,
+    /// A Duhem operator falls by more than the plays rise right after a reversal: the stage has no inverse. Value: the
+    /// flattest slope of their sum; limit 0.
+    NoInverse,
     /// Samples far from their neighbours. Value: the largest distance of a residual from the median of the five
     /// around it, in robust standard deviations of all residuals (1.4826 times the median of magnitudes); limit 7,
     /// which noise of normal distribution passes less than once in 10^8 samples. A deviation below 1e-5 of the range
@@ -207,7 +210,7 @@ pub enum FindingCode {
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 56] = [
+    pub const ALL: [Self; 57] = [
         Self::WrongSign,
         Self::RecordsDiffer,
         Self::LoopBackwards,
@@ -239,6 +242,7 @@ impl FindingCode {
         Self::AmplitudeEffects,
         Self::InputEffects,
         Self::MapNotTold,
+        Self::NoInverse,
         Self::Outliers,
         Self::BadStretch,
         Self::OutputJump,
@@ -405,6 +409,11 @@ impl FindingCode {
                 Never,
                 "add a record whose loops grow again; or ask for the map (--output-map smooth, --input-map smooth), and compare on a \
                  record that was not fitted",
+            ),
+            Self::NoInverse => (
+                "no_inverse",
+                Always,
+                "leave the Duhem operator to the search (duhem=\"auto\"), or leave it out (duhem=None)",
             ),
             Self::AmplitudeEffects => (
                 "amplitude_effects",

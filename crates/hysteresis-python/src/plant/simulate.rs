@@ -72,7 +72,7 @@ use crate::identify::recursive::RecursiveIdentifier;
 ///     As parts of the controller for this run: see `HybridController`. They remember it.
 /// identifier : RecursiveIdentifier, optional
 ///     Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
-///     For an exact inverse as feed-forward.
+///     For an exact inverse as feed-forward, of a stage without a Duhem operator.
 /// model_update_interval : int
 ///     Samples between two swaps.
 /// period : float, optional
@@ -221,6 +221,11 @@ impl Around<'_> {
         check_interval("repetitive", self.repetitive.as_ref().map(|repetitive| repetitive.control.dt()), dt)?;
         check_limits(controller.controller().options().limits, plant.limits())?;
         if let Some(identifier) = &self.identifier {
+            if controller.controller().duhem().is_some() {
+                let message =
+                    "expected None for a stage with a Duhem operator: plays alone would take up what that puts out";
+                return Err(errors::value("identifier", message));
+            }
             // What it would be refused for in the run is found out before.
             let mut task = controller.controller().clone();
             task.set_model(&compiled(&identifier.0.model())).map_err(raise)?;
