@@ -219,6 +219,44 @@ def test_identify_finds_what_the_piezo_form_subtracts(record: Callable[[Stage], 
     )
 
 
+def test_of_both_directions_the_one_that_predicts_better_is_taken() -> None:
+    operator = (0.3692610938, 0.0138559287, 0.6269512447, -0.2514947166)
+    plays = mh.PrandtlIshlinskii([0.8, 0.05, 0.05], [0.0, 8.0, 25.0])
+
+    def position(u: Array) -> Array:
+        return plays.forward().run(u) + mh.Duhem.from_bouc_wen(*operator).run(u)
+
+    kind = Stage("beside plays", -50.0, 50.0, position)
+    u, other = varied(kind), loops_of(kind, [0.7, 0.9, 0.35, 0.6])
+    found = mh.identify(u, measured(kind, u), dt=LAW_DT, duhem="fit")
+    assert found.duhem is not None and found.duhem.rising.min() > 0.0
+    true = position(other)
+    assert np.std(found.predict(other) - true) < 1e-3 * np.ptp(true)
+
+
+def test_a_fit_without_an_inverse_is_red() -> None:
+    kind = next(stage for stage in STAGES if stage.name == "plays")
+    u = varied(kind)
+    steep = mh.Duhem.from_bouc_wen(-5.0, 0.03, 0.8, -0.3)
+    found = mh.identify(u, measured(kind, u), dt=LAW_DT, duhem=steep)
+    (finding,) = (finding for finding in found.warnings if finding.code == "no_inverse")
+    assert found.verdict == "red" and finding.value < 0.0
+    with pytest.raises(ValueError, match="duhem: expected a Duhem operator that falls less"):
+        found.stage.inverse(LAW_DT)
+    with pytest.raises(ValueError, match="duhem: expected a Duhem operator that falls less"):
+        found.stage.controller(LAW_DT)
+
+
+def test_plays_that_adapt_take_no_operator_beside_them() -> None:
+    plays = mh.PrandtlIshlinskii([0.8, 0.05, 0.05], [0.0, 5.0, 20.0])
+    falls = mh.Duhem.from_bouc_wen(-0.4, 0.03, 0.8, -0.3)
+    stage = mh.Stage(plays, duhem=falls, limits=(-50.0, 50.0), noise=1e-3)
+    reference = 20.0 * np.sin(2.0 * np.pi * np.arange(200) * DT)
+    identifier = mh.RecursiveIdentifier(plays, forgetting=0.999)
+    with pytest.raises(ValueError, match="identifier: expected None for a stage with a Duhem"):
+        mh.plant.simulate(stage.controller(DT), stage.plant(DT), reference, identifier=identifier)
+
+
 def test_a_map_that_is_asked_for_stays_beside_the_operator() -> None:
     u = loops()
     h = 0.3 * u + bouc_wen(u, 1.4, 0.6)

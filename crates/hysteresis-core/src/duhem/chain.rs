@@ -19,7 +19,9 @@ pub(super) struct Segment {
     gradient: f64,
     /// The end at which f is smaller, and f there: seen from it f is a sum of what is not negative.
     reference: (f64, f64),
-    /// f at the start and at the end.
+    /// f at the start as it was given.
+    given: f64,
+    /// f at the start and at the end, as `slope_at` has it.
     slope: (f64, f64),
     /// By how much x grows from start to end.
     span: f64,
@@ -32,6 +34,7 @@ impl Segment {
         end: f64::INFINITY,
         gradient: 0.0,
         reference: (0.0, 1.0),
+        given: 1.0,
         slope: (1.0, 1.0),
         span: f64::INFINITY,
     };
@@ -40,7 +43,7 @@ impl Segment {
     fn between(from: (f64, f64), to: (f64, f64)) -> Self {
         let gradient = (to.1 - from.1) / (to.0 - from.0);
         let reference = if from.1 <= to.1 { from } else { to };
-        let bare = Self { start: from.0, end: to.0, gradient, reference, ..Self::NONE };
+        let bare = Self { start: from.0, end: to.0, gradient, reference, given: from.1, ..Self::NONE };
         let bare = Self { slope: (bare.slope_at(from.0), bare.slope_at(to.0)), ..bare };
         Self { span: bare.distance(bare.slope.0, to.0 - from.0), ..bare }
     }
@@ -53,7 +56,7 @@ impl Segment {
 
     /// From the last knot on.
     fn above(last: (f64, f64), gradient: f64) -> Self {
-        Self { start: last.0, gradient, reference: last, slope: (last.1, last.1), ..Self::NONE }
+        Self { start: last.0, gradient, reference: last, given: last.1, slope: (last.1, last.1), ..Self::NONE }
     }
 
     /// f.
@@ -116,7 +119,7 @@ impl<const N: usize> Chain<N> {
 
     /// The knots (z, f).
     pub(super) fn knots(&self) -> impl Iterator<Item = (f64, f64)> + Clone + '_ {
-        self.above.iter().take(self.knots).map(|segment| (segment.start, segment.slope.0))
+        self.above.iter().take(self.knots).map(|segment| (segment.start, segment.given))
     }
 
     #[inline]

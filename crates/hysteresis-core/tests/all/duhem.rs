@@ -78,6 +78,15 @@ proptest! {
         }
     }
 
+    /// A file keeps them.
+    #[test]
+    fn made_of_its_own_parameters_it_is_the_same(duhem in any_duhem()) {
+        let [knots, rising, falling] = [duhem.knots().collect::<Vec<_>>(), duhem.rising().collect(), duhem.falling().collect()];
+        let again = Duhem::<9>::new(&knots, &rising, &falling).unwrap();
+        prop_assert_eq!(again.fingerprint(), duhem.fingerprint());
+        prop_assert_eq!(again, duhem);
+    }
+
     #[test]
     fn sampling_independence(duhem in any_duhem(), x in history(), parts in 2..9_u32) {
         let (mut whole, mut split) = (DuhemForward::new(duhem), DuhemForward::new(duhem));
