@@ -84,7 +84,13 @@ pub(crate) fn with_duhem(
         return Ok(plays);
     }
     let explained = explained_by_time(records, &plays);
-    if !is_forced && explained == Explained::AtItsStart {
+    let apart_from_time = Variety::of(records).apart_from_time;
+    let is_told_from_time = match explained {
+        Explained::Nowhere => true,
+        Explained::Maybe => apart_from_time,
+        Explained::AtItsStart => false,
+    };
+    if !is_forced && !is_told_from_time {
         return Ok(plays);
     }
     // The part of the work before is done: progress does not go back.
@@ -111,7 +117,7 @@ pub(crate) fn with_duhem(
     }
     let Some((found, predicts)) = best else { return Ok(plays) };
     // Loops that only decay do not tell an operator whose loops need not close from what time does.
-    let is_told = Variety::of(records).apart_from_time && explained == Explained::Nowhere;
+    let is_told = apart_from_time && explained == Explained::Nowhere;
     let must_gain = if is_told { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS };
     let is_chosen = if is_forced {
         found.fit.fit.squares < plays.fit.fit.squares

@@ -2,7 +2,7 @@
 
 use crate::actuators::{decaying_triangle, noise, output, run};
 use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, Ratios};
-use hysteresis_identify::{Identification, Options, Record, Setting, Thresholds, WeightLaw};
+use hysteresis_identify::{DuhemModel, Identification, Options, Record, Setting, Thresholds, WeightLaw};
 
 fn options(thresholds: Thresholds) -> Options {
     Options {
@@ -69,7 +69,9 @@ fn they_suit_a_stage_of_small_thresholds() {
             .collect();
         let truth = output(&actuator, &unseen, 0.0);
         let error = |thresholds| {
-            let found = run(&[Record::new(&input, &measured, 0).unwrap()], &options(thresholds)).unwrap();
+            // Of plays alone: a Duhem operator beside them makes up for thresholds that do not suit.
+            let plays = Options { duhem: DuhemModel::None, ..options(thresholds) };
+            let found = run(&[Record::new(&input, &measured, 0).unwrap()], &plays).unwrap();
             let predicted = found.predict(&unseen).unwrap();
             truth.iter().zip(predicted).map(|(y, p)| (y - p).powi(2)).sum::<f64>().sqrt()
         };
