@@ -53,6 +53,7 @@ def test_records_give_a_stage_and_a_page(room: Path) -> None:
     result = run(*given(room), "-o", str(room / "axes.json"), "--report", str(room / "axes.html"))
     assert result.exit_code == 0, result.output
     assert "verdict:" in result.stdout and "states" in result.stdout
+    assert "plays" not in result.stdout and "duhem" not in result.stdout.lower()
     stage = mh.MultiAxisStage.load(room / "axes.json")
     u = np.random.default_rng(9).standard_normal((300, 2))
     missed = stage.forward().run(u) - PLANT.forward().run(u)

@@ -175,7 +175,7 @@ def test_plays_are_found_and_predict() -> None:
 def test_a_linear_stage_has_no_hysteresis() -> None:
     u, y = records(hysteresis=False)
     found = mh.identify_axes(u, y, dt=DT)
-    assert found.verdict == "amber"
+    assert found.verdict == "amber" and found.hysteresis == "none"
     assert {finding.code for finding in found.warnings} == {"hysteresis_inside_not_told"}
     assert (found.errors < 1.2e-3).all()
     assert max(abs(np.linalg.eigvals(found.model.a))) < 1.0

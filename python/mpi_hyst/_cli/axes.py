@@ -15,11 +15,11 @@ from mpi_hyst._cli.options import (
     FILE,
     OfText,
     argument,
-    asked,
     command,
     flags,
     group,
     option,
+    passed,
     report,
     time_column,
     time_unit,
@@ -118,7 +118,7 @@ def run(request: Request) -> str:
         for names in (request.drives, request.positions)
     )
     with refusing(request.data[0], {**flags(Request), "dt": "--rate"}):
-        found = mh.identify_axes(u, y, dt=dt, **asked(request, "identify_axes"))
+        found = mh.identify_axes(u, y, dt=dt, **passed(request, "identify_axes"))
     named = zip(map(str, request.data), u, y, strict=True)
     records = [Record(name, drives, positions) for name, drives, positions in named]
     result = Found(found, records, request.drives, request.positions, request.skip)

@@ -220,7 +220,7 @@ impl Search<'_> {
     /// Fits the chosen model to all, and says how good it is.
     fn finish(mut self, linear: &Candidate, best: Option<Candidate>, dt: f64) -> Result<AxesIdentification, Error> {
         let chosen = match best {
-            Some(best) if best.held_out < linear.held_out => best,
+            Some(best) if best.held_out < BETTER * linear.held_out => best,
             _ => linear.clone(),
         };
         let data = self.data;
