@@ -50,17 +50,20 @@ fn beside_a_slope_the_inverse_is_that_of_the_operator() {
 
 #[test]
 fn a_target_out_of_reach_holds_the_limit_and_comes_back() {
-    let stage = plays(0.0).with_duhem(bouc_wen());
-    let (mut inverse, mut forward) = (stage.inverse(Some((0.0, 100.0))).unwrap(), stage.forward());
-    for (target, at_limit) in [(30.0, None), (1e3, Some(100.0)), (40.0, None), (-1e3, Some(0.0)), (20.0, None)] {
-        let drive = inverse.step(target);
-        let reached = forward.step(drive);
-        assert_eq!((inverse.saturated(), drive == at_limit.unwrap_or(drive)), (at_limit.is_some(), true), "{target}");
-        assert!(at_limit.is_some() || (reached - target).abs() < 1e-12 * 100.0, "{reached} {target}");
-        assert!((inverse.position() - reached).abs() < 1e-12 * 100.0);
-        let mut restored = stage.inverse(Some((0.0, 100.0))).unwrap();
-        restored.set_state(&inverse.state()).unwrap();
-        assert_eq!((restored.saturated(), restored.peek(50.0)), (inverse.saturated(), inverse.peek(50.0)));
+    let falls = Duhem::from_bouc_wen(-0.5, 0.02, 0.9, -0.4).unwrap();
+    for stage in [plays(0.0).with_duhem(bouc_wen()), linear(0.8).with_duhem(falls)] {
+        let (mut inverse, mut forward) = (stage.inverse(Some((0.0, 100.0))).unwrap(), stage.forward());
+        for (target, at_limit) in [(30.0, None), (1e3, Some(100.0)), (40.0, None), (-1e3, Some(0.0)), (20.0, None)] {
+            let drive = inverse.step(target);
+            let reached = forward.step(drive);
+            let is_at_limit = drive == at_limit.unwrap_or(drive);
+            assert_eq!((inverse.saturated(), is_at_limit), (at_limit.is_some(), true), "{target}");
+            assert!(at_limit.is_some() || (reached - target).abs() < 1e-12 * 100.0, "{reached} {target}");
+            assert!((inverse.position() - reached).abs() < 1e-12 * 100.0);
+            let mut restored = stage.inverse(Some((0.0, 100.0))).unwrap();
+            restored.set_state(&inverse.state()).unwrap();
+            assert_eq!((restored.saturated(), restored.peek(50.0)), (inverse.saturated(), inverse.peek(50.0)));
+        }
     }
 }
 
@@ -107,18 +110,6 @@ fn beside_a_steeper_slope_an_operator_may_fall() {
     let less_steep = PrandtlIshlinskii::new(&[1.0], &[0.0], Offsets::default()).unwrap();
     inverse.set_model(&CompiledModel::new(&(&less_steep).into())).unwrap();
     assert_refusals_move_nothing(linear(0.8).with_duhem(fall(0.4)));
-}
-
-#[test]
-fn out_of_reach_an_operator_that_falls_holds_the_limit_and_comes_back() {
-    let stage = linear(0.8).with_duhem(Duhem::from_bouc_wen(-0.5, 0.02, 0.9, -0.4).unwrap());
-    let (mut inverse, mut forward) = (stage.inverse(Some((0.0, 100.0))).unwrap(), stage.forward());
-    for (target, at_limit) in [(30.0, None), (1e3, Some(100.0)), (40.0, None), (-1e3, Some(0.0)), (20.0, None)] {
-        let drive = inverse.step(target);
-        let reached = forward.step(drive);
-        assert_eq!((inverse.saturated(), drive == at_limit.unwrap_or(drive)), (at_limit.is_some(), true), "{target}");
-        assert!(at_limit.is_some() || (reached - target).abs() < 1e-12 * 100.0, "{reached} {target}");
-    }
 }
 
 #[test]

@@ -83,30 +83,39 @@ pub(crate) fn with_duhem(
     if plays.partial || !(is_forced || is_open && leaves_something(records, &plays)) {
         return Ok(plays);
     }
-    let explained = explained_by_time(records, &plays);
-    let apart_from_time = Variety::of(records).apart_from_time;
-    let is_told_from_time = match explained {
-        Explained::Nowhere => true,
-        Explained::Maybe => apart_from_time,
-        Explained::AtItsStart => false,
-    };
-    if !is_forced && !is_told_from_time {
+    let must_gain = if is_forced { None } else { must_gain(records, &plays) };
+    if !is_forced && must_gain.is_none() {
         return Ok(plays);
     }
     // The part of the work before is done: progress does not go back.
     monitor.hold();
-    let begun = match begun(records, asked, &plays, monitor) {
+    let best = match best_of_directions(records, asked, &plays, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
-        begun => begun?,
+        best => best?,
     };
+    let Some((found, predicts)) = best else { return Ok(plays) };
+    let is_chosen = match must_gain {
+        Some(must_gain) => is_better(&predicts, &validated(records, &plays)?, must_gain),
+        None => found.fit.fit.squares < plays.fit.fit.squares,
+    };
+    let partial = found.partial;
+    Ok(if is_chosen { found } else { Found { partial, ..plays } })
+}
+
+/// With an operator that rises or one that falls, whichever predicts better, and how that predicts; none where neither
+/// leaves an inverse, or promises anything.
+fn best_of_directions(
+    records: &[Record<'_>],
+    asked: &Options,
+    plays: &Found,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Option<(Found, CrossValidation)>, Error> {
+    let begun = begun(records, asked, plays, monitor)?;
     let mut directions = best_shapes(records, &begun)?;
-    directions.retain(|direction| is_forced || direction.promise >= MUST_PROMISE);
+    directions.retain(|direction| asked.duhem == DuhemModel::Fit || direction.promise >= MUST_PROMISE);
     let mut best: Option<(Found, CrossValidation)> = None;
     for Direction { starts, .. } in &directions {
-        let found = match searched(records, asked, &begun, starts, monitor) {
-            Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
-            found => found?,
-        };
+        let found = searched(records, asked, &begun, starts, monitor)?;
         if !rises(&found) {
             continue;
         }
@@ -115,17 +124,7 @@ pub(crate) fn with_duhem(
             best = Some((found, predicts));
         }
     }
-    let Some((found, predicts)) = best else { return Ok(plays) };
-    // Loops that only decay do not tell an operator whose loops need not close from what time does.
-    let is_told = apart_from_time && explained == Explained::Nowhere;
-    let must_gain = if is_told { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS };
-    let is_chosen = if is_forced {
-        found.fit.fit.squares < plays.fit.fit.squares
-    } else {
-        is_better(&predicts, &validated(records, &plays)?, must_gain)
-    };
-    let partial = found.partial;
-    Ok(if is_chosen { found } else { Found { partial, ..plays } })
+    Ok(best)
 }
 
 /// Whether the position rises with the drive everywhere, so that there is an inverse: an operator may fall, but by less
@@ -155,26 +154,17 @@ pub(crate) fn without_inverse(fit: &JointFit, basis: &WeightBasis) -> Option<Fin
     Some(Finding::new(FindingCode::NoInverse, rise - fall, 0.0, message))
 }
 
-/// Where time explains what plays leave.
-#[derive(Clone, Copy, PartialEq)]
-enum Explained {
-    Nowhere,
-    /// A drift or a leak would, and what plays cannot follow looks like one.
-    Maybe,
-    /// The start of a record does.
-    AtItsStart,
-}
-
-/// Loops of an operator that need not close would follow any drift.
-fn explained_by_time(records: &[Record<'_>], plays: &Found) -> Explained {
+/// By which factor an operator must lower the mean square error of prediction; none where time explains what plays
+/// leave, as loops that need not close would follow any drift.
+fn must_gain(records: &[Record<'_>], plays: &Found) -> Option<f64> {
     let findings = findings_of_fit(records, &plays.fit.chain(plays.interval(records)), &plays.options.thresholds);
     let has = |code: FindingCode| findings.iter().any(|finding| finding.code == code);
-    if has(FindingCode::StartUpTransient) {
-        Explained::AtItsStart
-    } else if has(FindingCode::Drift) || has(FindingCode::Leakage) {
-        Explained::Maybe
-    } else {
-        Explained::Nowhere
+    // Loops that only decay do not tell an operator from what time does; on others a drift may stand for it.
+    let is_apart = Variety::of(records).apart_from_time;
+    match has(FindingCode::Drift) || has(FindingCode::Leakage) {
+        _ if has(FindingCode::StartUpTransient) => None,
+        true => is_apart.then_some(MUST_GAIN_OF_LIKE_LOOPS),
+        false => Some(if is_apart { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS }),
     }
 }
 

@@ -75,8 +75,8 @@ use crate::convert::errors;
 ///     where such records are predicted better with it by a tenth.
 /// duhem : "auto", None, "fit" or Duhem
 ///     A Duhem operator beside the plays, for loops that do not close or that plays do not describe: f+ and f- at up to five
-///     knots. "auto" searches one where plays leave 0.1 % of the range, and an operator of a few shapes, added or subtracted, promises a
-///     tenth of the error; it stays if it predicts held-out stretches better by a tenth. "fit" has one wherever it lowers the error and leaves an inverse, and a
+///     knots. "auto" searches one where plays leave 0.03 % of the range and more than white noise, and an operator of a few shapes,
+///     added or subtracted, promises a twentieth of the error; it stays if it predicts held-out stretches better by a tenth. "fit" has one wherever it lowers the error and leaves an inverse, and a
 ///     `Duhem` is where the search begins, at its knots: see the finding `no_inverse`.
 /// amplifier : "auto", None or float
 ///     The amplifier in front of the hysteresis, a first-order lag: of this bandwidth in Hz, beside second-order dynamics or with
