@@ -119,6 +119,11 @@ class Request:
         callback=_yes_or_no,
         help="Drift of what is seen against the stage. auto: by cross-validation.  [default: auto]",
     )
+    duhem: Literal["auto", "fit", "none"] | None = option(
+        passed=_PLACES,
+        help="Duhem operator beside the plays. auto: if cross-validation asks for it.  "
+        "[default: auto]",
+    )
     thermal_lag: float | None = option(
         passed=_PLACES,
         metavar="SECONDS",

@@ -27,7 +27,7 @@ use crate::judge::findings_of_fit;
 use crate::options::Options;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
-use crate::terms::duhem::{DuhemModel, DuhemTable};
+use crate::terms::duhem::{BACKS, DuhemModel, DuhemTable, RESTS};
 use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
@@ -42,10 +42,6 @@ const MUST_PROMISE: f64 = 1.1;
 
 /// How far the searched parameters may move for that promise, in their scales.
 const REACH: f64 = 0.3;
-
-/// The shapes: where z comes to rest, over half of the range of drives, and f on the way back from there.
-const RESTS: [f64; 7] = [0.1, 0.17, 0.3, 0.5, 0.85, 1.5, 3.0];
-const BACKS: [f64; 3] = [1.0, 1.45, 1.9];
 
 /// Where modes behind an amplifier are looked for: so many, each so many times as fast as the one before, of this
 /// damping.
@@ -144,6 +140,11 @@ fn rise_and_fall(fit: &JointFit, basis: &WeightBasis) -> (f64, f64) {
 /// What there is to say of an operator that falls more than the plays rise.
 pub(crate) fn without_inverse(fit: &JointFit, basis: &WeightBasis) -> Option<Finding> {
     let (rise, fall) = rise_and_fall(fit, basis);
+    no_inverse(rise, fall)
+}
+
+/// The same for how flat the plays are at least, and by how much the operator falls at most.
+pub(crate) fn no_inverse(rise: f64, fall: f64) -> Option<Finding> {
     if fall <= 0.0 || fall < (1.0 - LEAST_SEEN) * rise {
         return None;
     }

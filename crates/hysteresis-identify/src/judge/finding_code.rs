@@ -196,7 +196,7 @@ pub enum FindingCode {
     /// largest of all drives; limit 0.01.
     PositionsNotTold,
     /// What was recorded does not tell how the position follows the temperature, or how much later. Value: the larger of the relative
-    /// standard errors of sensitivity and lag; 1 for a lag as long as the drive; limit 0.5.
+    /// standard errors of sensitivity and lag; 1 for a lag as long as the drive; limit 0.25.
     TemperatureNotTold,
     /// The record does not tell hysteresis inside the dynamics: a linear oscillator predicts samples that were not fitted as well. Value:
     /// the rms error there of the oscillator with hysteresis over that of the linear one; limit 0.9.

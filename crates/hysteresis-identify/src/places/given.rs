@@ -35,6 +35,11 @@ impl PlacePair {
     pub fn new(drive: usize, first: f64, second: f64) -> Self {
         Self { drive, first, second, std: 1.0 }
     }
+
+    /// The earlier of its instants, however it is written.
+    pub(crate) fn earlier(&self) -> f64 {
+        self.first.min(self.second)
+    }
 }
 
 /// A known distance: y(to) - y(from) = `length` for two instants of one drive.
@@ -96,6 +101,9 @@ pub struct PlacesOptions {
     /// of n samples drifts by a s + b ln(1 + 20 s) / ln 21 with s = k / (n - 1). The drift is no part of the stage. With lengths alone
     /// what is tried is what goes on of before the drive: a decay with each time constant of creep, and with that of warmth.
     pub drift: Option<bool>,
+    /// Whether a Duhem operator stands beside the plays, added or subtracted; none leaves it to cross-validation where what plays leave is not
+    /// noise alone. Its f is that of Bouc-Wen of exponent 1, and what it is on the way back.
+    pub duhem: Option<bool>,
     /// The temperature at every sample of every drive, or none.
     pub temperatures: Vec<Vec<f64>>,
     /// What the position lags the temperature, in seconds: searched up to the length of the longest drive.
@@ -116,6 +124,7 @@ impl PlacesOptions {
             creep: CreepModel::Auto,
             smoothness: Setting::Fit,
             drift: None,
+            duhem: None,
             temperatures: Vec::new(),
             thermal_lag: Setting::Fit,
         }

@@ -30,6 +30,7 @@ use hysteresis_control::stage::TemperatureTerm;
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 
 use crate::choose::cross_validation::CrossValidation;
+use crate::choose::table::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::error::Error;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
@@ -52,6 +53,9 @@ use crate::uncertainty::standard_errors::Spread;
 
 /// A simpler model stays unless another one predicts better by more than this factor of the mean square error.
 const MARGIN: f64 = 1.02;
+
+/// A Duhem operator is tried where so much of the mean square of what plays leave is alike from pair to pair.
+const LEAST_ALIKE: f64 = 0.1;
 
 /// The fewest equations that say something, for each parameter that is searched, and beside them.
 const EQUATIONS: (usize, usize) = (2, 4);
@@ -120,17 +124,65 @@ pub fn identify_places(
         let space = search.told(PlaceSpace::new(&given, options, model, (&creep, drift))?);
         search.system.uninformative = check_equations(&search, &space)?;
         let plain = found.iter().find(|plain| plain.space.model == model);
-        let start = plain.map(|plain| space.beginning_at(&plain.point));
-        found.push(search.find(space, start, proceed)?);
+        let starts = plain.map_or_else(|| space.starts(), |plain| vec![space.beginning_at(&plain.point)]);
+        found.push(search.find(space, starts, proceed)?);
     }
-    // There is a model always.
-    let shares = judging_shares(&found).ok_or(Error::NoOperators)?;
-    let candidates: Vec<PlacesCandidate> = found.iter().map(|one| candidate(&search, one, shares, &checked)).collect();
-    let validations: Vec<CrossValidation> = candidates.iter().map(|one| one.validation.clone()).collect();
-    let chosen = CrossValidation::good(&validations, MARGIN).next().unwrap_or(0);
-    let found = found.into_iter().zip(&validations);
-    let found: Vec<FoundPlace> = found.map(|(one, by)| settled(&mut search, one, by.smoothness)).collect();
+    let mut candidates = judged(&search, &found, &checked)?;
+    let mut chosen = simplest(&candidates);
+    if let Some(beside) = with_duhem(&mut search, &found[chosen], options.duhem, proceed)? {
+        let must_gain = must_gain(&given, &beside);
+        found.push(beside);
+        candidates = judged(&search, &found, &checked)?;
+        let (last, others) = (found.len() - 1, &candidates[..found.len() - 1]);
+        chosen = simplest(others);
+        let predicts_better = is_better(&candidates[last].validation, &others[chosen].validation, must_gain);
+        chosen = if options.duhem == Some(true) || predicts_better { last } else { chosen };
+    }
+    let found = found.into_iter().zip(&candidates);
+    let found: Vec<FoundPlace> = found.map(|(one, by)| settled(&mut search, one, by.validation.smoothness)).collect();
     result(&search, &found, chosen, candidates)
+}
+
+/// The same model with a Duhem operator beside the plays, if that is asked for, or left open and what plays leave is not noise alone; none that
+/// leaves no inverse but where it is asked for.
+fn with_duhem(
+    search: &mut PlaceSearch<'_>,
+    plays: &FoundPlace,
+    asked: Option<bool>,
+    proceed: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<Option<FoundPlace>, Error> {
+    let is_open = asked.is_none() && left_to_explain(&search.system.given, &plays.weighed) > LEAST_ALIKE;
+    if asked != Some(true) && !is_open {
+        return Ok(None);
+    }
+    let space = plays.space.with_duhem();
+    search.system.uninformative = match check_equations(search, &space) {
+        Err(Error::TooFewPairs { .. }) if is_open => return Ok(None),
+        uninformative => uninformative?,
+    };
+    let starts = space.shapes_at(&plays.point);
+    let found = search.find(space, starts, proceed)?;
+    let has_inverse = found.without_inverse().is_none();
+    Ok(Some(found).filter(|_| has_inverse || !is_open))
+}
+
+/// By which factor a Duhem operator must lower the mean square error of prediction. On loops of one size anything that fits one predicts the next.
+fn must_gain(given: &Given<'_>, found: &FoundPlace) -> f64 {
+    let is_one_size = doubts::one_loop_size(given, &found.uninformative).is_some();
+    if is_one_size { MUST_GAIN_OF_LIKE_LOOPS } else { MUST_GAIN }
+}
+
+/// How each model predicts pairs.
+fn judged(search: &PlaceSearch<'_>, found: &[FoundPlace], options: &Options) -> Result<Vec<PlacesCandidate>, Error> {
+    // There is a model always.
+    let shares = judging_shares(found).ok_or(Error::NoOperators)?;
+    Ok(found.iter().map(|one| candidate(search, one, shares, options)).collect())
+}
+
+/// The number of the simplest model that predicts pairs as well as the best.
+fn simplest(candidates: &[PlacesCandidate]) -> usize {
+    let validations: Vec<CrossValidation> = candidates.iter().map(|one| one.validation.clone()).collect();
+    CrossValidation::good(&validations, MARGIN).next().unwrap_or(0)
 }
 
 /// The same as options of a fit to records, to be checked by the same rules.
@@ -208,7 +260,7 @@ fn candidate(search: &PlaceSearch<'_>, found: &FoundPlace, shares: &Shares, opti
     let tried: Vec<CrossValidation> = options.smoothnesses().iter().filter(is_tried).map(validate).collect();
     let validation = CrossValidation::best(&tried).unwrap_or(&tried[0]).clone();
     let drift = found.space.drift != DriftModel::None;
-    PlacesCandidate { model: found.space.model, drift, validation }
+    PlacesCandidate { model: found.space.model, drift, duhem: found.space.has_duhem, validation }
 }
 
 /// The weights of the chosen model with wrong pairs left out, at the scale that the lengths say.
@@ -240,7 +292,8 @@ fn result(
     let trusts = trusts(&candidates, chosen, &positions, left_to_explain(given, weighed));
     let chain = found.chain(given.dt);
     let columns = chain.weights.len();
-    let (weights, amplitudes) = weighed.weights.split_at(columns);
+    let (weights, beside) = weighed.weights.split_at(columns);
+    let amplitudes = &beside[..beside.len() - usize::from(space.has_duhem)];
     let responses: Vec<Vec<f64>> = given.drives.iter().map(|drive| chain.response(drive, given.dt)).collect();
     let output_offset = -responses[0][0];
     let (low, high) = signal::bounds_of(responses.iter().map(|response| signal::bounds(response)));
@@ -253,20 +306,21 @@ fn result(
             .fold(0.0, |longest: f64, known| if known.length.abs() > longest.abs() { known.length } else { longest });
         return Err(Error::domain("lengths", None, expected, longest));
     }
-    let own_tangent = space.tangent(point, Some(weights));
+    let own_tangent = space.tangent(point, Some(&weighed.weights));
     let uncertainty = Uncertainty::new(search, found, smoothness, &own_tangent);
     let root = &uncertainty.root;
     let deviation = |row: usize| (0..root.ncols()).map(|k| root[(row, k)].powi(2)).sum::<f64>().sqrt();
     let linear = weighed.weights.len();
+    let before_duhem = columns + amplitudes.len();
     let of_axis = |axis: Axis| {
         let place = space.axes.iter().position(|other| *other == axis);
         place.map_or(0.0, |place| deviation(linear + place))
     };
-    let beside = space.beside(point, None);
+    let moved = space.beside(point, None);
     let first = given.temperatures.first().map(|temperature| temperature[0]);
     let sensitivity = amplitudes.last().copied().unwrap_or_default();
     let temperature = first.map(|first| TemperatureTerm::new(sensitivity, point.thermal_lag, first)).transpose()?;
-    let temperature_std = first.map_or((0.0, 0.0), |_| (deviation(linear - 1), of_axis(Axis::ThermalLag)));
+    let temperature_std = first.map_or((0.0, 0.0), |_| (deviation(before_duhem - 1), of_axis(Axis::ThermalLag)));
     let dead_time_std = of_axis(Axis::DeadTime);
     let creep_std: Vec<f64> = (0..point.creep.len()).map(|number| of_axis(Axis::Creep(number))).collect();
     let uninformative_pairs = doubts::uninformative(given, &search.rows_at(space, point), columns);
@@ -275,6 +329,7 @@ fn result(
     let mut warnings =
         doubts::findings(given, weighed, high - low, (&wrong_pairs, &wrong_lengths), &uninformative_pairs);
     warnings.extend(doubts::missed_lengths(given, &weighed.length_errors, &wrong_lengths));
+    warnings.extend(found.without_inverse());
     warnings.extend(untold_dead_time(point.dead_time / given.dt, dead_time_std / given.dt));
     let longest_lag =
         if space.axes.contains(&Axis::ThermalLag) { given.longest_and_shortest().0 } else { f64::INFINITY };
@@ -312,8 +367,8 @@ fn result(
         smoothness,
         candidates,
         warnings,
-        drift_amplitudes: beside.course_amplitudes(amplitudes),
-        courses: beside.courses,
+        drift_amplitudes: moved.course_amplitudes(amplitudes),
+        courses: moved.courses,
         drive_samples: given.drives.iter().map(|drive| drive.len()).collect(),
         temperature,
         temperature_std,

@@ -3,7 +3,7 @@
 use hysteresis_control::linear::{Creep, LinearDynamics};
 use hysteresis_control::stage;
 use hysteresis_control::stage::{Identified, Stage, StageParts, TemperatureTerm};
-use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Ratios};
+use hysteresis_core::{Duhem, MAX_KNOTS, Model, ModifiedPrandtlIshlinskii, Ratios};
 
 use crate::choose::cross_validation::CrossValidation;
 use crate::error::RecordError;
@@ -27,6 +27,9 @@ pub struct PlacesCandidate {
     pub model: ModelKind,
     /// Whether what is seen drifts.
     pub drift: bool,
+    /// Whether a Duhem operator stands beside the plays.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub duhem: bool,
     /// How it predicts pairs of stretches that it was not fitted to, at the smoothness that suits it.
     pub validation: CrossValidation,
 }
@@ -35,7 +38,8 @@ impl PlacesCandidate {
     /// Whether it has all terms that another one has.
     pub(crate) fn contains(&self, other: &Self) -> bool {
         let kinds = self.model == other.model || self.model == ModelKind::Modified;
-        kinds && self.validation.creep >= other.validation.creep && self.drift >= other.drift
+        let terms = self.drift >= other.drift && self.duhem >= other.duhem;
+        kinds && terms && self.validation.creep >= other.validation.creep
     }
 }
 
@@ -165,6 +169,12 @@ impl PlacesIdentification {
         Stage::new(self.stage_parts())
     }
 
+    /// The Duhem operator beside the plays, if there is one.
+    #[must_use]
+    pub fn duhem(&self) -> Option<Duhem<MAX_KNOTS>> {
+        self.chain.operators.duhem.as_ref()?.operator().ok()
+    }
+
     /// The parts of the stage: hysteresis, creep, dead time, and what is known of them. It has no sensor, so no noise of one.
     #[must_use]
     pub fn stage_parts(&self) -> StageParts {
@@ -174,6 +184,7 @@ impl PlacesIdentification {
         let max_error = pairs.chain(lengths).fold(0.0, |most: f64, error| error.abs().max(most));
         StageParts {
             creep: self.creep.clone(),
+            duhem: self.duhem().map(Box::new),
             dynamics: LinearDynamics::none(),
             dead_time: self.dead_time,
             temperature: self.temperature,

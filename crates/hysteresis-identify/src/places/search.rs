@@ -2,8 +2,10 @@
 
 use std::ops::ControlFlow;
 
+use crate::choose::duhem::no_inverse;
 use crate::error::Error;
 use crate::fit::response::Chain;
+use crate::judge::finding::Finding;
 use crate::places::doubts::SAYS_NOTHING;
 use crate::places::equations::Equations;
 use crate::places::rows::Rows;
@@ -38,9 +40,15 @@ pub(crate) struct FoundPlace {
 
 impl FoundPlace {
     pub(crate) fn chain(&self, dt: f64) -> Chain {
-        let tangent = self.space.tangent(&self.point, None);
-        let weights = self.weighed.weights[..tangent.columns].to_vec();
-        Chain::from_rest(tangent.operators, weights, tangent.linear, dt)
+        let tangent = self.space.tangent(&self.point, Some(&self.weighed.weights));
+        Chain::from_rest(tangent.operators, tangent.weights, tangent.linear, dt)
+    }
+
+    /// What there is to say of a Duhem operator that falls more than the plays rise.
+    pub(crate) fn without_inverse(&self) -> Option<Finding> {
+        let Chain { operators, weights, .. } = self.chain(self.space.dt);
+        let rise = if self.space.thresholds(&self.point).first() == Some(&0.0) { weights[0] } else { 0.0 };
+        no_inverse(rise, operators.duhem?.steepest_fall())
     }
 }
 
@@ -71,15 +79,15 @@ impl PlaceSearch<'_> {
         if below.values.iter().zip(&above.values).any(tells) { space } else { space.without(Axis::InputOffset) }
     }
 
-    /// The best point of a space, from a start that is known, or from the best of many.
+    /// The best point of a space, from the best of some starts.
     pub(crate) fn find(
         &self,
         space: PlaceSpace,
-        start: Option<PlacePoint>,
+        starts: Vec<PlacePoint>,
         proceed: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<FoundPlace, Error> {
         let mut looked = Vec::new();
-        for point in start.map_or_else(|| space.starts(), |start| vec![start]) {
+        for point in starts {
             go_on(proceed)?;
             let rows = self.rows_at(&space, &point);
             let law = self.law(&space, &point, self.smoothness);

@@ -1,4 +1,6 @@
-//! What is searched beside the weights: input offset, ratios, dead time and creep; and the model at such a point.
+//! What is searched beside the weights: input offset, ratios, the shape of a Duhem operator, dead time and creep; and the model at such a point.
+//!
+//! The amplitude of that operator is linear, as weights are: of unit f at 0 it has a column of its own, the last beside the operators.
 
 use hysteresis_control::stage::TemperatureTerm;
 use hysteresis_core::Ratios;
@@ -12,6 +14,7 @@ use crate::places::given::{Given, PlacesOptions};
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::terms::creep::{CreepBasis, CreepModel};
+use crate::terms::duhem::{BACKS, DuhemTable, MOST_KNOTS, RESTS};
 use crate::terms::dynamics::LinearPart;
 use crate::terms::operators::{ModelKind, OperatorBank, Placement, Thresholds};
 
@@ -27,15 +30,20 @@ const MOST_CREEP: f64 = 0.3;
 /// The ratio rb/ra at which the search begins, too.
 const FURTHER_RATIO: f64 = 0.8;
 
-/// Steps of the derivatives: of the input offset as a share of the drive range, and of a ratio.
+/// Steps of the derivatives: of the input offset as a share of the drive range, of a ratio, and of the shape of a Duhem operator.
 const OFFSET_STEP: f64 = 1e-3;
 const RATIO_STEP: f64 = 1e-2;
+const SHAPE_STEP: f64 = 1e-2;
 
 /// A parameter that is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Axis {
     InputOffset,
     Ratio(usize),
+    /// The logarithm of where z comes to rest, over half of the range of drives.
+    Rest,
+    /// f on the way back from there, over that at 0.
+    Back,
     DeadTime,
     Creep(usize),
     /// Always the last.
@@ -48,6 +56,8 @@ pub(crate) struct PlacePoint {
     pub(crate) input_offset: f64,
     /// ra/r, rb/ra and rc/r: each between fixed bounds.
     pub(crate) ratios: [f64; 3],
+    pub(crate) rest: f64,
+    pub(crate) back: f64,
     pub(crate) dead_time: f64,
     pub(crate) creep: Vec<f64>,
     pub(crate) thermal_lag: f64,
@@ -58,6 +68,8 @@ impl PlacePoint {
         match axis {
             Axis::InputOffset => self.input_offset,
             Axis::Ratio(number) => self.ratios[number],
+            Axis::Rest => self.rest,
+            Axis::Back => self.back,
             Axis::DeadTime => self.dead_time,
             Axis::Creep(number) => self.creep[number],
             Axis::ThermalLag => self.thermal_lag,
@@ -69,6 +81,8 @@ impl PlacePoint {
         match axis {
             Axis::InputOffset => point.input_offset = value,
             Axis::Ratio(number) => point.ratios[number] = value,
+            Axis::Rest => point.rest = value,
+            Axis::Back => point.back = value,
             Axis::DeadTime => point.dead_time = value,
             Axis::Creep(number) => point.creep[number] = value,
             Axis::ThermalLag => point.thermal_lag = value,
@@ -83,6 +97,7 @@ impl PlacePoint {
 }
 
 /// The models of one kind, with or without creep and drift.
+#[derive(Clone)]
 pub(crate) struct PlaceSpace {
     pub(crate) model: ModelKind,
     placement: Placement,
@@ -93,7 +108,9 @@ pub(crate) struct PlaceSpace {
     longest_lag: f64,
     pub(crate) drift: DriftModel,
     has_temperature: bool,
-    /// How many columns there are beside the operators.
+    /// Whether a Duhem operator stands beside the plays.
+    pub(crate) has_duhem: bool,
+    /// How many columns there are beside the plays, of either sign.
     pub(crate) beside: usize,
     pub(crate) dt: f64,
 }
@@ -163,8 +180,15 @@ impl PlaceSpace {
         };
         let rb = if ratios.ra > 0.0 { ratios.rb / ratios.ra } else { 0.0 };
         let ratios = [ratios.ra, rb, ratios.rc];
-        let start =
-            PlacePoint { input_offset, ratios, dead_time, creep: vec![0.0; creep.directions.len()], thermal_lag };
+        let start = PlacePoint {
+            input_offset,
+            ratios,
+            rest: 0.0,
+            back: BACKS[0],
+            dead_time,
+            creep: vec![0.0; creep.directions.len()],
+            thermal_lag,
+        };
         let mut space = Self {
             model,
             placement,
@@ -175,6 +199,7 @@ impl PlaceSpace {
             longest_lag: longest,
             drift,
             has_temperature,
+            has_duhem: false,
             beside: 0,
             dt: given.dt,
         };
@@ -222,12 +247,39 @@ impl PlaceSpace {
         PlacePoint { creep: self.start.creep.clone(), ..plain.clone() }
     }
 
+    /// The same with a Duhem operator beside the plays.
+    pub(crate) fn with_duhem(&self) -> Self {
+        let (last, others) = match self.axes.split_last() {
+            Some((Axis::ThermalLag, others)) => (Some(Axis::ThermalLag), others),
+            _ => (None, &self.axes[..]),
+        };
+        let axes = others.iter().copied().chain([Axis::Rest, Axis::Back]).chain(last).collect();
+        Self { axes, has_duhem: true, beside: self.beside + 1, ..self.clone() }
+    }
+
+    /// Operators of all shapes at a point; and where no drive had been before, as plays in their place may have moved that.
+    pub(crate) fn shapes_at(&self, point: &PlacePoint) -> Vec<PlacePoint> {
+        let is_open = self.axes.contains(&Axis::InputOffset) && point.input_offset != 0.0;
+        let virgin = is_open.then(|| point.with(Axis::InputOffset, 0.0));
+        let of =
+            |point: &PlacePoint, rest: f64| BACKS.map(|back| point.with(Axis::Rest, rest.ln()).with(Axis::Back, back));
+        let of_all = |point: &PlacePoint| RESTS.into_iter().flat_map(|rest| of(point, rest)).collect::<Vec<_>>();
+        std::iter::once(point).chain(&virgin).flat_map(of_all).collect()
+    }
+
+    /// The columns of the stage among all that are linear: weights, then the amplitude of a Duhem operator.
+    pub(crate) fn of_stage<'a>(&self, columns: usize, linear: &'a [f64]) -> impl Iterator<Item = &'a f64> {
+        linear[..columns].iter().chain(linear.last().filter(|_| self.has_duhem))
+    }
+
     pub(crate) fn bounds(&self, axis: Axis) -> (f64, f64) {
         let (low, high) = self.placement.bounds();
         match axis {
             Axis::InputOffset => (low - 0.2 * (high - low), high + 0.2 * (high - low)),
             Axis::Ratio(0) => (0.2, 2.0),
             Axis::Ratio(_) => (0.0, 1.0),
+            Axis::Rest => (RESTS[0].ln(), RESTS[RESTS.len() - 1].ln()),
+            Axis::Back => (BACKS[0], BACKS[BACKS.len() - 1]),
             Axis::DeadTime => (0.0, self.longest_dead_time),
             Axis::Creep(_) => (0.0, MOST_CREEP),
             Axis::ThermalLag => (0.0, self.longest_lag),
@@ -247,9 +299,20 @@ impl PlaceSpace {
         self.placement.thresholds(point.input_offset)
     }
 
-    fn operators(&self, point: &PlacePoint) -> OperatorsAt {
+    /// The operators at a point, a Duhem operator of this amplitude among them.
+    pub(crate) fn operators(&self, point: &PlacePoint, amplitude: f64) -> OperatorsAt {
         let ratios = if self.model == ModelKind::Modified { point.as_ratios() } else { Ratios::PLAY };
-        OperatorsAt::alone(OperatorBank::from_ratios(&self.thresholds(point), ratios), point.input_offset)
+        let plays = OperatorsAt::alone(OperatorBank::from_ratios(&self.thresholds(point), ratios), point.input_offset);
+        // Of no amplitude, or one beyond all numbers that an operator may have, there is none.
+        let is_one = |table: &DuhemTable| table.operator::<MOST_KNOTS>().is_ok();
+        let duhem = self.has_duhem.then(|| self.shape(point).scaled(amplitude)).filter(is_one);
+        OperatorsAt { duhem, ..plays }
+    }
+
+    /// The Duhem operator of unit f at 0.
+    fn shape(&self, point: &PlacePoint) -> DuhemTable {
+        let (low, high) = self.placement.bounds();
+        DuhemTable::bouc_wen(0.5 * (high - low) * point.rest.exp(), point.back)
     }
 
     fn linear(&self, point: &PlacePoint) -> LinearPart {
@@ -277,14 +340,16 @@ impl PlaceSpace {
         let is_searched = self.axes.contains(&Axis::ThermalLag);
         let ahead = amplitudes.filter(|_| is_searched).map(|amplitudes| {
             let further = point.thermal_lag + lag_step(point.thermal_lag, self.dt);
-            let own = &amplitudes[amplitudes.len() - self.beside..];
+            let own = &amplitudes[amplitudes.len() - self.beside..][..self.beside - usize::from(self.has_duhem)];
             (Box::new(self.beside(&point.with(Axis::ThermalLag, further), None)), own.to_vec())
         });
         Beside { courses: self.courses(point), lag: self.has_temperature.then_some(point.thermal_lag), ahead }
     }
 
-    /// The model at a point; with derivatives along its axes if weights are given; what is behind them does not count.
-    pub(crate) fn tangent(&self, point: &PlacePoint, weights: Option<&[f64]>) -> Tangent {
+    /// The model at a point, the column of a Duhem operator first of the slopes; with derivatives along its axes if all amplitudes are given,
+    /// weights first.
+    pub(crate) fn tangent(&self, point: &PlacePoint, amplitudes: Option<&[f64]>) -> Tangent {
+        let amplitude = amplitudes.and_then(|all| all.last()).copied().filter(|_| self.has_duhem).unwrap_or(0.0);
         let slope = |axis: &Axis| {
             let step = match axis {
                 Axis::ThermalLag => return None,
@@ -292,19 +357,24 @@ impl PlaceSpace {
                 Axis::Creep(number) => return Some(Slope::Creep(self.creep.directions[*number].clone())),
                 Axis::InputOffset => OFFSET_STEP * (self.placement.bounds().1 - self.placement.bounds().0),
                 Axis::Ratio(_) => RATIO_STEP,
+                Axis::Rest | Axis::Back => SHAPE_STEP,
             };
             let value = point.get(*axis);
             let inward = if value + step > self.bounds(*axis).1 { -step } else { step };
-            Some(Slope::Operators(self.operators(&point.with(*axis, value + inward)), inward))
+            Some(Slope::Operators(self.operators(&point.with(*axis, value + inward), amplitude), inward))
         };
-        let operators = self.operators(point);
+        let operators = self.operators(point, amplitude);
         let columns = operators.bank.len();
+        // It is as large again as it is, or there is one of unit f at 0.
+        let further = if operators.duhem.is_some() { amplitude } else { 1.0 };
+        let own = self.has_duhem.then(|| Slope::Operators(self.operators(point, amplitude + further), further));
+        let along_axes = self.axes.iter().filter(|_| amplitudes.is_some()).filter_map(slope);
         Tangent {
             columns,
             linear: self.linear(point),
             operators,
-            weights: weights.map(|weights| weights[..columns].to_vec()).unwrap_or_default(),
-            slopes: if weights.is_some() { self.axes.iter().filter_map(slope).collect() } else { Vec::new() },
+            weights: amplitudes.map_or_else(|| vec![0.0; columns], |all| all[..columns].to_vec()),
+            slopes: own.into_iter().chain(along_axes).collect(),
         }
     }
 }
@@ -348,6 +418,42 @@ mod tests {
             for (row, change) in said.iter().zip(&changes) {
                 let slope = row[said.width - 1];
                 assert!((slope - change).abs() < 0.03 * largest, "{drift:?}: {slope} for {change}");
+            }
+        }
+    }
+
+    /// The column of a Duhem operator is that of unit f, and what it puts out goes into the derivatives: by its shape, and by the input offset.
+    #[test]
+    fn the_derivatives_by_the_shape_of_a_duhem_operator_are_those_of_its_column() {
+        let drive: Vec<f64> =
+            (0..400_u32).map(|k| 2.0 * (f64::from(k) / 23.0).sin() * (1.0 - f64::from(k) / 500.0)).collect();
+        let drives = [&drive[..]];
+        let lengths: Vec<KnownLength> =
+            (0..50_u32).map(|k| KnownLength::new(0, 0.0, 7.0 * f64::from(k) + 2.5, 1.0)).collect();
+        let given = Given::new(&drives, &[], &lengths, 0.1).unwrap();
+        let options = PlacesOptions { dead_time: Setting::Fixed(0.0), ..PlacesOptions::new(0.1) };
+        let terms = (&CreepModel::None, DriftModel::None);
+        let space = PlaceSpace::new(&given, &options, ModelKind::Conventional, terms).unwrap().with_duhem();
+        assert_eq!(space.axes, [Axis::InputOffset, Axis::Rest, Axis::Back]);
+        let point = space.start.with(Axis::InputOffset, 0.1).with(Axis::Rest, -0.5).with(Axis::Back, 1.4);
+        let columns = space.tangent(&point, None).columns;
+        let rows_at = |point: &PlacePoint, unknowns: Option<&[f64]>| {
+            Equations::new(&given).rows(&space.tangent(point, unknowns), &space.beside(point, unknowns))
+        };
+        for amplitude in [-0.4, 0.0, 0.3] {
+            let unknowns: Vec<f64> = std::iter::repeat_n(0.0, columns).chain([amplitude]).collect();
+            let said = rows_at(&point, Some(&unknowns));
+            let column = rows_at(&point, None);
+            assert!(said.iter().zip(column.iter()).all(|(a, b)| (a[columns] - b[columns]).abs() < 1e-12));
+            for (number, axis) in space.axes.iter().enumerate() {
+                let [ahead, behind] = [1e-5, -1e-5]
+                    .map(|step| rows_at(&point.with(*axis, point.get(*axis) + step), None).times(&unknowns));
+                let changes: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| (a - b) / 2e-5).collect();
+                let largest = changes.iter().fold(0.0_f64, |most, change| most.max(change.abs()));
+                for (row, change) in said.iter().zip(&changes) {
+                    let slope = row[columns + 1 + number];
+                    assert!((slope - change).abs() <= 0.05 * largest, "{axis:?}: {slope} for {change}");
+                }
             }
         }
     }

@@ -34,7 +34,7 @@ const AT_BOUND: f64 = 1e-12;
 pub(crate) struct Uncertainty {
     /// The root of the covariance: one row for each weight, those beside the operators, then one for each axis.
     pub(crate) root: Mat<f64>,
-    /// The same without what is beside the operators, which is no part of a prediction.
+    /// The same for what is a part of a prediction alone: weights, the amplitude of a Duhem operator, axes.
     pub(crate) own: Mat<f64>,
     /// The standard error of the positions along a drive, rms, the largest of all drives.
     pub(crate) positions: f64,
@@ -53,7 +53,8 @@ impl Uncertainty {
             let root = root(&law, &free, &triangle, scores, rows.width);
             // The derivative by the thermal lag is no part of a tangent.
             let count = tangent.columns + tangent.slopes.len();
-            let place = |i: usize| if i < tangent.columns { i } else { i + space.beside };
+            let ahead = space.beside - usize::from(space.has_duhem);
+            let place = |i: usize| if i < tangent.columns { i } else { i + ahead };
             let own = Mat::from_fn(count, root.ncols(), |i, k| root[(place(i), k)]);
             let positions = gradients.iter().map(|drive| deviation_along(drive, &own)).fold(0.0, f64::max);
             Self { root, own, positions }
@@ -70,9 +71,8 @@ fn clusterings(given: &Given<'_>) -> Vec<Vec<usize>> {
     let number = |pair: &PlacePair| as_f64(pair.drive);
     let drive_at = |pair: &PlacePair, instant| value_at(given.drives[pair.drive], instant);
     let middle = |pair: &PlacePair| 0.5 * (drive_at(pair, pair.first) + drive_at(pair, pair.second));
-    let earlier = |pair: &PlacePair| pair.first.min(pair.second);
-    let by_time: Vec<(f64, f64)> = given.pairs.iter().map(|pair| (number(pair), earlier(pair))).collect();
-    let by_drive: Vec<(f64, f64)> = given.pairs.iter().map(|pair| (middle(pair), earlier(pair))).collect();
+    let by_time: Vec<(f64, f64)> = given.pairs.iter().map(|pair| (number(pair), pair.earlier())).collect();
+    let by_drive: Vec<(f64, f64)> = given.pairs.iter().map(|pair| (middle(pair), pair.earlier())).collect();
     let of = |keys: &Vec<(f64, f64)>, count: usize| {
         let mut order: Vec<usize> = (0..keys.len()).collect();
         order.sort_by(|a, b| keys[*a].partial_cmp(&keys[*b]).unwrap_or(std::cmp::Ordering::Equal));
@@ -113,7 +113,8 @@ fn gradients(given: &Given<'_>, tangent: &Tangent) -> Vec<Vec<Vec<f64>>> {
 /// Where a model is at some samples of each drive, but for an offset of each.
 pub(crate) fn positions(given: &Given<'_>, found: &FoundPlace) -> Vec<Vec<f64>> {
     let tangent = found.space.tangent(&found.point, None);
-    let at = |row: &Vec<f64>| row.iter().zip(&found.weighed.weights).map(|(value, weight)| value * weight).sum();
+    let of_stage: Vec<f64> = found.space.of_stage(tangent.columns, &found.weighed.weights).copied().collect();
+    let at = |row: &Vec<f64>| row.iter().zip(&of_stage).map(|(value, weight)| value * weight).sum();
     gradients(given, &tangent).iter().map(|drive| drive.iter().map(at).collect()).collect()
 }
 

@@ -16,11 +16,11 @@ const ROUNDING: f64 = 1e-9;
 /// From so many lengths on these are held out, too.
 const MANY_LENGTHS: usize = 2 * FOLDS;
 
-/// The stretch of every equation: pairs in order of their first instants, lengths in turn; none for lengths that all stretches need.
+/// The stretch of every equation: pairs in order of their earlier instants, lengths in turn; none for lengths that all stretches need.
 pub(crate) fn stretches(search: &PlaceSearch<'_>, count: usize) -> Vec<Option<usize>> {
     let given = &search.system.given;
     let mut order: Vec<usize> = (0..given.pairs.len()).collect();
-    let key = |place: &usize| (given.pairs[*place].drive, given.pairs[*place].first);
+    let key = |place: &usize| (given.pairs[*place].drive, given.pairs[*place].earlier());
     order.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(std::cmp::Ordering::Equal));
     let mut stretches = vec![None; given.pairs.len() + given.lengths.len()];
     for (rank, place) in order.iter().enumerate() {

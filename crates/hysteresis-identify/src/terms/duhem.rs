@@ -13,6 +13,11 @@ pub(crate) const MOST_KNOTS: usize = 5;
 pub(crate) const BOUNDS: (f64, f64) = (1e-3, 50.0);
 pub(crate) const STEP: f64 = 0.5;
 
+/// The shapes at which a search begins: where z comes to rest, over half of the range of drives, and f on the way back
+/// from there.
+pub(crate) const RESTS: [f64; 7] = [0.1, 0.17, 0.3, 0.5, 0.85, 1.5, 3.0];
+pub(crate) const BACKS: [f64; 3] = [1.0, 1.45, 1.9];
+
 /// The least and the largest scale of f.
 const SCALES: (f64, f64) = (1e-40, 1e40);
 

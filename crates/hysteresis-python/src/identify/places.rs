@@ -1,8 +1,8 @@
 //! Identification from places: drives, pairs and lengths in, a stage without a sensor out.
 
-use hysteresis_core::Ratios;
+use hysteresis_core::{DuhemForward, Ratios};
 use hysteresis_identify::{
-    self as identification, CreepModel, KnownLength, ModelKind, PlacePair, PlacesOptions, Setting,
+    self as identification, CreepModel, KnownLength, ModelKind, PlacePair, PlacesCandidate, PlacesOptions, Setting,
 };
 use hysteresis_python_macros::{function, methods, py};
 use numpy::ndarray::Ix2;
@@ -18,6 +18,7 @@ use crate::convert::arguments::is_word;
 use crate::convert::arrays::{FIT, array, check_room, numbers, read_only};
 use crate::convert::errors::{self, one_record, raise};
 use crate::linear::creep::Creep;
+use crate::model::duhem::Duhem;
 use crate::model::models::object;
 use crate::stage::stage::Stage;
 use crate::stage::temperature::{TemperatureTerm, added};
@@ -35,6 +36,7 @@ use crate::stage::temperature::{TemperatureTerm, added};
 /// - "lengths_missed": lengths without pairs are missed; the message names the worst.
 /// - "positions_not_told": pairs and lengths leave positions open.
 /// - "dead_time_confounded": the pairs do not tell the dead time.
+/// - "no_inverse": the Duhem operator falls by more than the plays rise.
 /// - "temperature_not_told": the record does not tell how the position follows the temperature.
 ///
 /// Examples
@@ -86,6 +88,12 @@ impl PlacesIdentification {
     #[getter]
     fn dead_time(&self) -> f64 {
         self.found.dead_time
+    }
+
+    /// The Duhem operator beside the plays, if there is one.
+    #[getter]
+    fn duhem(&self) -> Option<Duhem> {
+        self.found.duhem().map(|duhem| Duhem(DuhemForward::new(duhem)))
     }
 
     /// The creep, if there is any.
@@ -182,10 +190,11 @@ impl PlacesIdentification {
     /// What was tried, the simplest first: the model, how many amplitudes of creep, whether there is a drift, and the rms distance of pairs
     /// of stretches that were not fitted. All are judged by the same pairs.
     #[getter]
-    #[py(-> "list[tuple[Literal['conventional', 'modified'], int, bool, float]]")]
-    fn candidates(&self) -> Vec<(&'static str, usize, bool, f64)> {
+    #[py(-> "list[tuple[Literal['conventional', 'modified', 'conventional, duhem', 'modified, duhem'], int, bool, float]]")]
+    fn candidates(&self) -> Vec<(String, usize, bool, f64)> {
+        let name = |one: &PlacesCandidate| format!("{}{}", one.model.name(), if one.duhem { ", duhem" } else { "" });
         let tried = self.found.candidates.iter();
-        tried.map(|one| (one.model.name(), one.validation.creep, one.drift, one.validation.rmse)).collect()
+        tried.map(|one| (name(one), one.validation.creep, one.drift, one.validation.rmse)).collect()
     }
 
     /// Whether what is seen drifts against the stage, or, with lengths alone, still settles when a drive begins.
@@ -309,6 +318,9 @@ impl PlacesIdentification {
 ///     drifts by a s + b ln(1 + 20 s) / ln 21, s = k / (n - 1), with a and b of its own. "auto" leaves it to cross-validation over the pairs.
 ///     With lengths alone "auto" tries in its place what goes on of before the drive: a decay with each time constant of creep, and with
 ///     that of warmth.
+/// duhem : "auto", None or "fit"
+///     A Duhem operator beside the plays, added or subtracted: as of Bouc-Wen of exponent 1, with f on the way back that is searched. "auto"
+///     tries one beside the chosen model where plays leave more than noise, and keeps it if cross-validation asks for it and there is an inverse.
 /// temperature : array of n floats, or list of arrays, optional
 ///     The temperature at each sample of the drives. The position then has the term kappa (theta - T[0]), theta' = (T - theta) / tau, of
 ///     either sign: a `plant.TemperatureTerm` of the stage.
@@ -358,6 +370,7 @@ pub(crate) fn identify_places(
     #[py(= None)] thresholds: Option<Placing>,
     #[py(field = "auto")] smoothness: Smoothness,
     #[py(field = "auto")] drift: AnyDrift,
+    #[py(field = "auto")] duhem: AnyDuhem,
     #[py("ArrayLike | Sequence[ArrayLike] | None" = None)] temperature: Option<&Bound<'_, PyAny>>,
     #[py(field = "fit")] thermal_lag: Setting<f64>,
 ) -> PyResult<PlacesIdentification> {
@@ -468,5 +481,31 @@ impl Argument<'_> for AnyDrift {
             .extract()
             .map(|drift| Self(Some(drift)))
             .map_err(|_| errors::unexpected(name, "\"auto\", True or False", value))
+    }
+}
+
+/// Whether there is a Duhem operator; none leaves it open.
+pub(crate) struct AnyDuhem(Option<bool>);
+
+impl From<AnyDuhem> for Option<bool> {
+    fn from(AnyDuhem(duhem): AnyDuhem) -> Self {
+        duhem
+    }
+}
+
+#[py("Literal['auto', 'fit'] | None")]
+impl Argument<'_> for AnyDuhem {
+    const TAKES_NONE: bool = true;
+
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if value.is_none() {
+            Ok(Self(Some(false)))
+        } else if is_word(value, "auto") {
+            Ok(Self(None))
+        } else if is_word(value, "fit") {
+            Ok(Self(Some(true)))
+        } else {
+            Err(errors::unexpected(name, "\"auto\", None or \"fit\"", value))
+        }
     }
 }
