@@ -185,6 +185,18 @@ def test_a_slope_alone_is_matched_with_nothing() -> None:
     assert len(mh.images.match(finer + noise[0], finer[::-1] + noise[1])) > 10
 
 
+@pytest.mark.parametrize("plays", [([0.5, 0.2, 0.1], [0.0, 0.4, 1.0]), ([0.6, 0.3], [0.0, 0.7])])
+def test_exact_fringes_accuse_none_of_them(plays: tuple[list[float], list[float]]) -> None:
+    """What smooth weights leave at a play that stands alone is no fault of a fringe."""
+    triangle = np.interp(np.arange(2000), [0, 500, 1500, 1999], [0.0, 1.0, -1.0, 0.0])
+    drive = np.concatenate([size * triangle for size in (2.0, 1.0, 0.5)])
+    place = mh.PrandtlIshlinskii(*plays).forward().run(drive)
+    lengths = mh.images.fringes(np.cos(4.0 * np.pi * place / 0.1), drive, 0.1)
+    found = mh.identify_places(drive, [], lengths, dt=1e-3)
+    assert found.verdict == "green" and not found.wrong_lengths
+    assert np.abs(found.predict(drive) - place).max() < 1e-3 * np.ptp(place)
+
+
 def test_fringes_count_places() -> None:
     turn = np.concatenate(
         [np.linspace(0, 1, 400), np.linspace(1, 0.2, 300), np.linspace(0.2, 0.8, 300)]

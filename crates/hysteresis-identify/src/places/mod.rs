@@ -265,11 +265,13 @@ fn candidate(search: &PlaceSearch<'_>, found: &FoundPlace, shares: &Shares, opti
 
 /// The weights of the chosen model with wrong pairs left out, at the scale that the lengths say.
 fn settled(search: &mut PlaceSearch<'_>, found: FoundPlace, smoothness: f64) -> FoundPlace {
-    let FoundPlace { space, point, weighed, uninformative } = found;
+    let FoundPlace { space, point, uninformative, .. } = found;
     search.system.uninformative.clone_from(&uninformative);
     let rows = search.rows_at(&space, &point);
     let law = search.law(&space, &point, smoothness);
-    let weighed = search.system.robust(&rows, &law, (RobustLoss::Bisquare, None), weighed.shares);
+    // At the smoothness of the search other pairs and lengths may have been far away.
+    let all = search.system.robust(&rows, &law, (RobustLoss::Huber, None), search.system.first_shares());
+    let weighed = search.system.robust(&rows, &law, (RobustLoss::Bisquare, None), all.shares);
     let factor = search.system.scale_to_lengths(&weighed);
     let weights = weighed.weights.iter().map(|weight| factor * weight).collect();
     let mut weighed = search.system.weighed(&rows, weights, weighed.shares);

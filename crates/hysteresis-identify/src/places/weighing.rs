@@ -227,11 +227,8 @@ impl<'a> System<'a> {
             return None;
         }
         let all = self.length_distances(weighed).collect::<Vec<_>>();
-        let finest = if self.given.lengths.iter().all(|known| known.std.is_some()) {
-            1.0
-        } else {
-            FINEST * self.given.longest() / median(&self.fit_deviations)
-        };
+        // One that says nothing of itself is not accused within what it counts as known to: that much is of the model.
+        let finest = if self.given.lengths.iter().all(|known| known.std.is_some()) { 1.0 } else { BISQUARE.recip() };
         Some((robust_deviation(&all) * (as_f64(lengths) / as_f64(spare)).sqrt()).max(finest))
     }
 
