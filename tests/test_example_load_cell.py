@@ -329,3 +329,51 @@ def test_the_header_has_the_temperature(calibrated: Calibrated, tmp_path: Path) 
     assert term is not None
     told = [1, 2, term.sensitivity, term.time_constant, term.reference]
     assert [float(one) for one in said.split()] == told
+
+
+def test_the_lines_of_the_page_for_a_microcontroller(
+    calibrated: Calibrated, tmp_path: Path
+) -> None:
+    """They compile beside the header, and do what the lines in Python do: here around a gain."""
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("no C compiler")
+    page = Path(__file__).parents[1] / "docs" / "how-to" / "load_cell.md"
+    (lines,) = re.findall(r"```c\n(.*?)```", page.read_text("utf-8"), re.DOTALL)
+    stage = calibrated.found.stage
+    mh.export.c_header(stage, tmp_path / "cell.h")
+    term, creep = stage.temperature, stage.creep
+    assert term is not None and creep is not None
+    lag = -np.expm1(-DT / term.time_constant)
+    shares = -np.expm1(-DT / np.asarray(creep.time_constants))
+    _, temperature, reading = other(7)
+    temperature[5] = np.nan
+    source = tmp_path / "main.c"
+    source.write_text(
+        '#include <math.h>\n#include <stdio.h>\n#include "cell.h"\n'
+        f"#define ZERO {calibrated.zero!r}\n#define A {float(lag)!r}\n"
+        f"static const double A_CREEP[] = {{{', '.join(map(repr, shares.tolist()))}}};\n"
+        "static double inverse(double h) { return h / 2.0; }\n"
+        "int main(void) {\n"
+        f"    double reading, temperature, load, theta = {float(temperature[0])!r};\n"
+        "    double q[CELL_CREEP_TERMS] = {0};\n"
+        '    while (scanf("%lf %lf", &reading, &temperature) == 2) {\n'
+        f'{lines}        printf("%.17g\\n", load);\n    }}\n}}\n'
+    )
+    subprocess.run(
+        [compiler, "-Wall", "-Werror", "-o", tmp_path / "main", source, "-lm"], check=True
+    )
+    given = "".join(
+        f"{y!r} {t!r}\n" for y, t in zip(reading.tolist(), temperature.tolist(), strict=True)
+    )
+    said = subprocess.run(
+        [tmp_path / "main"], check=True, capture_output=True, text=True, input=given
+    ).stdout
+    theta, q, expected = temperature[0], np.zeros(shares.size), []
+    for y, t in zip(reading, temperature, strict=True):
+        theta += lag * (t - theta) if np.isfinite(t) else 0.0
+        h = y - calibrated.zero - term.sensitivity * (theta - term.reference)
+        h -= float(np.dot(creep.amplitudes, q))
+        expected.append(h / 2.0)
+        q += shares * (h - q)
+    assert np.array(said.split(), dtype=float) == pytest.approx(expected, abs=1e-9)

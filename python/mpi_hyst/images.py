@@ -149,11 +149,11 @@ def match(
     """Find the pairs of instants at which trace and retrace show the same place.
 
     Windows of the trace, of `together` lines, are looked for in the retrace by normalised
-    cross-correlation (scikit-image), from the turn between both backwards: there they are at the
-    same place, and each match begins where the one before it leads. Windows are stretched, as
-    after a turn a stage moves less. A parabola through the three
-    best shifts gives the part of a pixel. Each line counts about its own mean, so that drift of
-    the height does not matter.
+    cross-correlation (scikit-image; J. P. Lewis, Vision Interface 1995, p. 120), from the turn
+    between both backwards: there they are at the same place, and each match begins where the one
+    before it leads. Windows are stretched, as after a turn a stage moves less. A parabola through
+    the three best shifts gives the part of a pixel. Each line counts about its own mean, so that
+    drift of the height does not matter.
 
     The standard deviation of a match is that of a shift under white noise, s^2 = (1 - c^2) /
     (-c c'' n), in pixels: c the correlation, c'' its second difference, n the pixels of the
@@ -322,8 +322,9 @@ def fringes(
 ) -> Matrix:
     """Count the fringes of an interferometer: places a quarter of a wavelength apart.
 
-    The signal goes through its middle wherever the position has moved by a quarter of the
-    wavelength (a reflected beam: a fringe is half a wavelength). From one to the next the position
+    The signal is a + b cos(4 pi y / wavelength + c) for a reflected beam and the position y (P.
+    Hariharan, Optical Interferometry, 2003): a fringe is half a wavelength. So it goes through its
+    middle wherever the position has moved by a quarter. From one to the next the position
     goes on as the drive does; the last one before a turn of the drive and the first one after it
     are the same place. So the stage must turn with the drive: within a pass, and take `lag` away
     where it does not.

@@ -283,6 +283,9 @@ impl PlacesIdentification {
 /// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. They must come from loops of different size, or a
 /// finding says that the scale of other loops is not told. Every drive starts from the input offset, and from there at its first sample.
 ///
+/// Non-negative least squares as Lawson and Hanson, Solving Least Squares Problems, 1974; the losses as Huber, Ann. Math. Stat. 35, 73, 1964, and
+/// Beaton and Tukey, Technometrics 16, 147, 1974; standard errors as Liang and Zeger, Biometrika 73, 13, 1986; the Duhem operator as `Duhem`.
+///
 /// Parameters
 /// ----------
 /// drives : array of n floats, or list of arrays
