@@ -188,6 +188,50 @@ def test_a_cell_that_was_loaded_before(made: Cell, before: list[float], seed: in
     assert np.sqrt(np.mean(error[read] ** 2)) < 0.2 * np.sqrt(np.mean(plain[read] ** 2))
 
 
+def bent(loads: Array, temperature: Array, seed: int) -> Array:
+    """Relays that are densest at half the load, so the middle line bends; creep, heat."""
+    middles = 100.0 * (0.5 + np.arcsin(np.linspace(-1.0, 1.0, 400)) / np.pi)
+    half = np.random.default_rng(0).exponential(12.0, middles.size)
+    up, crept, theta, reading = np.zeros(middles.size, dtype=bool), np.zeros(2), temperature[0], []
+    for load, degrees in zip(loads, temperature, strict=True):
+        up = np.where(load >= middles + half, True, np.where(load <= middles - half, False, up))
+        crept += (load - crept) * DT / np.array([15.0, 120.0])
+        theta += (degrees - theta) * DT / 250.0
+        strain = load + 1.2 * up.mean() + np.dot([0.0015, 0.0008], crept)
+        reading.append(2.0 * strain + 0.05 * (theta - 23.0))
+    return np.array(reading) + np.random.default_rng(seed).normal(0.0, 0.003, len(reading))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 4])
+def test_a_middle_line_that_bends_is_found(seed: int) -> None:
+    loads = np.repeat(CALIBRATION, HOLD)
+    temperature = heat(loads.size, seed)
+    reading = bent(loads, temperature, seed)
+    at = np.arange(loads.size).reshape(-1, HOLD)[:, [4, -1]].ravel()
+    lengths = [(0.0, 0.0, float(k), float(reading[k] - reading[0])) for k in at]
+    cut, found = (
+        mh.identify_places(
+            *(loads, [], lengths),
+            dt=DT,
+            model="conventional",
+            dead_time=0.0,
+            creep=[30.0, 300.0],
+            temperature=temperature,
+            input_map=input_map,
+        )
+        for input_map in (None, "auto")
+    )
+    assert cut.input_map is None and found.input_map is not None
+    assert any(", input map" in name for name, *_ in found.candidates)
+    others, warmth, _ = other(seed)
+    true = bent(others, warmth, seed + 20)
+    off, cut_off = (np.std(one.predict(others, temperature=warmth) - true) for one in (found, cut))
+    assert off < 0.6 * cut_off
+    stage = found.stage
+    assert stage.input_map is not None
+    assert found.predict(others) == pytest.approx(stage.forward(DT).run(others), abs=1e-9)
+
+
 @pytest.mark.parametrize("error", [0.3, 5.0])
 def test_a_reading_that_is_wrong_does_no_harm(error: float) -> None:
     loads = np.repeat(CALIBRATION, HOLD)

@@ -8,9 +8,8 @@ weighed, after the same history and at other temperatures.
 
 A figure is the rms error of these loads, some seconds after each was put on, as a share of what a
 straight line through the known loads leaves. `virgin` is the same where the calibration is told
-that nothing lay on the cell before, which is wrong here. The middle line of the last cell bends: no
-map is fitted to known loads, so that is what the calibration cannot have. With `--steady` the
-temperature does not change, and no term of it is fitted.
+that nothing lay on the cell before, which is wrong here. The middle line of the last cell bends.
+With `--steady` the temperature does not change, and no term of it is fitted.
 """
 
 from __future__ import annotations
@@ -185,8 +184,7 @@ def main() -> None:
                 tell(f"{cell[0]:<14}  {loads:<13}  {seed:>4}  {numbers}  {', '.join(one.told)}")
         of_cells.append(left)
         tell(f"  {summary(left)}")
-    straight = [one for left in of_cells[:-1] for one in left]
-    tell(f"all but the last: {summary(straight)}")
+    tell(f"all: {summary([one for left in of_cells for one in left])}")
 
 
 if __name__ == "__main__":

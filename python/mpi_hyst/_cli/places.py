@@ -124,6 +124,11 @@ class Request:
         help="Duhem operator beside the plays. auto: if cross-validation asks for it.  "
         "[default: auto]",
     )
+    input_map: Literal["auto", "smooth", "none"] | None = option(
+        passed=_PLACES,
+        help="Smooth map of the drive in front of the hysteresis, which known lengths tell. auto: "
+        "if cross-validation asks for it.  [default: auto]",
+    )
     thermal_lag: float | None = option(
         passed=_PLACES,
         metavar="SECONDS",

@@ -163,7 +163,7 @@ const MAX_CYCLES_PER_SAMPLE: f64 = 0.5;
 const MIN_CYCLES_PER_RECORD: f64 = 1.0;
 
 /// Between what the coefficients of a map are searched: slopes from e^-4 to e^4 of the mean one at the ends.
-const COEFFICIENT_BOUND: f64 = 2.0;
+pub(crate) const COEFFICIENT_BOUND: f64 = 2.0;
 
 /// The highest bandwidth of an amplifier that is searched, in cycles per sample of the fastest record: its lag is a twelfth of a
 /// sample.

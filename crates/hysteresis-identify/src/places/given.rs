@@ -8,6 +8,7 @@ use crate::places::rows::value_at;
 use crate::records::record::{check_finite, check_interval, check_varies};
 use crate::records::signal;
 use crate::terms::creep::CreepModel;
+use crate::terms::maps::MapModel;
 use crate::terms::operators::{ModelKind, Thresholds};
 
 /// Two instants of one drive at which the stage was at the same place.
@@ -104,6 +105,9 @@ pub struct PlacesOptions {
     /// Whether a Duhem operator stands beside the plays, added or subtracted; none leaves it to cross-validation where what plays leave is not
     /// noise alone. Its f is that of Bouc-Wen of exponent 1, and what it is on the way back.
     pub duhem: Option<bool>,
+    /// The map of the drive in front of the hysteresis; [`MapModel::Auto`] has one if cross-validation asks for it, and there are at least
+    /// 16 lengths: pairs tell none.
+    pub input_map: MapModel,
     /// The temperature at every sample of every drive, or none.
     pub temperatures: Vec<Vec<f64>>,
     /// What the position lags the temperature, in seconds: searched up to the length of the longest drive.
@@ -125,6 +129,7 @@ impl PlacesOptions {
             smoothness: Setting::Fit,
             drift: None,
             duhem: None,
+            input_map: MapModel::Auto,
             temperatures: Vec::new(),
             thermal_lag: Setting::Fit,
         }

@@ -7,12 +7,13 @@
 //! 1. `given` checks what came.
 //! 2. `space` names what is searched, `equations` has the `rows` of a point, `beside` what moves places beside the operators.
 //! 3. `weighing` finds the best weights for rows, whatever some pairs say; `search` the best point.
-//! 4. `validation` chooses model, creep, drift and smoothness by pairs that were not fitted.
+//! 4. `validation` chooses model, creep, drift and smoothness by pairs that were not fitted, `further` what else the model has.
 //! 5. `spread` says how far the numbers may be off, `rivals` what the model may lack, `doubts` what the pairs cannot tell; `result` is what comes out.
 
 mod beside;
 mod doubts;
 mod equations;
+mod further;
 pub(crate) mod given;
 pub(crate) mod result;
 mod rivals;
@@ -30,13 +31,13 @@ use hysteresis_control::stage::TemperatureTerm;
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
 
 use crate::choose::cross_validation::CrossValidation;
-use crate::choose::table::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::error::Error;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
 use crate::options::{Options, Setting};
 use crate::places::beside::DriftModel;
 use crate::places::equations::Equations;
+use crate::places::further::with_further;
 use crate::places::given::{Given, KnownLength, PlacePair, PlacesOptions};
 use crate::places::result::{PlacesCandidate, PlacesIdentification};
 use crate::places::rivals::Rival;
@@ -54,9 +55,6 @@ use crate::uncertainty::standard_errors::Spread;
 /// A simpler model stays unless another one predicts better by more than this factor of the mean square error.
 const MARGIN: f64 = 1.02;
 
-/// A Duhem operator is tried where so much of the mean square of what plays leave is alike from pair to pair.
-const LEAST_ALIKE: f64 = 0.1;
-
 /// The fewest equations that say something, for each parameter that is searched, and beside them.
 const EQUATIONS: (usize, usize) = (2, 4);
 
@@ -66,6 +64,8 @@ const EQUATIONS: (usize, usize) = (2, 4);
 /// instants. Weights w >= 0 follow by least squares with a robust loss, so that a few wrong pairs do no harm; input offset,
 /// dead time and whatever else `options` leaves open are searched. Which model, whether there is creep, whether what is seen drifts,
 /// and how smooth the weights are is chosen by cross-validation over the pairs. The lengths alone set the scale.
+///
+/// Beside the plays there may be a Duhem operator, and in front of them a map, which lengths alone tell.
 ///
 /// With temperatures T the position has the further term kappa (theta - T at the first sample), theta' = (T - theta) / tau.
 ///
@@ -127,49 +127,10 @@ pub fn identify_places(
         let starts = plain.map_or_else(|| space.starts(), |plain| vec![space.beginning_at(&plain.point)]);
         found.push(search.find(space, starts, proceed)?);
     }
-    let mut candidates = judged(&search, &found, &checked)?;
-    let mut chosen = simplest(&candidates);
-    if let Some(beside) = with_duhem(&mut search, &found[chosen], options.duhem, proceed)? {
-        let must_gain = must_gain(&given, &beside);
-        found.push(beside);
-        candidates = judged(&search, &found, &checked)?;
-        let (last, others) = (found.len() - 1, &candidates[..found.len() - 1]);
-        chosen = simplest(others);
-        let predicts_better = is_better(&candidates[last].validation, &others[chosen].validation, must_gain);
-        chosen = if options.duhem == Some(true) || predicts_better { last } else { chosen };
-    }
+    let (chosen, candidates) = with_further(&mut search, &mut found, (options, &checked), proceed)?;
     let found = found.into_iter().zip(&candidates);
     let found: Vec<FoundPlace> = found.map(|(one, by)| settled(&mut search, one, by.validation.smoothness)).collect();
     result(&search, &found, chosen, candidates)
-}
-
-/// The same model with a Duhem operator beside the plays, if that is asked for, or left open and what plays leave is not noise alone; none that
-/// leaves no inverse but where it is asked for.
-fn with_duhem(
-    search: &mut PlaceSearch<'_>,
-    plays: &FoundPlace,
-    asked: Option<bool>,
-    proceed: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<Option<FoundPlace>, Error> {
-    let is_open = asked.is_none() && left_to_explain(&search.system.given, &plays.weighed) > LEAST_ALIKE;
-    if asked != Some(true) && !is_open {
-        return Ok(None);
-    }
-    let space = plays.space.with_duhem();
-    search.system.uninformative = match check_equations(search, &space) {
-        Err(Error::TooFewPairs { .. }) if is_open => return Ok(None),
-        uninformative => uninformative?,
-    };
-    let starts = space.shapes_at(&plays.point);
-    let found = search.find(space, starts, proceed)?;
-    let has_inverse = found.without_inverse().is_none();
-    Ok(Some(found).filter(|_| has_inverse || !is_open))
-}
-
-/// By which factor a Duhem operator must lower the mean square error of prediction. On loops of one size anything that fits one predicts the next.
-fn must_gain(given: &Given<'_>, found: &FoundPlace) -> f64 {
-    let is_one_size = doubts::one_loop_size(given, &found.uninformative).is_some();
-    if is_one_size { MUST_GAIN_OF_LIKE_LOOPS } else { MUST_GAIN }
 }
 
 /// How each model predicts pairs.
@@ -260,7 +221,13 @@ fn candidate(search: &PlaceSearch<'_>, found: &FoundPlace, shares: &Shares, opti
     let tried: Vec<CrossValidation> = options.smoothnesses().iter().filter(is_tried).map(validate).collect();
     let validation = CrossValidation::best(&tried).unwrap_or(&tried[0]).clone();
     let drift = found.space.drift != DriftModel::None;
-    PlacesCandidate { model: found.space.model, drift, duhem: found.space.has_duhem, validation }
+    PlacesCandidate {
+        model: found.space.model,
+        drift,
+        duhem: found.space.has_duhem,
+        input_map: found.space.has_input_map(),
+        validation,
+    }
 }
 
 /// The weights of the chosen model with wrong pairs left out, at the scale that the lengths say.

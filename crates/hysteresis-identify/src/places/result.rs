@@ -3,7 +3,7 @@
 use hysteresis_control::linear::{Creep, LinearDynamics};
 use hysteresis_control::stage;
 use hysteresis_control::stage::{Identified, Stage, StageParts, TemperatureTerm};
-use hysteresis_core::{Duhem, MAX_KNOTS, Model, ModifiedPrandtlIshlinskii, Ratios};
+use hysteresis_core::{Duhem, MAX_KNOTS, Model, ModifiedPrandtlIshlinskii, PiecewiseLinearMap, Ratios};
 
 use crate::choose::cross_validation::CrossValidation;
 use crate::error::RecordError;
@@ -30,6 +30,9 @@ pub struct PlacesCandidate {
     /// Whether a Duhem operator stands beside the plays.
     #[cfg_attr(feature = "serde", serde(default))]
     pub duhem: bool,
+    /// Whether there is a map in front of the hysteresis.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub input_map: bool,
     /// How it predicts pairs of stretches that it was not fitted to, at the smoothness that suits it.
     pub validation: CrossValidation,
 }
@@ -38,7 +41,7 @@ impl PlacesCandidate {
     /// Whether it has all terms that another one has.
     pub(crate) fn contains(&self, other: &Self) -> bool {
         let kinds = self.model == other.model || self.model == ModelKind::Modified;
-        let terms = self.drift >= other.drift && self.duhem >= other.duhem;
+        let terms = self.drift >= other.drift && self.duhem >= other.duhem && self.input_map >= other.input_map;
         kinds && terms && self.validation.creep >= other.validation.creep
     }
 }
@@ -175,6 +178,12 @@ impl PlacesIdentification {
         self.chain.operators.duhem.as_ref()?.operator().ok()
     }
 
+    /// The map in front of the hysteresis, if there is one: drive in, drive out.
+    #[must_use]
+    pub fn input_map(&self) -> Option<PiecewiseLinearMap> {
+        self.chain.operators.path.map.as_ref()?.map(0.0).ok()
+    }
+
     /// The parts of the stage: hysteresis, creep, dead time, and what is known of them. It has no sensor, so no noise of one.
     #[must_use]
     pub fn stage_parts(&self) -> StageParts {
@@ -185,6 +194,7 @@ impl PlacesIdentification {
         StageParts {
             creep: self.creep.clone(),
             duhem: self.duhem().map(Box::new),
+            input_map: self.input_map(),
             dynamics: LinearDynamics::none(),
             dead_time: self.dead_time,
             temperature: self.temperature,

@@ -1,4 +1,4 @@
-//! What is searched beside the weights: input offset, ratios, the shape of a Duhem operator, dead time and creep; and the model at such a point.
+//! What is searched beside the weights: input offset, ratios, the shape of a Duhem operator, a map, dead time and creep; and the model at such a point.
 //!
 //! The amplitude of that operator is linear, as weights are: of unit f at 0 it has a column of its own, the last beside the operators.
 
@@ -6,6 +6,7 @@ use hysteresis_control::stage::TemperatureTerm;
 use hysteresis_core::Ratios;
 
 use crate::error::Error;
+use crate::fit::point::COEFFICIENT_BOUND;
 use crate::fit::response::OperatorsAt;
 use crate::fit::tangent::{Slope, Tangent};
 use crate::options::Setting;
@@ -16,6 +17,7 @@ use crate::records::signal::as_f64;
 use crate::terms::creep::{CreepBasis, CreepModel};
 use crate::terms::duhem::{BACKS, DuhemTable, MOST_KNOTS, RESTS};
 use crate::terms::dynamics::LinearPart;
+use crate::terms::maps::{COEFFICIENTS, Curve, DrivePath};
 use crate::terms::operators::{ModelKind, OperatorBank, Placement, Thresholds};
 
 /// How many operators there are where that is left open.
@@ -30,7 +32,7 @@ const MOST_CREEP: f64 = 0.3;
 /// The ratio rb/ra at which the search begins, too.
 const FURTHER_RATIO: f64 = 0.8;
 
-/// Steps of the derivatives: of the input offset as a share of the drive range, of a ratio, and of the shape of a Duhem operator.
+/// Steps of the derivatives: of the input offset as a share of the drive range, of a ratio, and of the shape of a Duhem operator or of a map.
 const OFFSET_STEP: f64 = 1e-3;
 const RATIO_STEP: f64 = 1e-2;
 const SHAPE_STEP: f64 = 1e-2;
@@ -44,6 +46,8 @@ pub(crate) enum Axis {
     Rest,
     /// f on the way back from there, over that at 0.
     Back,
+    /// A coefficient of the map.
+    Bend(usize),
     DeadTime,
     Creep(usize),
     /// Always the last.
@@ -58,6 +62,7 @@ pub(crate) struct PlacePoint {
     pub(crate) ratios: [f64; 3],
     pub(crate) rest: f64,
     pub(crate) back: f64,
+    pub(crate) bends: [f64; COEFFICIENTS],
     pub(crate) dead_time: f64,
     pub(crate) creep: Vec<f64>,
     pub(crate) thermal_lag: f64,
@@ -70,6 +75,7 @@ impl PlacePoint {
             Axis::Ratio(number) => self.ratios[number],
             Axis::Rest => self.rest,
             Axis::Back => self.back,
+            Axis::Bend(number) => self.bends[number],
             Axis::DeadTime => self.dead_time,
             Axis::Creep(number) => self.creep[number],
             Axis::ThermalLag => self.thermal_lag,
@@ -83,6 +89,7 @@ impl PlacePoint {
             Axis::Ratio(number) => point.ratios[number] = value,
             Axis::Rest => point.rest = value,
             Axis::Back => point.back = value,
+            Axis::Bend(number) => point.bends[number] = value,
             Axis::DeadTime => point.dead_time = value,
             Axis::Creep(number) => point.creep[number] = value,
             Axis::ThermalLag => point.thermal_lag = value,
@@ -185,6 +192,7 @@ impl PlaceSpace {
             ratios,
             rest: 0.0,
             back: BACKS[0],
+            bends: [0.0; COEFFICIENTS],
             dead_time,
             creep: vec![0.0; creep.directions.len()],
             thermal_lag,
@@ -249,12 +257,23 @@ impl PlaceSpace {
 
     /// The same with a Duhem operator beside the plays.
     pub(crate) fn with_duhem(&self) -> Self {
-        let (last, others) = match self.axes.split_last() {
-            Some((Axis::ThermalLag, others)) => (Some(Axis::ThermalLag), others),
-            _ => (None, &self.axes[..]),
-        };
-        let axes = others.iter().copied().chain([Axis::Rest, Axis::Back]).chain(last).collect();
+        let axes = self.axes_with([Axis::Rest, Axis::Back]);
         Self { axes, has_duhem: true, beside: self.beside + 1, ..self.clone() }
+    }
+
+    /// The same with a map in front of the hysteresis.
+    pub(crate) fn with_input_map(&self) -> Self {
+        Self { axes: self.axes_with(std::array::from_fn::<_, COEFFICIENTS, _>(Axis::Bend)), ..self.clone() }
+    }
+
+    pub(crate) fn has_input_map(&self) -> bool {
+        self.axes.contains(&Axis::Bend(0))
+    }
+
+    /// The axes and some more; the thermal lag stays the last.
+    fn axes_with<const N: usize>(&self, further: [Axis; N]) -> Vec<Axis> {
+        let (last, others): (Vec<Axis>, Vec<Axis>) = self.axes.iter().partition(|axis| **axis == Axis::ThermalLag);
+        others.into_iter().chain(further).chain(last).collect()
     }
 
     /// Operators of all shapes at a point; and where no drive had been before, as plays in their place may have moved that.
@@ -280,6 +299,7 @@ impl PlaceSpace {
             Axis::Ratio(_) => (0.0, 1.0),
             Axis::Rest => (RESTS[0].ln(), RESTS[RESTS.len() - 1].ln()),
             Axis::Back => (BACKS[0], BACKS[BACKS.len() - 1]),
+            Axis::Bend(_) => (-COEFFICIENT_BOUND, COEFFICIENT_BOUND),
             Axis::DeadTime => (0.0, self.longest_dead_time),
             Axis::Creep(_) => (0.0, MOST_CREEP),
             Axis::ThermalLag => (0.0, self.longest_lag),
@@ -306,7 +326,8 @@ impl PlaceSpace {
         // Of no amplitude, or one beyond all numbers that an operator may have, there is none.
         let is_one = |table: &DuhemTable| table.operator::<MOST_KNOTS>().is_ok();
         let duhem = self.has_duhem.then(|| self.shape(point).scaled(amplitude)).filter(is_one);
-        OperatorsAt { duhem, ..plays }
+        let map = self.has_input_map().then(|| Curve::new(self.placement.bounds(), point.bends));
+        OperatorsAt { duhem, path: DrivePath { map, ..DrivePath::default() }, ..plays }
     }
 
     /// The Duhem operator of unit f at 0.
@@ -357,7 +378,7 @@ impl PlaceSpace {
                 Axis::Creep(number) => return Some(Slope::Creep(self.creep.directions[*number].clone())),
                 Axis::InputOffset => OFFSET_STEP * (self.placement.bounds().1 - self.placement.bounds().0),
                 Axis::Ratio(_) => RATIO_STEP,
-                Axis::Rest | Axis::Back => SHAPE_STEP,
+                Axis::Rest | Axis::Back | Axis::Bend(_) => SHAPE_STEP,
             };
             let value = point.get(*axis);
             let inward = if value + step > self.bounds(*axis).1 { -step } else { step };

@@ -2,7 +2,8 @@
 
 use hysteresis_core::{DuhemForward, Ratios};
 use hysteresis_identify::{
-    self as identification, CreepModel, KnownLength, ModelKind, PlacePair, PlacesCandidate, PlacesOptions, Setting,
+    self as identification, CreepModel, KnownLength, MapModel, ModelKind, PlacePair, PlacesCandidate, PlacesOptions,
+    Setting,
 };
 use hysteresis_python_macros::{function, methods, py};
 use numpy::ndarray::Ix2;
@@ -20,7 +21,7 @@ use crate::convert::errors::{self, one_record, raise};
 use crate::linear::creep::Creep;
 use crate::model::duhem::Duhem;
 use crate::model::models::object;
-use crate::stage::stage::Stage;
+use crate::stage::stage::{Stage, points};
 use crate::stage::temperature::{TemperatureTerm, added};
 
 /// What `identify_places` found: a stage, and how far to trust it.
@@ -94,6 +95,12 @@ impl PlacesIdentification {
     #[getter]
     fn duhem(&self) -> Option<Duhem> {
         self.found.duhem().map(|duhem| Duhem(DuhemForward::new(duhem)))
+    }
+
+    /// The points (x, y) of the map in front of the hysteresis, if there is one: drive in, drive out.
+    #[getter]
+    fn input_map(&self) -> Option<(Vec<f64>, Vec<f64>)> {
+        self.found.input_map().as_ref().map(points)
     }
 
     /// The creep, if there is any.
@@ -187,12 +194,17 @@ impl PlacesIdentification {
         self.found.smoothness
     }
 
-    /// What was tried, the simplest first: the model, how many amplitudes of creep, whether there is a drift, and the rms distance of pairs
+    /// What was tried, the simplest first: the model with ", duhem" and ", input map" where it has these, how many amplitudes of creep, whether there is a drift, and the rms distance of pairs
     /// of stretches that were not fitted. All are judged by the same pairs.
     #[getter]
-    #[py(-> "list[tuple[Literal['conventional', 'modified', 'conventional, duhem', 'modified, duhem'], int, bool, float]]")]
     fn candidates(&self) -> Vec<(String, usize, bool, f64)> {
-        let name = |one: &PlacesCandidate| format!("{}{}", one.model.name(), if one.duhem { ", duhem" } else { "" });
+        let name = |one: &PlacesCandidate| {
+            let further = [(one.duhem, ", duhem"), (one.input_map, ", input map")];
+            further
+                .iter()
+                .filter(|(is_there, _)| *is_there)
+                .fold(one.model.name().to_owned(), |name, (_, more)| name + more)
+        };
         let tried = self.found.candidates.iter();
         tried.map(|one| (name(one), one.validation.creep, one.drift, one.validation.rmse)).collect()
     }
@@ -324,6 +336,9 @@ impl PlacesIdentification {
 /// duhem : "auto", None or "fit"
 ///     A Duhem operator beside the plays, added or subtracted: as of Bouc-Wen of exponent 1, with f on the way back that is searched. "auto"
 ///     tries one beside the chosen model where plays leave more than noise, and keeps it if cross-validation asks for it and there is an inverse.
+/// input_map : "auto", None or "smooth"
+///     A map of the drive in front of the hysteresis, for a middle line that bends: as in `identify`. Pairs tell none. "auto" tries one where
+///     there are at least 16 lengths, and keeps it if cross-validation asks for it.
 /// temperature : array of n floats, or list of arrays, optional
 ///     The temperature at each sample of the drives. The position then has the term kappa (theta - T[0]), theta' = (T - theta) / tau, of
 ///     either sign: a `plant.TemperatureTerm` of the stage.
@@ -374,6 +389,7 @@ pub(crate) fn identify_places(
     #[py(field = "auto")] smoothness: Smoothness,
     #[py(field = "auto")] drift: AnyDrift,
     #[py(field = "auto")] duhem: AnyDuhem,
+    #[py(field = "auto")] input_map: MapModel,
     #[py("ArrayLike | Sequence[ArrayLike] | None" = None)] temperature: Option<&Bound<'_, PyAny>>,
     #[py(field = "fit")] thermal_lag: Setting<f64>,
 ) -> PyResult<PlacesIdentification> {
