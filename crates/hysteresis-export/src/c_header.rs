@@ -196,15 +196,19 @@ impl Header<'_> {
                 self.numbers(&format!("{name}_y"), &y);
             }
         }
-        if let Some(duhem) = &parts.duhem {
-            let [knots, rising, falling] = tables(duhem);
-            self.line("/* z of a Duhem operator is added to the hysteresis: dz/dx where x rises, and where it falls, at knots of z. */");
+        let tables = parts.duhem.as_ref().map(|duhem| tables(duhem));
+        self.count("DUHEM_KNOTS", tables.as_ref().map_or(0, |[knots, ..]| knots.len()));
+        if let Some([knots, rising, falling]) = tables {
+            self.line("/* z of a Duhem operator is added to the hysteresis, 0 at x = 0: dz/dx where x rises, and where it falls, at knots of z.");
+            self.line(" * Straight lines between them. Beyond the outer knots dz/dx stays, but where it is above 0 and grows outwards its line goes on. */");
             self.numbers("duhem_knots", &knots);
             self.numbers("duhem_rising", &rising);
             self.numbers("duhem_falling", &falling);
         }
         self.count("HAS_LOOP_SHIFT", usize::from(parts.loop_shift.is_some()));
+        self.count("HAS_SLOW_GAIN", usize::from(parts.slow_gain.is_some()));
         if let Some(gain) = &parts.slow_gain {
+            self.line("/* Loops become smaller while the drive cycles: half range, amplitude, zero, time constant. */");
             self.numbers("slow_gain", &[gain.half_range(), gain.amplitude(), gain.zero(), gain.time_constant()]);
         }
         let (amplitudes, times) = parts

@@ -3,7 +3,7 @@
 use hysteresis_control::binary::Binary;
 use hysteresis_control::linear::SecondOrder;
 use hysteresis_control::stage::{PEAK_SENSITIVITY, Stage, StageParts, Units};
-use hysteresis_core::{Biquad, CoupledPlay, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Ratios};
+use hysteresis_core::{Biquad, CoupledPlay, Duhem, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Ratios};
 use hysteresis_export::{HeaderOptions, c_header};
 
 fn parts() -> StageParts {
@@ -59,13 +59,28 @@ fn numbers_come_back_bit_for_bit() {
 }
 
 #[test]
+fn an_operator_beside_the_others_has_its_tables() {
+    for sign in [1.0, -1.0] {
+        let duhem = Duhem::from_bouc_wen(sign * 0.05, 0.03, 0.7, sign * 0.3).unwrap();
+        let stage = Stage::new(StageParts { duhem: Some(Box::new(duhem)), ..parts() }).unwrap();
+        let header = header(&stage, None);
+        assert!(header.contains("#define AXIS_DUHEM_KNOTS 3\n"), "{header}");
+        assert_eq!(array(&header, "duhem_knots"), duhem.knots().collect::<Vec<_>>());
+        assert_eq!(array(&header, "duhem_rising"), duhem.rising().collect::<Vec<_>>());
+        assert_eq!(array(&header, "duhem_falling"), duhem.falling().collect::<Vec<_>>());
+    }
+}
+
+#[test]
 fn what_the_stage_lacks_is_not_there() {
     let bare = StageParts { limits: None, output_map: None, ..parts() };
     let header = header(&Stage::new(bare).unwrap(), None);
-    for there in ["AXIS_HAS_LIMITS 0\n", "AXIS_HAS_SLEW 0\n", "AXIS_OUTPUT_MAP_POINTS 0\n", "AXIS_CREEP_TERMS 0\n"] {
-        assert!(header.contains(there), "{there}");
+    for there in ["HAS_LIMITS", "HAS_SLEW", "OUTPUT_MAP_POINTS", "DUHEM_KNOTS", "HAS_SLOW_GAIN", "CREEP_TERMS"] {
+        assert!(header.contains(&format!("AXIS_{there} 0\n")), "{there}");
     }
-    for missing in ["LIMIT_LOW", "AXIS_SLEW", "output_map_x", "creep_amplitudes", "AXIS_DT", "AXIS_KP"] {
+    for missing in
+        ["LIMIT_LOW", "AXIS_SLEW", "output_map_x", "duhem_", "slow_gain", "creep_amplitudes", "AXIS_DT", "AXIS_KP"]
+    {
         assert!(!header.contains(missing), "{missing}");
     }
 }
