@@ -20,10 +20,20 @@ DT = 1e-4
 KINDS: list[Literal["forward", "inverse", "controller"]] = ["forward", "inverse", "controller"]
 
 
+# Beside the plays: nothing, an operator that adds, and one that is subtracted.
+DUHEM = {
+    "plays alone": None,
+    "adds": mh.Duhem.from_bouc_wen(1e-3, 0.01, 0.8, -0.9),
+    "is subtracted": mh.Duhem.from_bouc_wen(-1e-3, 0.01, 0.7, -0.3),
+}
+every_stage = pytest.mark.parametrize("stage", DUHEM, indirect=True)
+
+
 @pytest.fixture(scope="module")
-def stage() -> mh.Stage:
+def stage(request: pytest.FixtureRequest) -> mh.Stage:
     return mh.Stage(
         mh.paper.table_1_recovered(),
+        duhem=DUHEM[getattr(request, "param", "plays alone")],
         limits=(-500.0, 500.0),
         slew=2e6,
         dead_time=1e-4,
@@ -68,6 +78,7 @@ def test_variables_have_units_limits_and_starts(made: dict[str, Path]) -> None:
     assert variable("controller", "drive").causality == "output"
 
 
+@every_stage
 def test_simulate_fmu_gives_the_drives_of_the_inverse(
     made: dict[str, Path], stage: mh.Stage
 ) -> None:
@@ -88,6 +99,7 @@ def test_simulate_fmu_gives_the_drives_of_the_inverse(
     np.testing.assert_array_equal(result["drive"][1 : targets.size], expected[:-1])
 
 
+@every_stage
 def test_a_loop_of_two_units_is_that_of_the_package(made: dict[str, Path], stage: mh.Stage) -> None:
     plant_unit, controller_unit = Unit(made["forward"]), Unit(made["controller"])
     plant, controller = stage.forward(DT), stage.controller(DT)
@@ -104,6 +116,7 @@ def test_a_loop_of_two_units_is_that_of_the_package(made: dict[str, Path], stage
     assert rejected == controller.rejected_count == 3
 
 
+@every_stage
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_kept_state_goes_on_in_another_instance(made: dict[str, Path], kind: str) -> None:
     unit, other = Unit(made[kind]), Unit(made[kind])

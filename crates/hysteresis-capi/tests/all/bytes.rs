@@ -3,8 +3,11 @@
 use core::ffi::CStr;
 use core::mem::MaybeUninit;
 use core::ptr::{null, null_mut};
+use std::ffi::CString;
 
 use mpi_hyst::*;
+
+use crate::stages::files;
 
 const DT: f64 = 1e-4;
 
@@ -16,11 +19,13 @@ fn last_error() -> String {
     unsafe { CStr::from_ptr(mpih_last_error()) }.to_str().unwrap().to_owned()
 }
 
-fn stage() -> *mut Stage {
-    let (text, mut stage) = (concat!(include_str!("../../examples/stage.json"), "\0"), null_mut());
-    // SAFETY: a text that ends with a zero byte, and a place for the pointer.
-    assert_eq!(unsafe { mpih_stage_from_json(text.as_ptr().cast(), &raw mut stage) }, Status::Ok, "{}", last_error());
-    stage
+fn stages() -> [*mut Stage; 3] {
+    files().map(|text| {
+        let (text, mut stage) = (CString::new(text).unwrap(), null_mut());
+        // SAFETY: a text that ends with a zero byte, and a place for the pointer.
+        assert_eq!(unsafe { mpih_stage_from_json(text.as_ptr(), &raw mut stage) }, Status::Ok, "{}", last_error());
+        stage
+    })
 }
 
 fn saved<T>(object: &T, save: Save<T>) -> Vec<u8> {
@@ -66,8 +71,11 @@ fn goes_on<T>(object: *mut T, step: impl Fn(&mut T, f64) -> f64, (save, load): (
 
 #[test]
 fn states_go_on() {
-    let (stage, none) = (stage(), null_mut());
-    let (mut forward, mut inverse, mut controller, mut observer) = (none, null_mut(), null_mut(), null_mut());
+    stages().into_iter().for_each(states_of_a_stage_go_on);
+}
+
+fn states_of_a_stage_go_on(stage: *mut Stage) {
+    let (mut forward, mut inverse, mut controller, mut observer) = (null_mut(), null_mut(), null_mut(), null_mut());
     // SAFETY: a stage and places for the pointers; nothing is used after it is freed.
     unsafe {
         assert_eq!(mpih_forward_new(stage.as_ref(), DT, null_mut(), 0, &raw mut forward), Status::Ok);
@@ -110,8 +118,12 @@ fn states_go_on() {
 }
 
 #[test]
-fn a_stage_comes_back_from_its_bytes() {
-    let (stage, mut other) = (stage(), null_mut());
+fn stages_come_back_from_their_bytes() {
+    stages().into_iter().for_each(a_stage_comes_back_from_its_bytes);
+}
+
+fn a_stage_comes_back_from_its_bytes(stage: *mut Stage) {
+    let mut other = null_mut();
     // SAFETY: a stage, as many bytes as are told, a place for the pointer; nothing is used after it is freed.
     unsafe {
         let bytes = saved(&*stage, mpih_stage_to_bytes);

@@ -7,3 +7,4 @@ mod interface;
 mod objects;
 mod options;
 mod programs;
+mod stages;

@@ -7,6 +7,8 @@ use std::ffi::CString;
 
 use mpi_hyst::*;
 
+use crate::stages::files;
+
 const DT: f64 = 1e-4;
 const N: usize = 2000;
 
@@ -26,13 +28,9 @@ fn stage(text: &str) -> *mut Stage {
     stage
 }
 
-fn example() -> *mut Stage {
-    stage(include_str!("../../examples/stage.json"))
-}
-
-/// What `make` makes of the stage of the examples.
-fn made<T>(make: impl FnOnce(Option<&Stage>, *mut *mut T) -> Status) -> *mut T {
-    let (stage, mut object) = (example(), null_mut());
+/// What `make` makes of the stage of a file.
+fn made<T>(file: &str, make: impl FnOnce(Option<&Stage>, *mut *mut T) -> Status) -> *mut T {
+    let (stage, mut object) = (stage(file), null_mut());
     // SAFETY: a stage that was made just now.
     assert_eq!(make(unsafe { stage.as_ref() }, &raw mut object), Status::Ok, "{}", last_error());
     // SAFETY: it is not used after this, and what was made from it does not need it.
@@ -82,11 +80,15 @@ fn signal(seed: u16) -> Vec<f64> {
 }
 
 #[test]
-fn a_forward_model_goes_on() {
+fn forward_models_go_on() {
+    files().iter().for_each(|file| a_forward_model_goes_on(file));
+}
+
+fn a_forward_model_goes_on(file: &str) {
     let u = signal(1);
     // SAFETY: a place for the pointer; the model is not used after it is freed; arrays of N numbers.
     unsafe {
-        let model = made(|stage, place| mpih_forward_new(stage, DT, null_mut(), 0, place));
+        let model = made(file, |stage, place| mpih_forward_new(stage, DT, null_mut(), 0, place));
         goes_on(
             model,
             |model, k| mpih_forward_step(Some(model), u[k]),
@@ -94,7 +96,7 @@ fn a_forward_model_goes_on() {
             (mpih_forward_save, mpih_forward_load),
         );
         assert_eq!(mpih_forward_follow(model.as_mut(), [10.0, 50.0].as_ptr(), 2), Status::Ok);
-        let coarse = made(|stage, place| mpih_forward_new(stage, 2.0 * DT, null_mut(), 0, place));
+        let coarse = made(file, |stage, place| mpih_forward_new(stage, 2.0 * DT, null_mut(), 0, place));
         let text = saved(&*coarse, mpih_forward_save);
         assert_eq!(mpih_forward_load(model.as_mut(), text.as_ptr()), Status::State);
         assert_eq!(last_error(), "state.dt: expected 0.0001, got 0.0002");
@@ -104,11 +106,15 @@ fn a_forward_model_goes_on() {
 }
 
 #[test]
-fn an_inverse_goes_on() {
+fn inverses_go_on() {
+    files().iter().for_each(|file| an_inverse_goes_on(file));
+}
+
+fn an_inverse_goes_on(file: &str) {
     let y = signal(1);
     // SAFETY: a place for the pointer; the inverse is not used after it is freed; arrays of N numbers.
     unsafe {
-        let inverse = made(|stage, place| mpih_inverse_new(stage, DT, 0.0, 100.0, null_mut(), 0, place));
+        let inverse = made(file, |stage, place| mpih_inverse_new(stage, DT, 0.0, 100.0, null_mut(), 0, place));
         goes_on(
             inverse,
             |inverse, k| mpih_inverse_step(Some(inverse), y[k]),
@@ -125,11 +131,15 @@ fn an_inverse_goes_on() {
 }
 
 #[test]
-fn an_observer_goes_on() {
+fn observers_go_on() {
+    files().iter().for_each(|file| an_observer_goes_on(file));
+}
+
+fn an_observer_goes_on(file: &str) {
     let (u, y) = (signal(1), signal(2));
     // SAFETY: a place for the pointer; the observer is not used after it is freed; arrays of N numbers.
     unsafe {
-        let observer = made(|stage, place| mpih_observer_new(stage, DT, 0.5, f64::NAN, null_mut(), 0, place));
+        let observer = made(file, |stage, place| mpih_observer_new(stage, DT, 0.5, f64::NAN, null_mut(), 0, place));
         goes_on(
             observer,
             |observer, k| mpih_observer_step(Some(observer), u[k], y[k]),
@@ -143,7 +153,11 @@ fn an_observer_goes_on() {
 }
 
 #[test]
-fn a_controller_goes_on_with_drives_that_are_given() {
+fn controllers_go_on_with_drives_that_are_given() {
+    files().iter().for_each(|file| a_controller_goes_on_with_drives_that_are_given(file));
+}
+
+fn a_controller_goes_on_with_drives_that_are_given(file: &str) {
     let (x, y) = (signal(1), signal(2));
     // SAFETY: a place for the pointer; the controller is not used after it is freed; arrays of N numbers.
     unsafe {
@@ -151,7 +165,8 @@ fn a_controller_goes_on_with_drives_that_are_given() {
         assert_eq!(mpih_controller_options_default(Some(&mut options)), Status::Ok);
         let given = Feedforward::Given as i32;
         let options = ControllerOptions { feedforward: given, kp: 1.0, ki: 500.0, ..options.assume_init() };
-        let controller = made(|stage, place| mpih_controller_new(stage, DT, Some(&options), null_mut(), 0, place));
+        let controller =
+            made(file, |stage, place| mpih_controller_new(stage, DT, Some(&options), null_mut(), 0, place));
         // The same array may be feed-forward and drives.
         let run = |controller: &mut Controller, out: *mut f64| {
             out.copy_from(x.as_ptr(), N);

@@ -12,6 +12,8 @@ use hysteresis_core::{ControllerOptions, Process};
 use mpi_hyst as _;
 use same_bits::{NAMES, SAMPLES, digest, outputs};
 
+use crate::stages::files;
+
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
 const C: [&str; 2] = ["cc", "-std=c99"];
 const CPP: [&str; 2] = ["c++", "-std=c++17"];
@@ -113,14 +115,18 @@ fn the_closed_loop_runs_in_cpp_with_the_shared_library() {
 #[test]
 fn a_million_mixed_samples_give_the_same_bits_in_c_as_in_rust() {
     let Some(program) = compiled(C, "c/same_bits.c", &["-lmpi_hyst"]) else { return };
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("same_bits.f64");
-    run(&program, &[&stage(), &file]);
-    let numbers = numbers(&file);
-    assert_eq!(numbers.len(), NAMES.len() * SAMPLES);
-    let stage = Stage::from_json(&std::fs::read_to_string(stage()).unwrap()).unwrap();
-    for ((name, rust), c) in NAMES.iter().zip(&outputs(&stage).unwrap()).zip(numbers.chunks(SAMPLES)) {
-        assert!(rust.iter().all(|number| number.is_finite()), "{name}");
-        assert_eq!(digest(c), digest(rust), "{name}");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let (json, file) = (folder.join("same_bits.json"), folder.join("same_bits.f64"));
+    for text in files() {
+        std::fs::write(&json, &text).unwrap();
+        run(&program, &[&json, &file]);
+        let numbers = numbers(&file);
+        assert_eq!(numbers.len(), NAMES.len() * SAMPLES);
+        let stage = Stage::from_json(&text).unwrap();
+        for ((name, rust), c) in NAMES.iter().zip(&outputs(&stage).unwrap()).zip(numbers.chunks(SAMPLES)) {
+            assert!(rust.iter().all(|number| number.is_finite()), "{name}");
+            assert_eq!(digest(c), digest(rust), "{name}");
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use hysteresis_control::linear::{Creep, SecondOrder};
 use hysteresis_control::stage::{FeedForwardKind, Stage, StageParts, Units};
-use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+use hysteresis_core::{Duhem, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
 use hysteresis_export::{Kind, MockUp, Settings, Simulation, Source};
 use proptest::prelude::*;
 
@@ -27,8 +27,20 @@ fn stage() -> Stage {
     Stage::new(parts()).unwrap()
 }
 
+/// The same without a Duhem operator, with one that adds, and with one that is subtracted.
+fn stages() -> [Stage; 3] {
+    [0.0, 1.0, -1.0].map(|sign: f64| {
+        let duhem = (sign != 0.0).then(|| Duhem::from_bouc_wen(sign * 0.03, 0.01, 0.7, sign * 0.3).unwrap());
+        Stage::new(StageParts { duhem: duhem.map(Box::new), ..parts() }).unwrap()
+    })
+}
+
+fn made_of(stage: &Stage, kind: Kind) -> Simulation {
+    Simulation::new(stage, &Settings::new(kind, DT)).unwrap()
+}
+
 fn made(kind: Kind) -> Simulation {
-    Simulation::new(&stage(), &Settings::new(kind, DT)).unwrap()
+    made_of(&stage(), kind)
 }
 
 /// The same, made once: tuning takes a second.
@@ -45,32 +57,39 @@ fn signal() -> impl Iterator<Item = f64> {
 
 #[test]
 fn a_forward_unit_is_the_plant_in_a_loop() {
-    let (mut unit, mut plant) = (made(Kind::Forward), stage().forward(DT).unwrap());
-    assert_eq!(unit.real(1), Ok(plant.output()));
-    for drive in signal().map(|x| 3.0 * x) {
-        unit.set_real(0, drive).unwrap();
-        unit.step(DT).unwrap();
-        assert_eq!(unit.real(1).unwrap().to_bits(), plant.advance(drive).to_bits());
+    for stage in stages() {
+        let (mut unit, mut plant) = (made_of(&stage, Kind::Forward), stage.forward(DT).unwrap());
+        assert_eq!(unit.real(1), Ok(plant.output()));
+        for drive in signal().map(|x| 3.0 * x) {
+            unit.set_real(0, drive).unwrap();
+            unit.step(DT).unwrap();
+            assert_eq!(unit.real(1).unwrap().to_bits(), plant.advance(drive).to_bits());
+        }
+        assert_eq!((unit.integer(2), unit.integer(3)), (Ok(8), Ok(plant.clamped().try_into().unwrap())));
+        assert!(plant.clamped() > 0);
     }
-    assert_eq!((unit.integer(2), unit.integer(3)), (Ok(8), Ok(plant.clamped().try_into().unwrap())));
-    assert!(plant.clamped() > 0);
 }
 
 #[test]
 fn an_inverse_unit_is_the_inverse() {
-    let (mut unit, mut inverse) = (made(Kind::Inverse), stage().inverse(DT, None).unwrap());
-    for target in signal().map(|x| 0.4 * x) {
-        unit.set_real(0, target).unwrap();
-        unit.step(DT).unwrap();
-        assert_eq!(unit.real(1).unwrap().to_bits(), inverse.step(target).to_bits());
-        assert_eq!((unit.real(2), unit.boolean(3)), (Ok(inverse.position()), Ok(inverse.saturated())));
+    for stage in stages() {
+        let (mut unit, mut inverse) = (made_of(&stage, Kind::Inverse), stage.inverse(DT, None).unwrap());
+        for target in signal().map(|x| 0.4 * x) {
+            unit.set_real(0, target).unwrap();
+            unit.step(DT).unwrap();
+            assert_eq!(unit.real(1).unwrap().to_bits(), inverse.step(target).to_bits());
+            assert_eq!((unit.real(2), unit.boolean(3)), (Ok(inverse.position()), Ok(inverse.saturated())));
+        }
+        assert_eq!(unit.integer(4), Ok(8));
     }
-    assert_eq!(unit.integer(4), Ok(8));
 }
 
 #[test]
-fn a_controller_unit_is_the_controller() {
-    let stage = stage();
+fn controller_units_are_the_controllers() {
+    stages().iter().for_each(a_controller_unit_is_the_controller);
+}
+
+fn a_controller_unit_is_the_controller(stage: &Stage) {
     let options = stage.controller_options(DT, None).unwrap();
     let given = stage.controller_options_with_gains(DT, None, (0.5, 40.0)).unwrap();
     let preview = FeedForwardKind::Preview { ahead: stage.preview_ahead(DT).unwrap(), smoothing: 0.0 };
@@ -81,7 +100,7 @@ fn a_controller_unit_is_the_controller() {
         (Settings { gains: Some((0.5, 40.0)), ..plain }, FeedForwardKind::Inverse, given),
     ];
     for (settings, kind, options) in cases {
-        let mut unit = Simulation::new(&stage, &settings).unwrap();
+        let mut unit = Simulation::new(stage, &settings).unwrap();
         let mut controller = stage.controller(kind, &options).unwrap();
         assert_eq!((unit.real(10), unit.real(11)), (Ok(options.kp), Ok(options.ki)));
         for (k, reference) in signal().map(|x| 0.4 * x).enumerate() {
