@@ -38,7 +38,7 @@ def test_help_tells_of_the_official_files(
     assert "--official" in capsys.readouterr().out
 
 
-# ---- the fast steering mirror: one .npy for each signal, amplitude and part
+# ---- the fine steering mirror: one .npy for each signal, amplitude and part
 
 
 def mirror(folder: Path, part: str = "train", samples: int = 150) -> tuple[Array, Array]:
