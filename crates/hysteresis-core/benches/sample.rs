@@ -7,7 +7,9 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 use std::{iter, mem, slice};
 
-use hysteresis_core::{CompiledModel, ControllerOptions, Forward, HybridController, Inverse, Process};
+use hysteresis_core::{
+    CompiledModel, ControllerOptions, Duhem, DuhemForward, DuhemInverse, Forward, HybridController, Inverse, Process,
+};
 use yardsticks::{FusedLoop, Instructions, PlainLoop, REACH, Signal, actuator};
 
 /// How long a cell of the first table is measured; there are 63, if the processor has three fused loops.
@@ -80,6 +82,26 @@ fn algorithms() -> Vec<Algorithm> {
         })
     });
     [forward, inverse, controller, plain].into_iter().chain(fused).collect()
+}
+
+/// The slope beside a Duhem operator, in um/V.
+const BESIDE: f64 = 2e-3;
+
+/// A Duhem operator of nine knots, all of which a drive over the whole range passes.
+fn duhem() -> Duhem<9> {
+    let knots = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
+    let slope = |z: f64| 4e-3 * (1.0 - 0.8 * z - 0.15 * z * z);
+    Duhem::new(&knots, &knots.map(slope), &knots.map(|z| slope(-z))).expect("knots increase, slopes are above 0")
+}
+
+/// The columns of the table of that operator: its output, and its inverse beside a slope along the outputs of the sum.
+fn duhem_times(signal: Signal) -> [f64; 2] {
+    let (mut forward, mut plant) = (DuhemForward::new(duhem()), DuhemForward::new(duhem()));
+    let mut inverse = DuhemInverse::new(duhem(), BESIDE).expect("both slopes are above 0");
+    let along = |second: &Vec<f64>| second.iter().map(|x| BESIDE * x + plant.step(*x)).collect();
+    let targets = drives(signal).iter().map(along).collect();
+    let times = Prepared::new(drives(signal), move |x| forward.step(x));
+    [median(times), median(Prepared::new(targets, move |y| inverse.step(y)))]
 }
 
 fn compiled(operators: u32) -> CompiledModel {
@@ -179,6 +201,13 @@ fn main() {
     };
     let header: Vec<&str> = ["signal", "n"].into_iter().chain(names()).collect();
     print(&header, &lines.map(line).collect::<Vec<_>>());
+
+    println!("\nA Duhem operator of nine knots, and its inverse beside a slope.\n");
+    let line = |signal: Signal| {
+        let [forward, inverse] = duhem_times(signal).map(nanoseconds);
+        vec![signal.to_string(), forward, inverse]
+    };
+    print(&["signal", "forward", "inverse"], &SIGNALS.map(line));
 
     println!("\nSingle steps of 20 operators, the clock included, {STEPS} of each.\n");
     let line = |name: String, prepared| {

@@ -81,7 +81,9 @@ fn signal(seed: u16) -> Vec<f64> {
 
 #[test]
 fn forward_models_go_on() {
-    files().iter().for_each(|file| a_forward_model_goes_on(file));
+    for file in files() {
+        a_forward_model_goes_on(&file);
+    }
 }
 
 fn a_forward_model_goes_on(file: &str) {
@@ -107,7 +109,9 @@ fn a_forward_model_goes_on(file: &str) {
 
 #[test]
 fn inverses_go_on() {
-    files().iter().for_each(|file| an_inverse_goes_on(file));
+    for file in files() {
+        an_inverse_goes_on(&file);
+    }
 }
 
 fn an_inverse_goes_on(file: &str) {
@@ -132,7 +136,9 @@ fn an_inverse_goes_on(file: &str) {
 
 #[test]
 fn observers_go_on() {
-    files().iter().for_each(|file| an_observer_goes_on(file));
+    for file in files() {
+        an_observer_goes_on(&file);
+    }
 }
 
 fn an_observer_goes_on(file: &str) {
@@ -154,7 +160,9 @@ fn an_observer_goes_on(file: &str) {
 
 #[test]
 fn controllers_go_on_with_drives_that_are_given() {
-    files().iter().for_each(|file| a_controller_goes_on_with_drives_that_are_given(file));
+    for file in files() {
+        a_controller_goes_on_with_drives_that_are_given(&file);
+    }
 }
 
 fn a_controller_goes_on_with_drives_that_are_given(file: &str) {
