@@ -61,7 +61,7 @@ def facts(result: Places) -> list[tuple[str, str]]:
         ("drives", ", ".join(result.drives)),
         ("pairs", _pairs(found)),
         ("lengths", f"{len(found.length_errors)}{_left_out(found.wrong_lengths)}"),
-        ("model", repr(found.model)),
+        ("model", repr(found.model) + _further(found)),
         ("dead time", f"{digits(found.dead_time)} ± {digits(found.dead_time_std)} s"),
         ("creep", "none" if found.creep is None else repr(found.creep)),
         ("drift", _drift(result)),
@@ -73,6 +73,12 @@ def facts(result: Places) -> list[tuple[str, str]]:
         before, after = differences(result.corrected)
         said.append(("trace and retrace differ", f"{digits(before)} before, {digits(after)} after"))
     return said
+
+
+def _further(found: mh.results.PlacesIdentification) -> str:
+    """Name what stands beside the plays, and in front of them."""
+    duhem = "" if found.duhem is None else f", Duhem operator of {len(found.duhem.knots)} knots"
+    return duhem + ("" if found.input_map is None else ", input map")
 
 
 def _pairs(found: mh.results.PlacesIdentification) -> str:

@@ -199,7 +199,7 @@ fn named(places: &[usize]) -> String {
 }
 
 /// Whether all strokes on which informative pairs and lengths lie are of one size.
-pub(crate) fn one_loop_size(given: &Given<'_>, uninformative: &[usize]) -> Option<Finding> {
+fn one_loop_size(given: &Given<'_>, uninformative: &[usize]) -> Option<Finding> {
     let (low, high) = given.drive_bounds();
     let turns: Vec<Vec<usize>> = given.drives.iter().map(|drive| turns(drive, LOOP * (high - low))).collect();
     let mut smallest = f64::INFINITY;

@@ -45,10 +45,11 @@ use crate::places::rows::value_at;
 use crate::places::search::{FoundPlace, PlaceSearch, SEARCH_SMOOTHNESS};
 use crate::places::space::{Axis, PlaceSpace};
 use crate::places::spread::Uncertainty;
-use crate::places::validation::PairStretches;
+use crate::places::validation::{MANY_LENGTHS, PairStretches};
 use crate::places::weighing::{RobustLoss, Shares, System, Weighed};
 use crate::records::signal::{self, as_f64};
 use crate::terms::creep::CreepModel;
+use crate::terms::maps::MapModel;
 use crate::terms::operators::ModelKind;
 use crate::uncertainty::standard_errors::Spread;
 
@@ -112,6 +113,10 @@ pub fn identify_places(
     let given = Given::new(drives, pairs, lengths, options.dt)?.with_temperatures(&options.temperatures)?;
     let checked = as_options(options);
     checked.check()?;
+    if options.input_map == MapModel::Smooth && lengths.len() < MANY_LENGTHS {
+        let expected = "at least 16 beside a map, as pairs tell none";
+        return Err(Error::whole("lengths", expected, lengths.len()));
+    }
     let smoothness = match options.smoothness {
         Setting::Fixed(smoothness) => smoothness,
         Setting::Fit => SEARCH_SMOOTHNESS,

@@ -103,7 +103,7 @@ impl PlacePoint {
     }
 }
 
-/// The models of one kind, with or without creep and drift.
+/// The models of one kind, with or without creep, drift, a Duhem operator and a map.
 #[derive(Clone)]
 pub(crate) struct PlaceSpace {
     pub(crate) model: ModelKind,
@@ -115,6 +115,8 @@ pub(crate) struct PlaceSpace {
     longest_lag: f64,
     pub(crate) drift: DriftModel,
     has_temperature: bool,
+    /// The first sample of the first drive.
+    first_drive: f64,
     /// Whether a Duhem operator stands beside the plays.
     pub(crate) has_duhem: bool,
     /// How many columns there are beside the plays, of either sign.
@@ -207,6 +209,7 @@ impl PlaceSpace {
             longest_lag: longest,
             drift,
             has_temperature,
+            first_drive: given.drives[0][0],
             has_duhem: false,
             beside: 0,
             dt: given.dt,
@@ -276,10 +279,10 @@ impl PlaceSpace {
         others.into_iter().chain(further).chain(last).collect()
     }
 
-    /// Operators of all shapes at a point; and where no drive had been before, as plays in their place may have moved that.
+    /// Operators of all shapes at a point; and with the input offset of a stage that begins virgin, as plays that fail may have moved it.
     pub(crate) fn shapes_at(&self, point: &PlacePoint) -> Vec<PlacePoint> {
-        let is_open = self.axes.contains(&Axis::InputOffset) && point.input_offset != 0.0;
-        let virgin = is_open.then(|| point.with(Axis::InputOffset, 0.0));
+        let is_open = self.axes.contains(&Axis::InputOffset) && point.input_offset != self.first_drive;
+        let virgin = is_open.then(|| point.with(Axis::InputOffset, self.first_drive));
         let of =
             |point: &PlacePoint, rest: f64| BACKS.map(|back| point.with(Axis::Rest, rest.ln()).with(Axis::Back, back));
         let of_all = |point: &PlacePoint| RESTS.into_iter().flat_map(|rest| of(point, rest)).collect::<Vec<_>>();

@@ -194,8 +194,8 @@ impl PlacesIdentification {
         self.found.smoothness
     }
 
-    /// What was tried, the simplest first: the model with ", duhem" and ", input map" where it has these, how many amplitudes of creep, whether there is a drift, and the rms distance of pairs
-    /// of stretches that were not fitted. All are judged by the same pairs.
+    /// What was tried, the simplest first: the model with ", duhem" and ", input map" where it has these, how many amplitudes of creep, whether there is a drift, and the rms distance of pairs,
+    /// or error of lengths alone, of stretches that were not fitted. All are judged by the same ones.
     #[getter]
     fn candidates(&self) -> Vec<(String, usize, bool, f64)> {
         let name = |one: &PlacesCandidate| {
@@ -338,7 +338,7 @@ impl PlacesIdentification {
 ///     tries one beside the chosen model where plays leave more than noise, and keeps it if cross-validation asks for it and there is an inverse.
 /// input_map : "auto", None or "smooth"
 ///     A map of the drive in front of the hysteresis, for a middle line that bends: as in `identify`. Pairs tell none. "auto" tries one where
-///     there are at least 16 lengths, and keeps it if cross-validation asks for it.
+///     there are at least 16 lengths, which "smooth" needs, too, and keeps it if cross-validation asks for it.
 /// temperature : array of n floats, or list of arrays, optional
 ///     The temperature at each sample of the drives. The position then has the term kappa (theta - T[0]), theta' = (T - theta) / tau, of
 ///     either sign: a `plant.TemperatureTerm` of the stage.
