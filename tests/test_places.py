@@ -10,33 +10,11 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 from mpi_hyst._report.places import Places, facts, report
+from place_pairs import foreign, pairs_of, passes, rms, triangle
 from reference.models import PrandtlIshlinskii as ReferenceModel
 from support import Array
 
 DT = 0.005
-
-
-def rms(values: Array) -> float:
-    centred = values - values.mean()
-    return float(np.sqrt(np.mean(centred**2)))
-
-
-def passes(position: Array, level: float) -> Array:
-    """The instants at which a position passes a level, at least five samples apart."""
-    about = position - level
-    before = np.flatnonzero((about[:-1] < 0) != (about[1:] < 0))
-    at = before + about[before] / (about[before] - about[before + 1])
-    return at[np.concatenate([[True], np.diff(at) > 5])] if at.size else at
-
-
-def pairs_of(position: Array, first: int, last: int, levels: int = 300) -> Array:
-    """Every later pass of a level with the first one."""
-    part = position[first:last]
-    spread = np.ptp(part)
-    heights = np.linspace(part.min() + 0.01 * spread, part.max() - 0.01 * spread, levels)
-    each = [first + passes(part, height) for height in heights]
-    rows = [(0.0, at[0], later) for at in each for later in at[1:]]
-    return np.array(rows)
 
 
 # ---- the measured stack: its sensor says nothing but where the pairs are
@@ -528,105 +506,6 @@ def test_where_plays_were_before_is_found_from_pairs() -> None:
     assert rms(virgin.predict(drive) - place) > 5.0 * rms(found.predict(drive) - place)
 
 
-@pytest.mark.parametrize("noise", [1.0 / 512.0, 1.0 / 128.0])
-@pytest.mark.parametrize("kind", ["plays", "slipping", "bouc_wen"])
-def test_errors_that_are_claimed_are_those_that_are_made(kind: str, noise: float) -> None:
-    """Also where no model is right: Bouc-Wen elements remember no turning points."""
-    drive = np.concatenate([size * triangle() for size in (2.0, 2.0, 1.0, 1.0, 0.5)])
-    other = np.concatenate([size * triangle() for size in (1.5, 0.7, 1.9, 0.3)])
-    place, true = foreign(kind, drive), foreign(kind, other)
-    speed = np.abs(np.gradient(place))
-    clean = pairs_of(place, 0, place.size, 80)
-    known = [(0, 100.0, 300.0, place[300] - place[100])]
-    made, claimed = [], []
-    for seed in range(4):
-        pairs = clean.copy()
-        moved = np.random.default_rng(seed).normal(0.0, noise * np.ptp(place), len(pairs))
-        pairs[:, 2] += moved / np.maximum(
-            np.interp(pairs[:, 2], np.arange(place.size), speed), 1e-3
-        )
-        pairs[:, 2] = np.clip(pairs[:, 2], 0.0, place.size - 1.0)
-        found = mh.identify_places(drive, pairs, known, dt=1e-3)
-        error = found.predict(other) - true
-        made.append(error - error.mean())
-        claimed.append(found.predict_std(other))
-    ratio = np.sqrt(np.mean(np.square(claimed)) / np.mean(np.square(made)))
-    assert 0.5 < ratio < 1.5
-
-
-def bouc_wen(drive: Array) -> Array:
-    """x + 0.4 z, with z' = x' (1 - z / 0.9) as the drive loads and z' = x' as it unloads."""
-    z, last, place = 0.0, 0.0, []
-    for x in drive:
-        step = (x - last) / 8
-        for _ in range(8):
-            z += step * (1.0 - (0.5 + 0.5 * np.sign(step * z)) * abs(z) / 0.9)
-        last = x
-        place.append(x + 0.4 * z)
-    return np.array(place)
-
-
-@pytest.mark.parametrize("sizes", [(2.0, 2.0, 1.0, 1.0, 0.5), (2.0, 1.6, 1.25, 1.0, 0.75, 0.5)])
-def test_loops_that_are_no_plays_are_found_from_pairs(sizes: tuple[float, ...]) -> None:
-    drive = np.concatenate([size * triangle() for size in sizes])
-    other = np.concatenate([size * triangle() for size in (1.5, 0.7, 1.9, 0.3)])
-    place, true = bouc_wen(drive), bouc_wen(other)
-    pairs = pairs_of(place, 0, place.size, 80)
-    pairs[:, 2] += np.random.default_rng(0).normal(0.0, 0.2, len(pairs))
-    pairs[:, 2] = np.clip(pairs[:, 2], 0.0, place.size - 1.0)
-    known = [(0, 100.0, 300.0, place[300] - place[100])]
-    plays, found = (
-        mh.identify_places(drive, pairs, known, dt=1e-3, duhem=duhem) for duhem in (None, "auto")
-    )
-
-    def off(of: mh.results.PlacesIdentification) -> float:
-        error = of.predict(other) - true
-        return rms(error - error.mean()) / float(np.ptp(true))
-
-    assert plays.duhem is None and off(plays) > 0.02
-    assert found.duhem is not None and off(found) < 0.003
-    assert found.candidates[-1][0] == "conventional, duhem"
-    assert found.verdict == "green"
-    assert 0.2 < rms(found.predict_std(other)) / (off(found) * float(np.ptp(true))) < 3.0
-    stage = found.stage
-    assert repr(stage.duhem) == repr(found.duhem)
-    driven = stage.forward(1e-3).run(stage.inverse(1e-3).run(true[:400]))
-    assert driven == pytest.approx(true[:400], abs=1e-9 * float(np.ptp(true)))
-
-
-@pytest.mark.parametrize("by", [10.0, -50.0])
-def test_the_zero_of_the_drive_does_not_matter(by: float) -> None:
-    drive = np.concatenate([size * triangle() for size in (2.0, 2.0, 1.0, 1.0, 0.5)])
-    place = bouc_wen(drive)
-    pairs = pairs_of(place, 0, place.size, 80)
-    known = [(0, 100.0, 300.0, place[300] - place[100])]
-    here, there = (mh.identify_places(u, pairs, known, dt=1e-3) for u in (drive, drive + by))
-    assert there.duhem is not None
-    assert there.predict(drive + by) == pytest.approx(here.predict(drive), abs=1e-3)
-
-
-def test_a_preisach_stage_gets_no_operator_that_does_not_halve_the_error() -> None:
-    """Beside it a Duhem operator gains 1.9 to 3.2 on held-out pairs, and doubles the error."""
-    drive = np.concatenate([size * triangle() for size in (2.0, 1.5, 1.0, 0.6)])
-    other = np.concatenate([size * triangle() for size in (1.4, 0.7, 1.1)])
-    rng = np.random.default_rng(0)
-    middle, half = rng.normal(0.0, 1.5, 1500), np.abs(rng.normal(0.0, 0.5, 1500))
-
-    def relays(u: Array) -> Array:
-        up, place = np.zeros(middle.size, dtype=bool), []
-        for x in u:
-            up = np.where(x >= middle + half, True, np.where(x <= middle - half, False, up))
-            place.append(2.0 * x + 6.0 * up.mean())
-        return np.array(place)
-
-    place, true = relays(drive), relays(other)
-    pairs = pairs_of(place, 0, place.size, 40)
-    known = [(0, 100.0, 300.0, place[300] - place[100])]
-    found = mh.identify_places(drive, pairs, known, dt=1e-3)
-    error = found.predict(other) - true
-    assert found.duhem is None and np.std(error) < 0.012 * np.ptp(true)
-
-
 def test_a_map_that_is_asked_for_needs_lengths() -> None:
     u, y, pairs = simulated()
     with pytest.raises(ValueError, match=r"lengths: expected at least 16 beside a map.*, got 1"):
@@ -641,63 +520,6 @@ def test_an_operator_that_is_asked_for_is_there() -> None:
     assert rms(fit.predict(u) - y) < 0.001 * float(np.ptp(y))
     with pytest.raises(TypeError, match='duhem: expected "auto", None or "fit"'):
         mh.identify_places(u, pairs, lengths, dt=DT, duhem=3)  # type: ignore[arg-type]
-
-
-def test_a_bend_that_pairs_do_not_see_is_told_by_several_lengths() -> None:
-    """Relays bend the middle line as a map behind the hysteresis does: all candidates agree."""
-    drive = np.concatenate([size * triangle() for size in (2.0, 2.0, 1.0, 1.0, 0.5)])
-    place = foreign("relays", drive)
-    pairs = pairs_of(place, 0, place.size, 80)
-    known = [(0, 100.0, k, place[int(k)] - place[100]) for k in (150.0, 200.0, 250.0, 300.0)]
-    one = mh.identify_places(drive, pairs, known[-1:], dt=1e-3)
-    assert rms(one.predict(drive) - place) > 0.02 * np.ptp(place)
-    assert "places_differ" not in codes_of(one)
-    several = mh.identify_places(drive, pairs, known, dt=1e-3)
-    told = [finding.message for finding in several.warnings if finding.code == "places_differ"]
-    assert any(message.startswith("known lengths are missed by") for message in told)
-
-
-def triangle() -> Array:
-    """One period from zero to zero."""
-    up, down = (
-        np.linspace(0.0, 1.0, 100, endpoint=False),
-        np.linspace(1.0, -1.0, 200, endpoint=False),
-    )
-    return np.concatenate([up, down, np.linspace(-1.0, 0.0, 100)])
-
-
-def foreign(kind: str, drive: Array) -> Array:
-    """Stages that are no model of the package: sums of elements, sample by sample."""
-    if kind == "relays":
-        up, down = (grid.ravel() for grid in np.meshgrid(*[np.linspace(-2.5, 2.5, 40)] * 2))
-        kept = up > down
-        up, down = up[kept], down[kept]
-        weight = np.exp(-((up - 0.2) ** 2 + (down + 0.2) ** 2) / 2.0 - (up - down) / 1.2)
-        state = np.where(up + down > 0.0, -1.0, 1.0)
-        place = []
-        for x in drive:
-            state = np.where(x >= up, 1.0, np.where(x <= down, -1.0, state))
-            place.append(0.8 * x + (weight * state).sum() / weight.sum())
-        return np.array(place)
-    if kind == "bouc_wen":
-        z, last, place = 0.0, 0.0, []
-        for x in drive:
-            step = (x - last) / 8
-            for _ in range(8):
-                z += step * (1.0 - (0.5 + 0.5 * np.sign(step * z)) * abs(z) / 0.6)
-            last = x
-            place.append(x - 0.3 * z)
-        return np.array(place)
-    if kind == "plays":
-        model = ReferenceModel([0.6, 0.1, 0.1, 0.1, 0.1], [0.0, 0.2, 0.6, 1.1, 1.7])
-        return np.array([model.step(x) for x in drive])
-    slips, shares = np.array([0.05, 0.15, 0.4, 0.9, 1.6]), np.array([0.08, 0.1, 0.1, 0.08, 0.08])
-    stretched, last, place = np.zeros(5), drive[0], []
-    for x in drive:
-        stretched = np.clip(stretched + (x - last), -slips, slips)
-        last = x
-        place.append(x - (shares * stretched).sum())
-    return np.array(place)
 
 
 def test_positions_that_are_left_open_are_told() -> None:

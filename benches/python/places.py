@@ -18,8 +18,9 @@ from __future__ import annotations
 import mpi_hyst as mh
 import numpy as np
 import test_images
+from place_pairs import pairs_of, rms
 from records import Array, heading, tell, timed
-from test_places import DT, moved_by_a_pixel, pairs_of, rms
+from test_places import DT, moved_by_a_pixel
 
 STRETCHES = (
     (400, 1200),
