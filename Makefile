@@ -187,7 +187,7 @@ bench-identify: $(PACKAGE) $(TOOLS) ## time of identifying one record of 12 000 
 bench-many: $(PACKAGE) $(TOOLS) ## time and accuracy of identifying 4096 actuators at once, beside single fits
 	$(BIN)/python benches/python/many.py $(MANY)
 
-bench-load-cells: $(PACKAGE) $(TOOLS) ## what a calibration by known loads leaves of the error of simulated load cells: less than a minute
+bench-load-cells: $(PACKAGE) $(TOOLS) ## what a calibration by known loads leaves of the error of simulated load cells: a minute or two
 	PYTHONPATH=examples $(BIN)/python benches/python/load_cells.py $(CELLS)
 
 bench-places: $(PACKAGE) $(TOOLS) ## where a stage is that was identified without a position sensor: about two minutes

@@ -53,14 +53,7 @@ def foreign(kind: str, drive: Array) -> Array:
             place.append(0.8 * x + (weight * state).sum() / weight.sum())
         return np.array(place)
     if kind == "bouc_wen":
-        z, last, place = 0.0, 0.0, []
-        for x in drive:
-            step = (x - last) / 8
-            for _ in range(8):
-                z += step * (1.0 - (0.5 + 0.5 * np.sign(step * z)) * abs(z) / 0.6)
-            last = x
-            place.append(x - 0.3 * z)
-        return np.array(place)
+        return bouc_wen(drive, share=-0.3, rest=0.6)
     if kind == "plays":
         model = ReferenceModel([0.6, 0.1, 0.1, 0.1, 0.1], [0.0, 0.2, 0.6, 1.1, 1.7])
         return np.array([model.step(x) for x in drive])
@@ -73,13 +66,13 @@ def foreign(kind: str, drive: Array) -> Array:
     return np.array(place)
 
 
-def bouc_wen(drive: Array) -> Array:
-    """x + 0.4 z, with z' = x' (1 - z / 0.9) as the drive loads and z' = x' as it unloads."""
+def bouc_wen(drive: Array, *, share: float = 0.4, rest: float = 0.9) -> Array:
+    """x + share z, with z' = x' (1 - z / rest) as the drive loads and z' = x' as it unloads."""
     z, last, place = 0.0, 0.0, []
     for x in drive:
         step = (x - last) / 8
         for _ in range(8):
-            z += step * (1.0 - (0.5 + 0.5 * np.sign(step * z)) * abs(z) / 0.9)
+            z += step * (1.0 - (0.5 + 0.5 * np.sign(step * z)) * abs(z) / rest)
         last = x
-        place.append(x + 0.4 * z)
+        place.append(x + share * z)
     return np.array(place)

@@ -20,7 +20,7 @@ import numpy as np
 import test_images
 from place_pairs import pairs_of, rms
 from records import Array, heading, tell, timed
-from test_places import DT, moved_by_a_pixel
+from test_places import DT, measured, missed, moved_by_a_pixel, of_full_loops
 
 STRETCHES = (
     (400, 1200),
@@ -32,19 +32,6 @@ STRETCHES = (
     (800, 1600),
 )
 WRONG = 0.05  # share of the matches
-
-
-def off_by(pairs: Array, last: int) -> float:
-    """The share of the range by which the decaying loops are missed."""
-    major = mh.datasets.piezo_stack("major_loops")
-    decaying = mh.datasets.piezo_stack("decaying_loops")
-    first = int(pairs[:, 1:].min())
-    part = major.y[first:last]
-    high, low = first + int(np.argmax(part)), first + int(np.argmin(part))
-    lengths = [(0, low, high, major.y[high] - major.y[low])]
-    found = mh.identify_places(major.u[: last + 1], pairs, lengths, dt=DT)
-    off = (found.predict(decaying.u) - decaying.y)[400:3850]
-    return rms(off) / float(np.ptp(major.y))
 
 
 def third_scan(pixels: int, seed: int) -> str:
@@ -80,12 +67,15 @@ def main() -> None:
     tell(heading())
     tell("measured stack: error on decaying loops, % of the range")
     tell("samples of full loops  exact  one pixel of 512")
-    y = mh.datasets.piezo_stack("major_loops").y
+    stack = measured()
+    y = stack[1]
     for first, last in STRETCHES:
-        pairs = pairs_of(y, first, last)
-        noisy = [off_by(moved_by_a_pixel(y, pairs, first, last, seed), last) for seed in range(3)]
-        errors = " ".join(f"{100.0 * error:.2f}" for error in noisy)
-        tell(f"{first:>6} to {last:<6}       {100.0 * off_by(pairs, last):8.3f}  {errors}")
+        exact = pairs_of(y, first, last)
+        noisy = [moved_by_a_pixel(y, exact, first, last, seed) for seed in range(3)]
+        found = [of_full_loops(stack, pairs, last) for pairs in (exact, *noisy)]
+        of_exact, *errors = (100.0 * missed(stack, one) for one in found)
+        of_noisy = " ".join(f"{error:.2f}" for error in errors)
+        tell(f"{first:>6} to {last:<6}       {of_exact:8.3f}  {of_noisy}")
     tell("simulated scans, % of the range of the third")
     tell("pixels  seed  off, rms   largest    before   largest    pairs  matching + fitting")
     for pixels, seeds in ((128, range(1, 6)), (512, range(1, 3))):

@@ -27,7 +27,7 @@ use crate::judge::findings_of_fit;
 use crate::options::Options;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
-use crate::terms::duhem::{BACKS, DuhemModel, DuhemTable, RESTS};
+use crate::terms::duhem::{DuhemModel, DuhemTable, shapes};
 use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
@@ -339,9 +339,8 @@ fn best_shapes(records: &[Record<'_>], plays: &Found) -> Result<Vec<Direction>, 
     let (low, high) = space.input_bounds();
     let half_range = 0.5 * (high - low);
     let positions = records.iter().map(Record::output_range).fold(0.0, f64::max);
-    let shapes: Vec<_> = RESTS
-        .iter()
-        .flat_map(|rest| BACKS.map(|back| DuhemTable::bouc_wen(rest * half_range, back)))
+    let shapes: Vec<_> = shapes()
+        .map(|(rest, back)| DuhemTable::bouc_wen(rest * half_range, back))
         .filter(|shape| shape.operator::<3>().is_ok())
         .collect();
     let here = space.operators(&fit.point);

@@ -107,6 +107,9 @@ pub(crate) fn with_further(
             more.extend(one.is_some().then_some((found.len(), further)));
             found.extend(one);
         }
+        if more.is_empty() {
+            return Ok((chosen, candidates));
+        }
         candidates = judged(search, found, checked)?;
         let by = |place: usize| &candidates[place].validation;
         more.retain(|(place, one)| {

@@ -267,7 +267,7 @@ fn result(
     let chain = found.chain(given.dt);
     let columns = chain.weights.len();
     let (weights, beside) = weighed.weights.split_at(columns);
-    let amplitudes = &beside[..beside.len() - usize::from(space.has_duhem)];
+    let amplitudes = &beside[..space.not_of_stage()];
     let responses: Vec<Vec<f64>> = given.drives.iter().map(|drive| chain.response(drive, given.dt)).collect();
     let output_offset = -responses[0][0];
     let (low, high) = signal::bounds_of(responses.iter().map(|response| signal::bounds(response)));
@@ -285,7 +285,6 @@ fn result(
     let root = &uncertainty.root;
     let deviation = |row: usize| (0..root.ncols()).map(|k| root[(row, k)].powi(2)).sum::<f64>().sqrt();
     let linear = weighed.weights.len();
-    let before_duhem = columns + amplitudes.len();
     let of_axis = |axis: Axis| {
         let place = space.axes.iter().position(|other| *other == axis);
         place.map_or(0.0, |place| deviation(linear + place))
@@ -294,7 +293,8 @@ fn result(
     let first = given.temperatures.first().map(|temperature| temperature[0]);
     let sensitivity = amplitudes.last().copied().unwrap_or_default();
     let temperature = first.map(|first| TemperatureTerm::new(sensitivity, point.thermal_lag, first)).transpose()?;
-    let temperature_std = first.map_or((0.0, 0.0), |_| (deviation(before_duhem - 1), of_axis(Axis::ThermalLag)));
+    let temperature_std =
+        first.map_or((0.0, 0.0), |_| (deviation(columns + amplitudes.len() - 1), of_axis(Axis::ThermalLag)));
     let dead_time_std = of_axis(Axis::DeadTime);
     let creep_std: Vec<f64> = (0..point.creep.len()).map(|number| of_axis(Axis::Creep(number))).collect();
     let uninformative_pairs = doubts::uninformative(given, &search.rows_at(space, point), columns);

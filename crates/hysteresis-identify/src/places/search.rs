@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use crate::choose::duhem::no_inverse;
 use crate::error::Error;
-use crate::fit::response::Chain;
+use crate::fit::response::{Chain, OperatorsAt};
 use crate::judge::finding::Finding;
 use crate::places::doubts::SAYS_NOTHING;
 use crate::places::equations::Equations;
@@ -39,16 +39,22 @@ pub(crate) struct FoundPlace {
 }
 
 impl FoundPlace {
+    /// The operators, with the Duhem operator of the amplitude that was found.
+    fn operators(&self) -> OperatorsAt {
+        self.space.operators(&self.point, self.space.amplitude(&self.weighed.weights))
+    }
+
     pub(crate) fn chain(&self, dt: f64) -> Chain {
-        let tangent = self.space.tangent(&self.point, Some(&self.weighed.weights));
-        Chain::from_rest(tangent.operators, tangent.weights, tangent.linear, dt)
+        let operators = self.operators();
+        let weights = self.weighed.weights[..operators.bank.len()].to_vec();
+        Chain::from_rest(operators, weights, self.space.linear(&self.point), dt)
     }
 
     /// What there is to say of a Duhem operator that falls more than the plays rise.
     pub(crate) fn without_inverse(&self) -> Option<Finding> {
-        let Chain { operators, weights, .. } = self.chain(self.space.dt);
-        let rise = if self.space.thresholds(&self.point).first() == Some(&0.0) { weights[0] } else { 0.0 };
-        no_inverse(rise, operators.duhem?.steepest_fall())
+        let fall = self.operators().duhem?.steepest_fall();
+        let has_identity = self.space.thresholds(&self.point).first() == Some(&0.0);
+        no_inverse(if has_identity { self.weighed.weights[0] } else { 0.0 }, fall)
     }
 }
 

@@ -15,7 +15,7 @@ use crate::places::given::{Given, PlacesOptions};
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::terms::creep::{CreepBasis, CreepModel};
-use crate::terms::duhem::{BACKS, DuhemTable, MOST_KNOTS, RESTS};
+use crate::terms::duhem::{BACKS, DuhemTable, MOST_KNOTS, RESTS, shapes};
 use crate::terms::dynamics::LinearPart;
 use crate::terms::maps::{COEFFICIENTS, Curve, DrivePath};
 use crate::terms::operators::{ModelKind, OperatorBank, Placement, Thresholds};
@@ -284,14 +284,18 @@ impl PlaceSpace {
         let is_open = self.axes.contains(&Axis::InputOffset) && point.input_offset != self.first_drive;
         let virgin = is_open.then(|| point.with(Axis::InputOffset, self.first_drive));
         let of =
-            |point: &PlacePoint, rest: f64| BACKS.map(|back| point.with(Axis::Rest, rest.ln()).with(Axis::Back, back));
-        let of_all = |point: &PlacePoint| RESTS.into_iter().flat_map(|rest| of(point, rest)).collect::<Vec<_>>();
-        std::iter::once(point).chain(&virgin).flat_map(of_all).collect()
+            |point: &PlacePoint, (rest, back): (f64, f64)| point.with(Axis::Rest, rest.ln()).with(Axis::Back, back);
+        std::iter::once(point).chain(&virgin).flat_map(|point| shapes().map(|shape| of(point, shape))).collect()
     }
 
-    /// The columns of the stage among all that are linear: weights, then the amplitude of a Duhem operator.
-    pub(crate) fn of_stage<'a>(&self, columns: usize, linear: &'a [f64]) -> impl Iterator<Item = &'a f64> {
-        linear[..columns].iter().chain(linear.last().filter(|_| self.has_duhem))
+    /// How many columns beside the plays are no part of the stage: what drifts, and a temperature.
+    pub(crate) fn not_of_stage(&self) -> usize {
+        self.beside - usize::from(self.has_duhem)
+    }
+
+    /// The amplitude of the Duhem operator among all that is linear, weights first; 0 without one.
+    pub(crate) fn amplitude(&self, linear: &[f64]) -> f64 {
+        linear.last().copied().filter(|_| self.has_duhem).unwrap_or(0.0)
     }
 
     pub(crate) fn bounds(&self, axis: Axis) -> (f64, f64) {
@@ -339,7 +343,7 @@ impl PlaceSpace {
         DuhemTable::bouc_wen(0.5 * (high - low) * point.rest.exp(), point.back)
     }
 
-    fn linear(&self, point: &PlacePoint) -> LinearPart {
+    pub(crate) fn linear(&self, point: &PlacePoint) -> LinearPart {
         LinearPart {
             amplitudes: self.creep.amplitudes(|number| point.creep[number]),
             time_constants: self.creep.time_constants.clone(),
@@ -364,7 +368,7 @@ impl PlaceSpace {
         let is_searched = self.axes.contains(&Axis::ThermalLag);
         let ahead = amplitudes.filter(|_| is_searched).map(|amplitudes| {
             let further = point.thermal_lag + lag_step(point.thermal_lag, self.dt);
-            let own = &amplitudes[amplitudes.len() - self.beside..][..self.beside - usize::from(self.has_duhem)];
+            let own = &amplitudes[amplitudes.len() - self.beside..][..self.not_of_stage()];
             (Box::new(self.beside(&point.with(Axis::ThermalLag, further), None)), own.to_vec())
         });
         Beside { courses: self.courses(point), lag: self.has_temperature.then_some(point.thermal_lag), ahead }
@@ -373,7 +377,7 @@ impl PlaceSpace {
     /// The model at a point, the column of a Duhem operator first of the slopes; with derivatives along its axes if all amplitudes are given,
     /// weights first.
     pub(crate) fn tangent(&self, point: &PlacePoint, amplitudes: Option<&[f64]>) -> Tangent {
-        let amplitude = amplitudes.and_then(|all| all.last()).copied().filter(|_| self.has_duhem).unwrap_or(0.0);
+        let amplitude = amplitudes.map_or(0.0, |all| self.amplitude(all));
         let slope = |axis: &Axis| {
             let step = match axis {
                 Axis::ThermalLag => return None,

@@ -53,8 +53,7 @@ impl Uncertainty {
             let root = root(&law, &free, &triangle, scores, rows.width);
             // The derivative by the thermal lag is no part of a tangent.
             let count = tangent.columns + tangent.slopes.len();
-            let ahead = space.beside - usize::from(space.has_duhem);
-            let place = |i: usize| if i < tangent.columns { i } else { i + ahead };
+            let place = |i: usize| if i < tangent.columns { i } else { i + space.not_of_stage() };
             let own = Mat::from_fn(count, root.ncols(), |i, k| root[(place(i), k)]);
             let positions = gradients.iter().map(|drive| deviation_along(drive, &own)).fold(0.0, f64::max);
             Self { root, own, positions }
@@ -113,8 +112,10 @@ fn gradients(given: &Given<'_>, tangent: &Tangent) -> Vec<Vec<Vec<f64>>> {
 /// Where a model is at some samples of each drive, but for an offset of each.
 pub(crate) fn positions(given: &Given<'_>, found: &FoundPlace) -> Vec<Vec<f64>> {
     let tangent = found.space.tangent(&found.point, None);
-    let of_stage: Vec<f64> = found.space.of_stage(tangent.columns, &found.weighed.weights).copied().collect();
-    let at = |row: &Vec<f64>| row.iter().zip(&of_stage).map(|(value, weight)| value * weight).sum();
+    let linear = &found.weighed.weights;
+    let amplitude = found.space.amplitude(linear);
+    let of_stage = || linear[..tangent.columns].iter().chain(std::iter::once(&amplitude));
+    let at = |row: &Vec<f64>| row.iter().zip(of_stage()).map(|(value, weight)| value * weight).sum();
     gradients(given, &tangent).iter().map(|drive| drive.iter().map(at).collect()).collect()
 }
 

@@ -18,6 +18,11 @@ pub(crate) const STEP: f64 = 0.5;
 pub(crate) const RESTS: [f64; 7] = [0.1, 0.17, 0.3, 0.5, 0.85, 1.5, 3.0];
 pub(crate) const BACKS: [f64; 3] = [1.0, 1.45, 1.9];
 
+/// All of them: each rest with each f on the way back.
+pub(crate) fn shapes() -> impl Iterator<Item = (f64, f64)> {
+    RESTS.into_iter().flat_map(|rest| BACKS.map(|back| (rest, back)))
+}
+
 /// The least and the largest scale of f.
 const SCALES: (f64, f64) = (1e-40, 1e40);
 

@@ -194,8 +194,9 @@ impl PlacesIdentification {
         self.found.smoothness
     }
 
-    /// What was tried, the simplest first: the model with ", duhem" and ", input map" where it has these, how many amplitudes of creep, whether there is a drift, and the rms distance of pairs,
-    /// or error of lengths alone, of stretches that were not fitted. All are judged by the same ones.
+    /// What was tried: first models of plays, the simplest first, then those with ", duhem" and ", input map" in their name. For each the model,
+    /// how many amplitudes of creep, whether there is a drift, and the rms distance of pairs, or error of lengths alone, of stretches that
+    /// were not fitted. All are judged by the same ones.
     #[getter]
     fn candidates(&self) -> Vec<(String, usize, bool, f64)> {
         let name = |one: &PlacesCandidate| {
