@@ -283,27 +283,34 @@ pub(crate) fn with_operators_chosen(
 ) -> Result<Found, Error> {
     let Some(count) = asked.thresholds.count() else { return search(records, asked, monitor) };
     monitor.begin(Span { from: 0.0, to: BEFORE });
-    let found = monitor.nested(|monitor| first_search(records, asked, search, count, monitor))?;
+    let mut found = monitor.nested(|monitor| first_search(records, asked, search, count, monitor))?;
     if found.partial {
         return Ok(found);
     }
     monitor.begin(Span { from: BEFORE, to: AFTER });
-    let mut choice = Choice { records, asked, found: &found, tried: Vec::new() };
-    let chosen = match choice.choose(count, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => {
-            return Ok(Found { operators_tried: choice.tried, partial: true, ..found });
+    // Where everything was fitted under another weight law than that which is chosen, numbers are judged once more under that.
+    for _ in 0..2 {
+        let mut choice = Choice { records, asked, found: &found, tried: Vec::new() };
+        let chosen = match choice.choose(count, monitor) {
+            Err(Error::Interrupted) if monitor.keeps_best() => {
+                return Ok(Found { operators_tried: choice.tried, partial: true, ..found });
+            }
+            chosen => chosen?,
+        };
+        let operators_tried = choice.tried;
+        let before = (found.options.operators(), found.options.weights);
+        let chosen = chosen.map_or(before, |chosen| (chosen.operators, chosen.weights));
+        if chosen != before {
+            // The part of the work before is done: progress does not go back.
+            monitor.hold();
+            found = with_operators(records, asked, found, chosen, monitor)?;
         }
-        chosen => chosen?,
-    };
-    let operators_tried = choice.tried;
-    let found = if chosen == found.options.operators() {
-        found
-    } else {
-        // The part of the work before is done: progress does not go back.
-        monitor.hold();
-        with_operators(records, asked, found, chosen, monitor)?
-    };
-    Ok(Found { operators_tried, ..found })
+        found.operators_tried = operators_tried;
+        if found.partial || chosen.1 == before.1 {
+            break;
+        }
+    }
+    Ok(found)
 }
 
 /// With so many operators as are usual; with fewer where any may be chosen and the samples bear no more.
@@ -327,16 +334,16 @@ fn first_search(
     found
 }
 
-/// The same with another number of operators: dynamics, creep, loop shift, maps and the weight law stay, under which that number was
-/// judged; the smoothness is chosen anew, and everything that is searched goes on from where it was.
+/// The same with another number of operators and the weight law under which it was judged: dynamics, creep, loop shift and maps stay, the
+/// smoothness is chosen anew, and everything that is searched goes on from where it was.
 fn with_operators(
     records: &[Record<'_>],
     asked: &Options,
     found: Found,
-    operators: usize,
+    (operators, weights): (usize, WeightLaw),
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
-    let options = Options { thresholds: found.options.thresholds.of(operators), ..found.options.clone() };
+    let options = Options { thresholds: found.options.thresholds.of(operators), weights, ..found.options.clone() };
     let anew = Options { smoothness: asked.smoothness, ..options.clone() };
     let place = Place {
         space: found.fit.space.with_thresholds(records, &options, &found.fit.fit.point, &found.fit.fit.weights),
@@ -362,7 +369,8 @@ struct Choice<'a> {
 }
 
 impl Choice<'_> {
-    fn choose(&mut self, count: Count, monitor: &mut SearchMonitor<'_>) -> Result<usize, Error> {
+    /// What is chosen, if the samples bear any.
+    fn choose(&mut self, count: Count, monitor: &mut SearchMonitor<'_>) -> Result<Option<CrossValidation>, Error> {
         // Loops that are all alike say little for more than the usual number, and nothing for fewer.
         let (numbers, margin): (&[usize], f64) = match count {
             Count::Auto => (&NUMBERS, MUST_GAIN_IN_AUTO),
@@ -385,20 +393,24 @@ impl Choice<'_> {
         if count == Count::Auto {
             chosen = CrossValidation::good(&self.tried, margin).next().unwrap_or(0);
         }
-        Ok(self.tried.get(chosen).map_or(self.found.options.operators(), |one| one.operators))
+        Ok(self.tried.get(chosen).cloned())
     }
 
-    /// Judges a number at the smoothness that suits it, where everything was fitted; says whether the samples bear it.
+    /// Judges a number at the weight law and the smoothness that suit it, where everything was fitted; says whether the samples bear it. A law
+    /// of few unknowns gains nothing by more operators: so beside it free weights are judged.
     fn try_number(&mut self, operators: usize, fraction: f64, monitor: &mut SearchMonitor<'_>) -> Result<bool, Error> {
         let Found { fit: found, options, smoothness, .. } = self.found;
         let options = &Options { thresholds: options.thresholds.of(operators), ..options.clone() };
         let space = found.space.with_thresholds(self.records, options, &found.fit.point, &found.fit.weights);
+        let is_open = self.asked.weights == WeightLaw::Auto && options.weights == WeightLaw::Quadratic;
+        let weights = if is_open { WeightLaw::Free } else { options.weights };
+        let widest = Options { weights, ..options.clone() };
         // Few samples are no reason to believe in a law of few unknowns.
         let open = Options { weights: self.asked.weights, ..options.clone() };
         if let Err(Error::TooFewSamples { .. }) = enough(self.records, &space, &open.weight_basis(space.shift_len())) {
             return Ok(false);
         }
-        let basis = options.weight_basis(space.shift_len());
+        let basis = widest.weight_basis(space.shift_len());
         let projection = match rough(self.records, &space, &basis, *smoothness) {
             Err(Error::TooFewSamples { .. }) => return Ok(false),
             projection => projection?,
@@ -408,7 +420,17 @@ impl Choice<'_> {
         let stretches = Stretches::spread(&projection, &fit, TURNS);
         let (creep, loop_shift) = (space.creep_amplitudes(), options.loop_shift);
         let terms = Terms { creep, loop_shift, smoothness: *smoothness };
-        self.tried.push(stretches.under(options, &basis).at_best(options.smoothnesses(), &terms));
+        let of_law = |options: &Options| {
+            let law = options.weight_basis(space.shift_len());
+            stretches.under(options, &law).at_best(options.smoothnesses(), &terms)
+        };
+        let mut tried = vec![of_law(options)];
+        if widest.weights != options.weights {
+            tried.push(of_law(&widest));
+        }
+        let margin = Variety::of(self.records).margin();
+        let good = CrossValidation::good(&tried, margin).next().unwrap_or(0);
+        self.tried.push(tried.swap_remove(good));
         Ok(true)
     }
 }
