@@ -121,7 +121,7 @@ class Request(Files):
         "if cross-validation asks for it.  [default: auto]",
     )
     slow_gain: float | Literal["auto", "fit", "none"] | None = option(
-        passed=("identify",),
+        passed=_FIT,
         metavar="SECONDS|auto|fit|none",
         **word_or(("auto", "fit", "none"), "a time constant in seconds", float),
         help="Change of the size of all loops while the drive cycles, with this time constant, or "
@@ -129,7 +129,7 @@ class Request(Files):
         "[default: auto]",
     )
     duhem: Literal["auto", "fit", "none"] | None = option(
-        passed=("identify",),
+        passed=_FIT,
         help="Duhem operator beside the plays. auto: if cross-validation asks for it.  "
         "[default: auto]",
     )

@@ -12,24 +12,31 @@ pub enum Extension {
     Creep,
     /// The centre of a loop moves with its amplitude.
     LoopShift,
+    /// The size of all loops changes while the drive cycles.
+    SlowGain,
     /// Linear dynamics, and the amplifier beside them.
     Dynamics,
     /// A map in front of the hysteresis, or behind it.
     Maps,
+    /// A Duhem operator beside the plays.
+    Duhem,
 }
 
 impl Extension {
     /// In the order in which they are tried.
-    pub(crate) const ALL: [Self; 4] = [Self::Creep, Self::LoopShift, Self::Dynamics, Self::Maps];
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Creep, Self::LoopShift, Self::SlowGain, Self::Dynamics, Self::Maps, Self::Duhem];
 
-    /// Its name in lower case: "creep", "loop shift", "dynamics" or "maps".
+    /// Its name in lower case: "creep", "loop shift", "slow gain", "dynamics", "maps" or "duhem".
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Creep => "creep",
             Self::LoopShift => "loop shift",
+            Self::SlowGain => "slow gain",
             Self::Dynamics => "dynamics",
             Self::Maps => "maps",
+            Self::Duhem => "duhem",
         }
     }
 }
@@ -53,7 +60,7 @@ impl Omission {
         match self {
             Self::NotAsked => "not asked for",
             Self::NoSamplingInterval => "needs a sampling interval",
-            Self::NotTold => "the records cannot tell it: too few samples, or loops that are all alike",
+            Self::NotTold => "the records cannot tell it: too short, or loops that are all alike",
         }
     }
 }

@@ -20,10 +20,12 @@ use crate::records::signal::as_f64;
 use crate::result::identification::judged as errors_of;
 use crate::result::quality::Quality;
 use crate::terms::creep::CreepModel;
+use crate::terms::duhem::DuhemModel;
 use crate::terms::dynamics::{AmplifierModel, DynamicsModel};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
 use crate::terms::operators::{ModelKind, Thresholds};
+use crate::terms::slow_gain::SlowGainModel;
 use crate::terms::weights::WeightLaw;
 
 /// Fits several models to the same records and judges each on stretches that it was not fitted to.
@@ -33,7 +35,7 @@ use crate::terms::weights::WeightLaw;
 /// | `conventional` | sum `w_i` p_i\[u\], p_i plays |
 /// | `polynomial + plays` | `a_2` x^2 + `a_3` x^3 + sum `w_i` p_i\[u\], x the drive from -1 to 1 |
 /// | `modified` | sum `w_i` z_i\[u\], z_i coupled plays |
-/// | `modified + creep` and so on | the same with one extension |
+/// | `modified + creep` and so on | the same with one [`Extension`] |
 /// | `modified + all` | with all extensions, as [`identify`](crate::identify) fits them |
 ///
 /// The first play is the identity, so `w_0` is the linear term of the polynomial. Every model has a dead time, and an output offset
@@ -41,12 +43,14 @@ use crate::terms::weights::WeightLaw;
 ///
 /// **The judge** is the same for all: every record is cut into eight stretches, and the i-th stretch of all records is predicted
 /// from a fit to the other stretches. Weights, offsets and polynomial are fitted anew exactly; ratios, input offset, dead
-/// time, dynamics and creep to first order about their values for all stretches. What is left open is chosen once, on all
+/// time and what else is searched to first order about their values for all stretches. What is left open is chosen once, on all
 /// stretches, as [`identify`](crate::identify) does: the extensions that stay, the number of operators, the weight law and the
 /// smoothness. All modified models have the law and the operators of the last of them, so that they differ by their
 /// extensions alone.
 ///
 /// Samples that the last model takes for glitches are left out for all ([`Options::loss`]).
+///
+/// Records without a sampling interval tell one extension alone, a Duhem operator.
 ///
 /// The model of `options` does not matter: plays and coupled plays are both fitted. Split weights are for coupled plays only; plays
 /// then have free ones. A [`Stop`] of either kind ends the comparison without a result.
@@ -67,7 +71,7 @@ use crate::terms::weights::WeightLaw;
 ///
 /// let options = Options { thresholds: Thresholds::Uniform(4), ..Options::default() };
 /// let found = compare(&[Record::new(&input, &output, 0)?], &options, &mut |_| ControlFlow::Continue(()))?;
-/// let [conventional, .., modified] = &found.models[..] else { panic!() };
+/// let [conventional, _, modified, _] = &found.models[..] else { panic!() };
 /// assert!(modified.held_out < 0.2 * conventional.held_out);
 /// assert_eq!(found.simplest().name, "modified");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -146,15 +150,15 @@ pub(crate) const ALL: &str = "modified + all";
 
 /// A model to compare.
 pub(crate) struct Candidate {
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     pub(crate) options: Options,
     /// Whether the square and the cube of the drive stand beside its operators.
     has_polynomial: bool,
 }
 
 impl Candidate {
-    fn plain(name: &'static str, options: Options) -> Self {
-        Self { name, options, has_polynomial: false }
+    fn plain(name: &str, options: Options) -> Self {
+        Self { name: name.to_owned(), options, has_polynomial: false }
     }
 
     /// The same with the weight law of another model of coupled plays, if there is one. Plays choose their own.
@@ -190,18 +194,19 @@ type Candidates = (Vec<Candidate>, Vec<(Extension, Omission)>);
 pub(crate) fn candidates(records: &[Record<'_>], asked: &Options) -> Result<Candidates, Error> {
     let told = asked.resolved(records)?;
     let creep = if told.creep == CreepModel::None { CreepModel::None } else { CreepModel::UnderWay };
-    let modified = Options { creep, ..told.hysteresis_and_dead_time() };
+    let modified = Options { creep, duhem: DuhemModel::None, ..told.hysteresis_and_dead_time() };
     let conventional = plays(&modified);
     let mut candidates = vec![
         Candidate::plain("conventional", conventional.clone()),
-        Candidate { name: "polynomial + plays", options: conventional, has_polynomial: true },
+        Candidate { has_polynomial: true, ..Candidate::plain("polynomial + plays", conventional) },
         Candidate::plain(MODIFIED, modified.clone()),
     ];
     let has_seconds = asked.intervals(records)?.are_seconds();
     let mut omitted = Vec::new();
     for extension in Extension::ALL {
         if has(&told, extension) {
-            candidates.push(Candidate::plain(name(extension), with(&modified, extension, &told)));
+            let name = format!("{MODIFIED} + {}", extension.name());
+            candidates.push(Candidate::plain(&name, with(&modified, extension, &told)));
         } else {
             let reason = if !has(asked, extension) {
                 Omission::NotAsked
@@ -225,24 +230,17 @@ fn plays(modified: &Options) -> Options {
     Options { model: ModelKind::Conventional, weights, ..modified.clone() }
 }
 
-fn name(extension: Extension) -> &'static str {
-    match extension {
-        Extension::Creep => "modified + creep",
-        Extension::LoopShift => "modified + loop shift",
-        Extension::Dynamics => "modified + dynamics",
-        Extension::Maps => "modified + maps",
-    }
-}
-
 /// Whether options have an extension, or leave it open.
 fn has(options: &Options, extension: Extension) -> bool {
     match extension {
         Extension::Creep => options.creep.has_terms() || options.creep == CreepModel::Auto,
         Extension::LoopShift => options.loop_shift != LoopShiftModel::None,
+        Extension::SlowGain => options.slow_gain != SlowGainModel::None,
         Extension::Dynamics => {
             options.dynamics != DynamicsModel::None || matches!(options.amplifier, AmplifierModel::Bandwidth(_))
         }
         Extension::Maps => [options.input_map, options.output_map].iter().any(|map| *map != MapModel::None),
+        Extension::Duhem => options.duhem != DuhemModel::None,
     }
 }
 
@@ -251,8 +249,10 @@ fn with(plain: &Options, extension: Extension, told: &Options) -> Options {
     match extension {
         Extension::Creep => Options { creep: told.creep.clone(), ..plain.clone() },
         Extension::LoopShift => Options { loop_shift: told.loop_shift, ..plain.clone() },
+        Extension::SlowGain => Options { slow_gain: told.slow_gain, ..plain.clone() },
         Extension::Dynamics => Options { dynamics: told.dynamics, amplifier: told.amplifier, ..plain.clone() },
         Extension::Maps => Options { input_map: told.input_map, output_map: told.output_map, ..plain.clone() },
+        Extension::Duhem => Options { duhem: told.duhem.clone(), ..plain.clone() },
     }
 }
 
@@ -267,8 +267,10 @@ pub(crate) fn judged(records: &[Record<'_>], candidate: &Candidate, found: Found
     let kept = [
         (Extension::Creep, space.creep_amplitudes() > 0),
         (Extension::LoopShift, space.shift_len() > 0 && !candidate.has_polynomial),
+        (Extension::SlowGain, space.has_slow_gain()),
         (Extension::Dynamics, space.order().is_some() || space.has_amplifier()),
         (Extension::Maps, space.has_map()),
+        (Extension::Duhem, space.duhem(&fit.point).is_some()),
     ];
     let intervals = (0..records.len()).map(|place| space.intervals().of_record(place)).collect();
     let fitted = Fitted { chain, output_offsets: fit.output_offsets, intervals };
@@ -277,7 +279,7 @@ pub(crate) fn judged(records: &[Record<'_>], candidate: &Candidate, found: Found
     };
     let qualities: Vec<_> = records.iter().enumerate().map(quality).collect();
     let model = ComparedModel {
-        name: candidate.name.to_owned(),
+        name: candidate.name.clone(),
         weights: options.weights,
         unknowns: basis.freedom() + space.own().len() + space.axes().len(),
         kept: kept.into_iter().filter(|(_, is_kept)| *is_kept).map(|(extension, _)| extension).collect(),

@@ -2,8 +2,8 @@
 
 use hysteresis_core::Ratios;
 use hysteresis_identify::{
-    self as identification, AmplifierModel, CreepModel, DynamicsModel, LoopShiftModel, Loss, MapModel, ModesModel,
-    Options, Setting, Stop, WeightLaw,
+    self as identification, AmplifierModel, CreepModel, DuhemModel, DynamicsModel, LoopShiftModel, Loss, MapModel,
+    ModesModel, Options, Setting, SlowGainModel, Stop, WeightLaw,
 };
 use hysteresis_python_macros::{function, methods};
 use numpy::PyArray1;
@@ -39,7 +39,7 @@ pub(crate) struct Comparison(pub(super) identification::Comparison);
 /// >>> u = mh.signals.decaying_triangle(500.0, 1.0, cycles=8, rate=100)
 /// >>> compared = mh.compare(u, mh.paper.table_1_recovered().forward().run(u), operators=6)
 /// >>> [model.model for model in compared.rows]
-/// ['conventional', 'polynomial + plays', 'modified']
+/// ['conventional', 'polynomial + plays', 'modified', 'modified + duhem']
 #[pyclass(module = "mpi_hyst.results", frozen, eq, skip_from_py_object)]
 #[derive(PartialEq, Serialize, Deserialize)]
 pub(crate) struct ComparedModel(identification::ComparedModel);
@@ -66,9 +66,10 @@ impl ComparedModel {
         self.0.unknowns
     }
 
-    /// The extensions in it: "creep", "loop shift", "dynamics", "maps". One that was "auto" is there if cross-validation kept it.
+    /// The extensions in it: "creep", "loop shift", "slow gain", "dynamics", "maps", "duhem". One that was "auto" is there if
+    /// cross-validation kept it.
     #[getter]
-    #[py(-> "list[Literal['creep', 'loop shift', 'dynamics']]")]
+    #[py(-> "list[Literal['creep', 'loop shift', 'slow gain', 'dynamics', 'maps', 'duhem']]")]
     fn kept(&self) -> Vec<&'static str> {
         self.0.kept.iter().map(|extension| extension.name()).collect()
     }
@@ -219,7 +220,7 @@ impl Comparison {
 /// | conventional | sum_i w_i p_i[u], p_i plays |
 /// | polynomial + plays | a_2 x^2 + a_3 x^3 + sum_i w_i p_i[u], x the drive scaled to -1 to 1 |
 /// | modified | sum_i w_i z_i[u], z_i coupled plays |
-/// | modified + creep, + loop shift, + dynamics, + maps | the same with one extension |
+/// | modified + creep, + loop shift, + slow gain, + dynamics, + maps, + duhem | the same with one extension |
 /// | modified + all | with all extensions, as `identify` fits them |
 ///
 /// Weights are not negative. p_0 and z_0 are the identity, so w_0 is the linear term of the polynomial. Polynomial + plays has no
@@ -227,8 +228,8 @@ impl Comparison {
 /// "auto", a record whose start is skipped also has the creep that was under way, in all models alike.
 ///
 /// The judge is the same for all. Every record is cut into eight stretches, and the i-th stretch of all records is predicted from a
-/// fit to the other stretches. Weights, offsets and polynomial are fitted anew exactly; ratios, input offset, dead time, dynamics
-/// and creep to first order about their values for all stretches. What "auto" stands for is chosen once, on all stretches, as in
+/// fit to the other stretches. Weights, offsets and polynomial are fitted anew exactly; ratios, input offset, dead time and what
+/// else is searched to first order about their values for all stretches. What "auto" stands for is chosen once, on all stretches, as in
 /// `identify`. All modified models have the weight law, the smoothness and the operators of the last of them, so that they differ
 /// by their extensions alone.
 ///
@@ -237,11 +238,11 @@ impl Comparison {
 /// u, y : arrays of n floats
 ///     Input (V) and measured output (um). Or, for several records, a list of (u, y) pairs as the only argument.
 /// dt : float or list of float, optional
-///     Sampling interval in seconds. Without it there are no extensions, and times are in samples.
+///     Sampling interval in seconds. Without it a Duhem operator is the only extension, and times are in samples.
 /// operators, weights, ratios, input_offset, dead_time, thresholds, smoothness, loss
 ///     As in `identify`, for every model. Plays have no ratios; for split weights they have free ones. Glitches are those that
 ///     the last model leaves.
-/// creep, loop_shift, dynamics, modes, amplifier, input_map, output_map
+/// creep, loop_shift, slow_gain, dynamics, modes, amplifier, input_map, output_map, duhem
 ///     As in `identify`, for the extensions. None leaves one out; modes and amplifier are those of the dynamics.
 /// skip : int or list of int
 ///     Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
@@ -265,10 +266,10 @@ impl Comparison {
 /// >>> y = mh.paper.table_1_recovered().forward().run(u)  # coupled plays
 /// >>> found = mh.compare(u, y, operators=8)
 /// >>> ", ".join(row.model for row in found.rows)
-/// 'conventional, polynomial + plays, modified'
+/// 'conventional, polynomial + plays, modified, modified + duhem'
 /// >>> found.simplest
 /// 'modified'
-/// >>> conventional, polynomial, modified = found.rows
+/// >>> conventional, polynomial, modified, _ = found.rows
 /// >>> modified.held_out < 0.2 * min(conventional.held_out, polynomial.held_out)
 /// True
 /// >>> found.omitted.get("creep")
@@ -289,6 +290,8 @@ pub(crate) fn compare(
     #[py(field = "auto")] modes: ModesModel,
     #[py(field = "auto")] creep: CreepModel,
     #[py(field = "auto")] loop_shift: LoopShiftModel,
+    #[py(field = "auto")] slow_gain: SlowGainModel,
+    #[py(field = "auto")] duhem: DuhemModel,
     #[py(field = "auto")] amplifier: AmplifierModel,
     #[py(field = "auto")] input_map: MapModel,
     #[py(field = "auto")] output_map: MapModel,
