@@ -126,9 +126,9 @@ def test_what_is_not_kept_changes_nothing() -> None:
 
 
 def test_terms_that_are_given_are_in_their_own_rows() -> None:
-    given = {"duhem": TRUTHS["duhem"]["duhem"], "slow_gain": 5.0}
+    given: dict[str, Any] = {"duhem": TRUTHS["duhem"]["duhem"], "slow_gain": 5.0}
     left_out = dict.fromkeys(("creep", "loop_shift", "dynamics", "input_map", "output_map"))
-    found = mh.compare(*stage_of(**TRUTHS["duhem"]), dt=DT, **given, **left_out, **FAST)
+    found = mh.compare(*stage_of(**TRUTHS["duhem"]), dt=DT, **{**left_out, **given}, **FAST)
     assert {row.model: row.kept for row in found.rows} == {
         **{name: [] for name in SIMPLE},
         "modified + slow gain": ["slow gain"],
