@@ -128,7 +128,8 @@ def test_what_is_not_kept_changes_nothing() -> None:
 def test_terms_that_are_given_are_in_their_own_rows() -> None:
     given: dict[str, Any] = {"duhem": TRUTHS["duhem"]["duhem"], "slow_gain": 5.0}
     left_out = dict.fromkeys(("creep", "loop_shift", "dynamics", "input_map", "output_map"))
-    found = mh.compare(*stage_of(**TRUTHS["duhem"]), dt=DT, **{**left_out, **given}, **FAST)
+    u, y = stage_of(**TRUTHS["duhem"])
+    found = mh.compare(u, y, dt=DT, **{**left_out, **given, **FAST})
     assert {row.model: row.kept for row in found.rows} == {
         **{name: [] for name in SIMPLE},
         "modified + slow gain": ["slow gain"],
