@@ -1,6 +1,5 @@
 //! Work that is shared out among threads: results come in the order of the work, whichever thread did it.
 
-use std::num::NonZero;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -8,14 +7,6 @@ use std::thread;
 
 /// More threads than that are never started, whatever is asked for.
 const MOST: usize = 256;
-
-/// Does work number 0 to `count` - 1, each on a processor that is free, and returns what came of it, in this order.
-pub(crate) fn side_by_side<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let threads = thread::available_parallelism().map_or(1, NonZero::get);
-    let mut go_on = |_| ControlFlow::Continue(());
-    let all = Shared::new(threads, &mut go_on).all(count, false, |number, _| work(number));
-    all.expect("nothing stops it")
-}
 
 /// Whether the work is to go on, and how much of it is done.
 pub(crate) struct Shared<'a> {

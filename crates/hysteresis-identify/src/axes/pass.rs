@@ -3,7 +3,8 @@
 //! The tangent of a number is a run of the same dynamics with the slopes of the operators, driven where the number
 //! stands by the signal that it multiplies. Eight numbers run at once; blocks of samples keep what is held small.
 
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
+use std::thread;
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, Par};
@@ -14,7 +15,7 @@ use super::data::{Data, Stretch};
 use super::point::{Free, Point};
 use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, load, splat};
 use crate::fit::colour::{Autoregression, RowFilter};
-use crate::threads::side_by_side;
+use crate::threads::Shared;
 
 /// Samples in a block.
 const BLOCK: usize = 256;
@@ -162,9 +163,12 @@ pub(super) fn residuals(point: &Point, data: &Data, (record, range): &Stretch) -
     Some(all)
 }
 
-/// All stretches, each on a processor that is free. None where the work of one of them is.
+/// All stretches in turn, each on a thread that is free. None where the work of one of them is.
 fn shared<T: Send>(stretches: &[Stretch], work: impl Fn(&Stretch) -> Option<T> + Sync) -> Option<Vec<T>> {
-    side_by_side(stretches.len(), |number| work(&stretches[number])).into_iter().collect()
+    let threads = thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let mut go_on = |_| ControlFlow::Continue(());
+    let all = Shared::new(threads, &mut go_on).all(stretches.len(), false, |i, _| work(&stretches[i]))?;
+    all.into_iter().collect()
 }
 
 /// What is missed of all stretches, one after the other.

@@ -15,7 +15,6 @@ use crate::records::course::Course;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::terms::weights::{WeightBasis, penalised, penalty};
-use crate::threads::side_by_side;
 
 /// The best fit at a point.
 #[derive(Clone, Debug)]
@@ -38,9 +37,6 @@ pub(crate) struct ProjectedFit {
     /// By how much the weights miss the conditions of a minimum; see [`bounded::Solution`].
     pub(crate) kkt_residual: f64,
 }
-
-/// A pass through fewer samples is done before a thread is there.
-const WORTH_A_THREAD: usize = 10_000;
 
 /// Below this share of the squares of the data nothing is left for another part of the model to explain.
 const EXACT: f64 = 1e-12;
@@ -201,28 +197,11 @@ impl<'a> Projection<'a> {
 
     fn factor_of(&self, tangent: &Tangent) -> Mat<f64> {
         let own = self.own();
-        let columns = own + tangent.columns + tangent.slopes.len() + 1;
-        let of_record = |place: usize| {
-            let mut factor = TriangularFactor::new(columns);
+        let mut factor = TriangularFactor::new(own + tangent.columns + tangent.slopes.len() + 1);
+        for place in 0..self.records.len() {
             self.rows_of(place, tangent, |_, row, _| factor.push(row));
-            factor
-        };
-        let count = self.records.len();
-        let factors = if self.seen_by(tangent) < WORTH_A_THREAD {
-            (0..count).map(of_record).collect()
-        } else {
-            side_by_side(count, of_record)
-        };
-        let all = factors.into_iter().reduce(TriangularFactor::and).unwrap_or_else(|| TriangularFactor::new(columns));
-        self.basis.in_unknowns(all.finish().as_ref(), own)
-    }
-
-    /// How many samples a pass goes through: behind filters every one counts.
-    fn seen_by(&self, tangent: &Tangent) -> usize {
-        if tangent.linear.is_dead_time_alone() {
-            return self.rows;
         }
-        self.records.iter().map(|record| record.input().len()).sum()
+        self.basis.in_unknowns(factor.finish().as_ref(), own)
     }
 
     /// R of [the records' own | unknowns | derivatives | y] for each of `count` parts: every record is cut into so many
