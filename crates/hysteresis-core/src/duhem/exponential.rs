@@ -51,9 +51,18 @@ fn series(t: f64) -> f64 {
     low + high * (t4 * t4)
 }
 
-/// artanh(s) / s by its power series of s^2.
+/// artanh(s) / s by its power series of s^2, summed in pairs as well.
+#[inline(always)]
 fn artanh_ratio(square: f64) -> f64 {
-    ARTANH.iter().rev().fold(0.0, |sum, c| sum * square + c)
+    let [c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11] = ARTANH;
+    let (square2, pair) = (square * square, |a: f64, b: f64| a + b * square);
+    let (square4, four) = (square2 * square2, |a: f64, b: f64| a + b * square2);
+    let [low, middle, high] = [
+        four(pair(c0, c1), pair(c2, c3)),
+        four(pair(c4, c5), pair(c6, c7)),
+        four(pair(c8, c9), pair(c10, c11)),
+    ];
+    low + (middle + high * square4) * square4
 }
 
 /// (e^t - 1) / t, which is 1 at 0. Beyond t = 700 it is that of 700, or less.
