@@ -78,12 +78,14 @@ impl Motion {
         self.piece = self.chain(duhem).piece(self.last, self.z, near);
     }
 
-    /// Goes on to a piece that has not `ended`, of which there is one at last.
+    /// Goes on to a piece that has not `ended`, by the (x, z) of its end.
     #[inline]
-    fn pass_knots<const N: usize>(&mut self, duhem: &Duhem<N>, ended: impl Fn(&Piece) -> bool) {
-        while ended(&self.piece) {
-            let Some(next) = self.chain(duhem).next(&self.piece) else { return };
-            self.piece = next;
+    fn pass_knots<const N: usize>(&mut self, duhem: &Duhem<N>, ended: impl Fn(f64, f64) -> bool) {
+        if !self.piece.end_is_exact {
+            self.piece = self.chain(duhem).exact(&self.piece);
+        }
+        if ended(self.piece.end, self.piece.end_z) {
+            self.piece = self.chain(duhem).behind(&self.piece, ended);
         }
     }
 
@@ -94,7 +96,9 @@ impl Motion {
             self.turn(duhem);
         }
         let ahead = self.sign * x;
-        self.pass_knots(duhem, |piece| ahead >= piece.end);
+        if ahead >= self.piece.end {
+            self.pass_knots(duhem, |end, _| ahead >= end);
+        }
         (self.last, self.z) = (ahead, self.piece.at(ahead));
     }
 
@@ -107,8 +111,10 @@ impl Motion {
         let (ahead, sign) = (self.sign * target, duhem.sign);
         let sum = |x: f64, z: f64| gain * x + sign * z;
         // An end that is not exact comes too early: a bound of the sum from below unless `gain` is negative.
-        let is_early = |piece: &Piece| gain < 0.0 && !piece.end_is_exact;
-        self.pass_knots(duhem, |piece| ahead >= sum(piece.end, piece.end_z) || is_early(piece));
+        let is_early = gain < 0.0 && !self.piece.end_is_exact;
+        if ahead >= sum(self.piece.end, self.piece.end_z) || is_early {
+            self.pass_knots(duhem, |end, end_z| ahead >= sum(end, end_z));
+        }
         let growth = ahead - sum(self.piece.x, self.piece.z);
         // Rounding may put the solution behind the last one.
         self.last = self.piece.solve(gain, sign, growth.max(0.0), self.last.max(self.piece.x)).max(self.last);
