@@ -62,11 +62,8 @@ fn artanh_ratio(square: f64) -> f64 {
     let [c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11] = ARTANH;
     let (square2, pair) = (square * square, |a: f64, b: f64| a + b * square);
     let (square4, four) = (square2 * square2, |a: f64, b: f64| a + b * square2);
-    let [low, middle, high] = [
-        four(pair(c0, c1), pair(c2, c3)),
-        four(pair(c4, c5), pair(c6, c7)),
-        four(pair(c8, c9), pair(c10, c11)),
-    ];
+    let [low, middle, high] =
+        [four(pair(c0, c1), pair(c2, c3)), four(pair(c4, c5), pair(c6, c7)), four(pair(c8, c9), pair(c10, c11))];
     low + (middle + high * square4) * square4
 }
 
