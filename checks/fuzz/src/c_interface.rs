@@ -39,7 +39,7 @@ const POSITIONS: f64 = 25.0;
 pub fn c_interface(data: &[u8]) {
     let mut bytes = Bytes::new(data);
     let first = bytes.byte();
-    let (own, number) = (first % 4 == 0, first / 4);
+    let (own, number) = (first.is_multiple_of(4), first / 4);
     let stage = if own { read(&spoilt_text(every_part(number), &mut bytes)) } else { whole(number) };
     // SAFETY: NULL, or a stage that lives until it is freed below.
     let shared = unsafe { stage.as_ref() };
