@@ -17,6 +17,9 @@ pub const ARRAY: u32 = 4_096;
 /// The operators of each actuator of an array.
 pub const ARRAY_OPERATORS: u32 = 20;
 
+/// The signals of a Duhem operator: a smooth, a noisy and the worst one.
+pub const DUHEM_SIGNALS: [Signal; 3] = [Signal::SlowSine, Signal::NoisySine, Signal::White];
+
 /// The algorithm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -35,6 +38,12 @@ pub enum What {
     Controller,
     /// The same behind a notch and two more second-order sections, with the observer of a stage with a resonance before its feedback.
     ObservedController,
+    /// A Duhem operator of nine knots.
+    Duhem,
+    /// The exact inverse of the same beside a slope, along the outputs of both.
+    DuhemInverse,
+    /// An oscillator of one mode with such an operator inside.
+    Oscillator,
     /// The yardstick: all operators evaluated for every sample.
     PlainLoop,
     /// The other yardstick: all operators in one fused loop over vectors, of instructions that any processor has.
@@ -64,6 +73,9 @@ pub enum Mode {
 impl What {
     /// What the others are compared with: loops over all operators.
     pub const YARDSTICKS: [Self; 4] = [Self::PlainLoop, Self::FusedLoop, Self::FusedLoopV3, Self::FusedLoopV4];
+
+    /// What has a Duhem operator.
+    pub const DUHEM: [Self; 3] = [Self::Duhem, Self::DuhemInverse, Self::Oscillator];
 
     /// The instructions of a fused loop.
     #[must_use]
@@ -100,7 +112,7 @@ impl fmt::Display for Mode {
 pub struct Case {
     /// What drives it.
     pub signal: Signal,
-    /// How many operators the model has.
+    /// How many operators the model has. A Duhem operator is one.
     pub operators: u32,
     /// The algorithm.
     pub what: What,
@@ -122,6 +134,9 @@ impl Case {
     /// A sample of the inverse of a stage with maps and creep.
     pub const STAGE_INVERSE: Self =
         Self { signal: Signal::SlowSine, operators: 20, what: What::StageInverse, mode: Mode::Step };
+
+    /// A sample of a Duhem operator.
+    pub const DUHEM: Self = Self { signal: Signal::SlowSine, operators: 1, what: What::Duhem, mode: Mode::Step };
 
     /// One sample of each of many actuators with individual models.
     pub const INDIVIDUAL: Self =
@@ -157,6 +172,9 @@ impl Case {
         let individual = What::YARDSTICKS.into_iter().chain([What::Forward, What::Inverse]);
         cases.extend(individual.map(|what| Self { what, ..Self::INDIVIDUAL }));
         cases.extend([Self::STAGE_INVERSE, Self::CONTROLLER, Self::OBSERVED_CONTROLLER]);
+        for signal in DUHEM_SIGNALS {
+            cases.extend(What::DUHEM.map(|what| Self { signal, what, ..Self::DUHEM }));
+        }
         cases.retain(|case| case.what.is_here());
         cases
     }

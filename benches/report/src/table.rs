@@ -4,7 +4,7 @@ use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 use yardsticks::Signal;
 
-use crate::cases::{ARRAY, ARRAY_OPERATORS, Case, Mode, OPERATORS, What};
+use crate::cases::{ARRAY, ARRAY_OPERATORS, Case, DUHEM_SIGNALS, Mode, OPERATORS, What};
 use crate::results::{Latency, Machine, Results, Row, find};
 
 /// All that was measured.
@@ -18,6 +18,7 @@ pub fn full(results: &Results) -> String {
         array(&results.cases, &Signal::ALL),
         individual(&results.cases),
         controllers(&results.cases),
+        duhem(&results.cases),
         copy(&results.cases),
         latency(&results.latency, |_| true),
     ];
@@ -64,6 +65,7 @@ pub fn brief(results: &Results) -> String {
         array(&results.cases, &signals),
         individual(&results.cases),
         controllers(&results.cases),
+        duhem(&results.cases),
         copy(&results.cases),
         latency(&results.latency, |row| row.step.is_none_or(|step| step.operators == 20)),
     ];
@@ -166,7 +168,7 @@ fn counts(rows: &[Row], signals: &[Signal], operators: &[u32]) -> String {
 /// Instructions per sample alone, for a run without times.
 #[must_use]
 pub fn instructions(counts: &[(Case, Option<f64>)]) -> String {
-    counted(counts, &Signal::ALL, &OPERATORS)
+    [counted(counts, &Signal::ALL, &OPERATORS), duhem_counts(counts)].join("\n\n")
 }
 
 fn counted(counts: &[(Case, Option<f64>)], signals: &[Signal], operators: &[u32]) -> String {
@@ -176,13 +178,15 @@ fn counted(counts: &[(Case, Option<f64>)], signals: &[Signal], operators: &[u32]
     let header: Vec<_> = header("instructions per sample, step").chain(names).collect();
     let line = |case: Case| {
         let kinds = STREAMS.into_iter().chain(loops.iter().copied());
-        let count = |what| {
-            let found = counts.iter().find(|(counted, _)| *counted == Case { what, ..case });
-            cell(found.and_then(|(_, count)| *count), number)
-        };
-        kinds.map(count).collect()
+        kinds.map(|what| count(counts, Case { what, ..case })).collect()
     };
     table(&header, 1, lines(signals, operators, Mode::Step, line))
+}
+
+/// The instructions of a case.
+fn count(counts: &[(Case, Option<f64>)], case: Case) -> String {
+    let found = counts.iter().find(|(counted, _)| *counted == case);
+    cell(found.and_then(|(_, count)| *count), number)
 }
 
 /// One step of a whole array.
@@ -221,6 +225,26 @@ fn controllers(rows: &[Row]) -> String {
     });
     let Case { signal, operators, .. } = Case::CONTROLLER;
     table(&[&format!("{signal}, n = {operators}")[..], "time", ": plain loop", ": v3 loop"], 1, lines)
+}
+
+/// A sample of what has a Duhem operator: its time, then its instructions.
+fn duhem(rows: &[Row]) -> String {
+    let counts: Vec<_> = rows.iter().map(|row| (row.case, row.instructions)).collect();
+    let time = |case| cell(find(rows, case).map(|row| row.nanoseconds), nanoseconds);
+    [duhem_table("one Duhem operator, step", time), duhem_counts(&counts)].join("\n\n")
+}
+
+fn duhem_counts(counts: &[(Case, Option<f64>)]) -> String {
+    duhem_table("instructions per sample, step", |case| count(counts, case))
+}
+
+fn duhem_table(title: &str, show: impl Fn(Case) -> String) -> String {
+    let header: Vec<_> = [title.to_owned()].into_iter().chain(What::DUHEM.map(|what| what.to_string())).collect();
+    let line = |signal: Signal| {
+        let cells = What::DUHEM.map(|what| show(Case { signal, what, ..Case::DUHEM }));
+        [signal.to_string()].into_iter().chain(cells).collect()
+    };
+    table(&header, 1, DUHEM_SIGNALS.map(line))
 }
 
 /// `run` on a smooth signal beside the copy of as many samples.

@@ -4,18 +4,19 @@ use std::hint::black_box;
 
 use hysteresis_control::filters::{FeedbackFilter, Lead, LowPass, Notch, sections};
 use hysteresis_control::linear::SecondOrder;
+use hysteresis_control::oscillator::{HystereticOscillator, OscillatorForward};
 use hysteresis_control::stage::{Stage, StageParts};
 use hysteresis_control::{Observer, ObserverOptions, StageController};
 use hysteresis_core::{
-    CompiledModel, ControllerOptions, CreepTerms, Forward, HybridController, Inverse, Method,
-    ModifiedPrandtlIshlinskii, PiecewiseLinearMap, Process, QuasiStatic, Sections, StreamArray,
+    CompiledModel, ControllerOptions, CreepTerms, DuhemForward, DuhemInverse, Forward, HybridController, Inverse,
+    Method, ModifiedPrandtlIshlinskii, PiecewiseLinearMap, Process, QuasiStatic, Sections, StreamArray,
 };
 
-use yardsticks::{FusedLoop, PlainLoop, REACH, actuator, individual};
+use yardsticks::{BESIDE, FusedLoop, PlainLoop, REACH, actuator, duhem, duhem_inside, individual};
 
 use crate::cases::{ARRAY, Case, Mode, What};
 
-/// The sampling interval of controllers in seconds.
+/// The sampling interval of controllers and oscillators in seconds.
 const DT: f64 = 1e-4;
 
 /// The periods of a second of [`Signal::Stroke`].
@@ -78,6 +79,15 @@ impl Workload {
                 let references = periodic_targets(&compiled, &drive, |reference| _ = tracking.step(reference));
                 Self::stream(case.mode, tracking, references)
             }
+            What::Duhem => Self::stream(case.mode, DuhemForward::new(duhem()), drive),
+            What::DuhemInverse => {
+                let mut stream = DuhemInverse::new(duhem(), BESIDE).expect("both slopes are above 0");
+                let mut plant = DuhemForward::new(duhem());
+                let sum = |x: f64| BESIDE * x + plant.step(x);
+                let targets = periodic_outputs(sum, &drive, |target| _ = stream.step(target));
+                Self::stream(case.mode, stream, targets)
+            }
+            What::Oscillator => Self::stream(case.mode, oscillator(), drive),
         }
     }
 
@@ -204,12 +214,27 @@ impl Process for Tracking {
 }
 
 /// The outputs of the model along a drive that repeats for ever. What comes before, from rest, goes to `before`.
-fn periodic_targets(compiled: &CompiledModel, drive: &[Vec<f64>], mut before: impl FnMut(f64)) -> Vec<Vec<f64>> {
+fn periodic_targets(compiled: &CompiledModel, drive: &[Vec<f64>], before: impl FnMut(f64)) -> Vec<Vec<f64>> {
     let mut plant = Forward::new(compiled);
+    periodic_outputs(|x| plant.step(x), drive, before)
+}
+
+/// The same of anything that steps.
+fn periodic_outputs(
+    mut step: impl FnMut(f64) -> f64,
+    drive: &[Vec<f64>],
+    mut before: impl FnMut(f64),
+) -> Vec<Vec<f64>> {
     for x in drive.iter().flatten() {
-        before(plant.step(*x));
+        before(step(*x));
     }
-    drive.iter().map(|second| second.iter().map(|x| plant.step(*x)).collect()).collect()
+    drive.iter().map(|second| second.iter().map(|x| step(*x)).collect()).collect()
+}
+
+/// The public Bouc-Wen benchmark with another operator inside, at the sampling rate of the signals: four sub-steps a sample.
+fn oscillator() -> OscillatorForward {
+    let oscillator = HystereticOscillator::new(0.5, 5.0, 2.5e4, duhem_inside()).expect("the parameters are valid");
+    OscillatorForward::new(&oscillator, DT, None).expect("the interval resolves a period")
 }
 
 /// Some samples in one call, so that the call itself does not count.

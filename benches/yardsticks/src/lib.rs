@@ -1,10 +1,10 @@
 //! What the streams are compared with, compiled with the same flags and measured in the same run: loops over all
-//! operators, and the actuators and drive signals along which streams and loops go.
+//! operators, and the actuators, Duhem operators and drive signals along which streams and loops go.
 
 mod fused;
 mod signals;
 
-use hysteresis_core::{CoupledPlay, ModifiedPrandtlIshlinskii, Offsets, Operator, Process, Ratios};
+use hysteresis_core::{CoupledPlay, Duhem, MAX_KNOTS, ModifiedPrandtlIshlinskii, Offsets, Operator, Process, Ratios};
 
 pub use fused::{FusedLoop, Instructions};
 pub use signals::{REACH, SAMPLES, Signal};
@@ -38,6 +38,35 @@ fn varied(operators: u32, ratios: Ratios, mut factor: impl FnMut() -> f64) -> Mo
     let weights: Vec<f64> = (0..operators).map(|i| factor() * if i == 0 { 4.3e-3 } else { 3.2e-3 / n }).collect();
     ModifiedPrandtlIshlinskii::from_ratios(&weights, &r, ratios, Offsets::default())
         .expect("uniform thresholds and positive weights are valid")
+}
+
+/// The slope beside [`duhem`] where its inverse is measured, in um/V.
+pub const BESIDE: f64 = 2e-3;
+
+/// A Duhem operator of nine knots, in um over V. A drive over the whole range passes them all.
+///
+/// # Panics
+/// Never: knots increase, and no slope is zero.
+#[must_use]
+pub fn duhem() -> Duhem<9> {
+    nine_knots(1.0, 4e-3)
+}
+
+/// The same for a force inside of an oscillator, in m/s^2 over m.
+///
+/// # Panics
+/// Never: as [`duhem`].
+#[must_use]
+pub fn duhem_inside() -> Duhem<MAX_KNOTS> {
+    nine_knots(100.0, 2.5e4)
+}
+
+/// Knots from -`reach` to `reach`, with this slope in their middle.
+fn nine_knots<const N: usize>(reach: f64, slope: f64) -> Duhem<N> {
+    let shares = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
+    let along = |share: f64| slope * (1.0 - 0.8 * share - 0.15 * share * share);
+    let (rising, falling) = (shares.map(along), shares.map(|share| along(-share)));
+    Duhem::new(&shares.map(|share| reach * share), &rising, &falling).expect("knots increase, slopes are above 0")
 }
 
 /// A loop over all operators for every sample, one after the other: what a user writes first.

@@ -26,7 +26,7 @@ use mpi_hyst::{
 
 use crate::bytes::Bytes;
 use crate::objects::Slot;
-use crate::stages::EVERY_PART;
+use crate::stages::every_part;
 
 /// The reach of the stage in its units.
 const DRIVES: f64 = 150.0;
@@ -38,8 +38,9 @@ const POSITIONS: f64 = 25.0;
 /// If not.
 pub fn c_interface(data: &[u8]) {
     let mut bytes = Bytes::new(data);
-    let own = bytes.below(4) == 0;
-    let stage = if own { read(&spoilt_text(&mut bytes)) } else { EVERY.0 };
+    let first = bytes.byte();
+    let (own, number) = (first.is_multiple_of(4), first / 4);
+    let stage = if own { read(&spoilt_text(every_part(number), &mut bytes)) } else { whole(number) };
     // SAFETY: NULL, or a stage that lives until it is freed below.
     let shared = unsafe { stage.as_ref() };
     describe(shared);
@@ -54,9 +55,15 @@ pub fn c_interface(data: &[u8]) {
     }
 }
 
-/// The stage with every part, read once: reading takes longer than all that is done with it.
-static EVERY: LazyLock<Shared> =
-    LazyLock::new(|| Shared(read(&CString::new(EVERY_PART).expect("a file without zero bytes"))));
+/// The stages with every part, read once: reading takes longer than all that is done with them.
+static WHOLE: LazyLock<[Shared; 3]> = LazyLock::new(|| {
+    [0, 1, 2].map(|number| Shared(read(&CString::new(every_part(number)).expect("a file without zero bytes"))))
+});
+
+/// One of them.
+fn whole(number: u8) -> *mut Stage {
+    WHOLE[usize::from(number) % WHOLE.len()].0
+}
 
 struct Shared(*mut Stage);
 
@@ -72,9 +79,9 @@ fn read(text: &CStr) -> *mut Stage {
     stage
 }
 
-/// The file of the stage with every part, some of its bytes written over, or the bytes themselves.
-fn spoilt_text(bytes: &mut Bytes<'_>) -> CString {
-    let mut text = EVERY_PART.as_bytes().to_vec();
+/// A file, some of its bytes written over, or the bytes themselves.
+fn spoilt_text(file: &str, bytes: &mut Bytes<'_>) -> CString {
+    let mut text = file.as_bytes().to_vec();
     if bytes.coin() {
         let count = usize::from(bytes.byte());
         text = bytes.some(count).to_vec();

@@ -5,7 +5,7 @@ use hysteresis_core::Process;
 use serde_json::{Value, json};
 
 use crate::bytes::Bytes;
-use crate::stages::{DT, EVERY_PART};
+use crate::stages::{DT, every_part};
 
 /// The stage is refused with a message, or else it writes a file that reads back as the same one, and whatever is made from
 /// it gives finite outputs, its inverse within the limits.
@@ -48,10 +48,11 @@ fn run(stage: &Stage) -> Result<(), Error> {
     Ok(())
 }
 
-/// The stage with every part, and up to eight of its values changed.
+/// A stage with every part, and up to eight of its values changed.
 fn spoilt(bytes: &mut Bytes<'_>) -> Value {
-    let mut file: Value = serde_json::from_str(EVERY_PART).expect("the stage of the C examples is JSON");
-    for _ in 0..=bytes.below(8) {
+    let first = bytes.byte();
+    let mut file: Value = serde_json::from_str(every_part(first / 8)).expect("a file with every part is JSON");
+    for _ in 0..=first % 8 {
         let number = bytes.byte();
         if let Some(place) = file.pointer_mut(&path(&file, number)) {
             *place = value(bytes, place);

@@ -9,7 +9,7 @@ use hysteresis_core::{AntiWindup, Command, ControllerOptions, Law, Mode, Section
 use soak::loops::{Breach, Guard};
 
 use crate::bytes::Bytes;
-use crate::stages::{DT, stage};
+use crate::stages::{DT, plain, stage};
 
 /// The reach of the stages in their units.
 const DRIVES: f64 = 150.0;
@@ -36,7 +36,7 @@ pub fn steps(data: &[u8]) {
 }
 
 static LEARNING: LazyLock<RepetitiveControl> = LazyLock::new(|| {
-    let believed = stage(1).feedback_loop(DT, (0.0, 0.0), Sections::default()).expect("the plain stage rises");
+    let believed = plain().feedback_loop(DT, (0.0, 0.0), Sections::default()).expect("the plain stage rises");
     let options = RepetitiveOptions::new(200.0);
     RepetitiveControl::new(&believed, PERIOD, &options).expect("learning converges without feedback")
 });

@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use std::{iter, mem, slice};
 
 use hysteresis_core::{
-    CompiledModel, ControllerOptions, Duhem, DuhemForward, DuhemInverse, Forward, HybridController, Inverse, Process,
+    CompiledModel, ControllerOptions, DuhemForward, DuhemInverse, Forward, HybridController, Inverse, Process,
 };
-use yardsticks::{FusedLoop, Instructions, PlainLoop, REACH, Signal, actuator};
+use yardsticks::{BESIDE, FusedLoop, Instructions, PlainLoop, REACH, Signal, actuator, duhem};
 
 /// How long a cell of the first table is measured; there are 63, if the processor has three fused loops.
 const LONG: Duration = Duration::from_millis(400);
@@ -82,16 +82,6 @@ fn algorithms() -> Vec<Algorithm> {
         })
     });
     [forward, inverse, controller, plain].into_iter().chain(fused).collect()
-}
-
-/// The slope beside a Duhem operator, in um/V.
-const BESIDE: f64 = 2e-3;
-
-/// A Duhem operator of nine knots, all of which a drive over the whole range passes.
-fn duhem() -> Duhem<9> {
-    let knots = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
-    let slope = |z: f64| 4e-3 * (1.0 - 0.8 * z - 0.15 * z * z);
-    Duhem::new(&knots, &knots.map(slope), &knots.map(|z| slope(-z))).expect("knots increase, slopes are above 0")
 }
 
 /// The columns of the table of that operator: its output, and its inverse beside a slope along the outputs of the sum.

@@ -206,6 +206,13 @@ pub enum Error {
         /// How many say something.
         got: usize,
     },
+    /// Too few known lengths where no pairs are given.
+    TooFewLengths {
+        /// How many it takes.
+        expected: usize,
+        /// How many are given.
+        got: usize,
+    },
     /// Dynamics and creep need the sampling interval, and several records need one unit of time.
     NoInterval {
         /// The first record without a sampling interval.
@@ -245,6 +252,7 @@ impl Error {
         match self {
             Self::NoRecords | Self::TooFewSamples { .. } | Self::TooFewLoops { .. } => Some("records"),
             Self::TooFewPairs { .. } => Some("pairs"),
+            Self::TooFewLengths { .. } => Some("lengths"),
             Self::Record { error, .. } => Some(error.parameter()),
             Self::NoOperators => Some("operators"),
             Self::SplitConventional => Some("weights"),
@@ -274,6 +282,9 @@ impl fmt::Display for Error {
                 f,
                 "pairs: expected at least {expected} pairs and lengths that say something (of opposite branches, or of other loops), got {got}"
             ),
+            Self::TooFewLengths { expected, got } => {
+                write!(f, "lengths: expected at least {expected} where there are no pairs, got {got}")
+            }
             Self::NoInterval { record } => write!(
                 f,
                 "dt: expected the sampling interval of record {record} in seconds, got none: dynamics and creep need it, \

@@ -1,6 +1,6 @@
 //! The branch of one direction: f over z, straight between knots, and what follows for z over x.
 
-use crate::duhem::exponential::{relative_growth, relative_logarithm};
+use crate::duhem::exponential::{exponential_rise, per_logarithmic_mean};
 use crate::error::MAX_MAGNITUDE;
 
 /// By which share a bound of the length of a piece stays below it, so that rounding does not put it above.
@@ -70,8 +70,7 @@ impl Segment {
         if rise == f64::INFINITY {
             return f64::INFINITY;
         }
-        let straight = rise / slope;
-        straight * relative_logarithm(self.gradient * straight, self.slope.1 / slope)
+        per_logarithmic_mean(rise, (slope, self.slope.1), self.gradient * rise)
     }
 }
 
@@ -161,26 +160,27 @@ impl<const N: usize> Chain<N> {
         Piece { place, x, z, slope, gradient, end: x + least, end_z: segment.end, end_is_exact: least == f64::INFINITY }
     }
 
-    /// What follows where a piece seems to end: the same piece with its exact end, or the one behind it.
+    /// The same piece with its exact end.
     #[inline]
-    pub(super) fn next(&self, piece: &Piece) -> Option<Piece> {
-        if !piece.end_is_exact {
-            let segment = self.segment(piece.place)?;
-            let end = piece.x + segment.distance(piece.slope, segment.end - piece.z);
-            return Some(Piece { end, end_is_exact: true, ..*piece });
+    pub(super) fn exact(&self, piece: &Piece) -> Piece {
+        let distance = |segment: &Segment| segment.distance(piece.slope, segment.end - piece.z);
+        let end = piece.x + self.segment(piece.place).map_or(f64::INFINITY, distance);
+        Piece { end, end_is_exact: true, ..*piece }
+    }
+
+    /// The first piece behind this one that has not `ended`, by the (x, z) of its end. There is one: the last has no end.
+    #[inline]
+    pub(super) fn behind(&self, piece: &Piece, ended: impl Fn(f64, f64) -> bool) -> Piece {
+        let mut x = piece.end;
+        for (segment, place) in self.above.iter().zip(1..).skip(piece.place.0) {
+            let end = x + segment.span;
+            if !ended(end, segment.end) {
+                let (z, slope, gradient, end_z) = (segment.start, segment.slope.0, segment.gradient, segment.end);
+                return Piece { place: Place(place), x, z, slope, gradient, end, end_z, end_is_exact: true };
+            }
+            x = end;
         }
-        let place = Place(piece.place.0 + 1);
-        let segment = self.segment(place)?;
-        Some(Piece {
-            place,
-            x: piece.end,
-            z: segment.start,
-            slope: segment.slope.0,
-            gradient: segment.gradient,
-            end: piece.end + segment.span,
-            end_z: segment.end,
-            end_is_exact: true,
-        })
+        *piece
     }
 }
 
@@ -206,7 +206,7 @@ impl Piece {
     /// By how much z grows within h.
     #[inline]
     fn rise(&self, h: f64) -> f64 {
-        self.slope * h * relative_growth(self.gradient * h)
+        exponential_rise(self.slope, self.gradient, h)
     }
 
     /// z.
@@ -257,6 +257,6 @@ impl Piece {
         // Its rise is at least f h, so the sum is at least that share of the rise.
         let straight = growth / (self.slope + gain.min(0.0));
         let q = self.gradient * straight;
-        tangent.min(straight * relative_logarithm(q, 1.0 + q))
+        tangent.min(per_logarithmic_mean(straight, (1.0, 1.0 + q), q))
     }
 }

@@ -1,7 +1,7 @@
 //! (e^t - 1) / t and ln(1 + q) / q to rounding: there is neither exponential nor logarithm without std.
 
-/// 1 / (n + 1)! for n = 0 ..= 13: (e^t - 1) / t as a power series.
-const SERIES: [f64; 14] = [
+/// 1 / (n + 1)! for n = 0 ..= 15: (e^t - 1) / t as a power series.
+const SERIES: [f64; 16] = [
     1.0,
     1.0 / 2.0,
     1.0 / 6.0,
@@ -16,15 +16,20 @@ const SERIES: [f64; 14] = [
     1.0 / 479_001_600.0,
     1.0 / 6_227_020_800.0,
     1.0 / 87_178_291_200.0,
+    1.0 / 1_307_674_368_000.0,
+    1.0 / 20_922_789_888_000.0,
 ];
 
 /// Up to this magnitude these terms are enough: the next one is below 2e-17.
-const SMALL: f64 = 0.35;
+const SMALL: f64 = 0.7;
 
 /// ln 2 in two parts: a count times the first is exact.
 const LN_2: (f64, f64) = (6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10);
 
-/// 1 / (2 n + 1) for n = 0 ..= 11: artanh(s) / s as a power series of s^2, enough up to s = 0.18.
+/// Up to this magnitude of s the terms of artanh(s) / s are enough: the next one is below 2e-17.
+const NEAR: f64 = 0.18;
+
+/// 1 / (2 n + 1) for n = 0 ..= 11: artanh(s) / s as a power series of s^2.
 const ARTANH: [f64; 12] = [
     1.0,
     1.0 / 3.0,
@@ -43,28 +48,35 @@ const ARTANH: [f64; 12] = [
 /// The power series of (e^t - 1) / t, summed in pairs: a chain of products would take four times as long.
 #[inline(always)]
 fn series(t: f64) -> f64 {
-    let [c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12, c13] = SERIES;
+    let [c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12, c13, c14, c15] = SERIES;
     let (t2, pair) = (t * t, |a: f64, b: f64| a + b * t);
     let (t4, four) = (t2 * t2, |a: f64, b: f64| a + b * t2);
     let low = four(pair(c0, c1), pair(c2, c3)) + four(pair(c4, c5), pair(c6, c7)) * t4;
-    let high = four(pair(c8, c9), pair(c10, c11)) + pair(c12, c13) * t4;
+    let high = four(pair(c8, c9), pair(c10, c11)) + four(pair(c12, c13), pair(c14, c15)) * t4;
     low + high * (t4 * t4)
 }
 
-/// artanh(s) / s by its power series of s^2.
+/// artanh(s) / s by its power series of s^2, summed in pairs as well.
+#[inline(always)]
 fn artanh_ratio(square: f64) -> f64 {
-    ARTANH.iter().rev().fold(0.0, |sum, c| sum * square + c)
+    let [c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11] = ARTANH;
+    let (square2, pair) = (square * square, |a: f64, b: f64| a + b * square);
+    let (square4, four) = (square2 * square2, |a: f64, b: f64| a + b * square2);
+    let [low, middle, high] =
+        [four(pair(c0, c1), pair(c2, c3)), four(pair(c4, c5), pair(c6, c7)), four(pair(c8, c9), pair(c10, c11))];
+    low + (middle + high * square4) * square4
 }
 
-/// (e^t - 1) / t, which is 1 at 0. Beyond t = 700 it is that of 700, or less.
+/// f (e^(g h) - 1) / g, which is f h for g = 0. Beyond g h = 700 it is that of 700, or less.
 #[inline]
-pub(super) fn relative_growth(t: f64) -> f64 {
-    if t.abs() <= SMALL { series(t) } else { growth(t) / t }
+pub(super) fn exponential_rise(f: f64, g: f64, h: f64) -> f64 {
+    let t = g * h;
+    if t.abs() <= SMALL { f * h * series(t) } else { f / g * exponential_less_one(t) }
 }
 
 /// e^t - 1 away from 0.
 #[inline(never)]
-fn growth(t: f64) -> f64 {
+fn exponential_less_one(t: f64) -> f64 {
     // Below, it is -1 to rounding.
     let t = t.clamp(-50.0, 700.0);
     #[expect(clippy::cast_possible_truncation, reason = "within -73 to 1010")]
@@ -80,16 +92,16 @@ fn power_of_two(n: i32) -> f64 {
     f64::from_bits(u64::from((n + 1023).unsigned_abs()) << 52)
 }
 
-/// ln(1 + q) / q, given q and 1 + q, each to rounding; 1 + q is positive and normal.
-pub(super) fn relative_logarithm(q: f64, ratio: f64) -> f64 {
-    if q.abs() < 0.3 {
-        let s = q / (2.0 + q);
-        return 2.0 / (2.0 + q) * artanh_ratio(s * s);
-    }
-    logarithm(ratio) / q
+/// `rise` ln(b / a) / (b - a) of positive normal numbers, given their difference, too, each to rounding.
+#[inline(always)]
+pub(super) fn per_logarithmic_mean(rise: f64, (a, b): (f64, f64), difference: f64) -> f64 {
+    let per_sum = 1.0 / (a + b);
+    let s = difference * per_sum;
+    if s.abs() <= NEAR { 2.0 * rise * per_sum * artanh_ratio(s * s) } else { rise / difference * logarithm(b / a) }
 }
 
 /// ln of a positive normal number away from 1.
+#[inline(never)]
 fn logarithm(x: f64) -> f64 {
     const MANTISSA: u64 = (1 << 52) - 1;
     let bits = x.to_bits();
@@ -115,22 +127,22 @@ mod tests {
     #[test]
     fn growth_is_that_of_the_standard_library() {
         for t in scan().filter(|t| (-600.0..600.0).contains(t)) {
-            let (got, want) = (relative_growth(t), t.exp_m1() / t);
+            let (got, want) = (exponential_rise(1.0, t, 1.0), t.exp_m1() / t);
             assert!((got / want - 1.0).abs() < 6e-16, "{t} {got} {want}");
         }
-        assert_eq!((relative_growth(0.0), relative_growth(-1e100)), (1.0, 1e-100));
-        assert!(relative_growth(f64::INFINITY).abs() < f64::INFINITY);
+        assert_eq!((exponential_rise(1.0, 0.0, 1.0), exponential_rise(1.0, -1e100, 1.0)), (1.0, 1e-100));
+        assert!(exponential_rise(1.0, 1e100, 1.0) < f64::INFINITY);
     }
 
     #[test]
     fn logarithm_is_that_of_the_standard_library() {
         for q in scan().filter(|q| (-0.999..600.0).contains(q)) {
-            let (got, want) = (relative_logarithm(q, 1.0 + q), q.ln_1p() / q);
+            let (got, want) = (per_logarithmic_mean(1.0, (1.0, 1.0 + q), q), q.ln_1p() / q);
             assert!((got / want - 1.0).abs() < 8e-16, "{q} {got} {want}");
         }
         for exponent in -99..99 {
             let x = 1.37 * 10.0_f64.powi(exponent);
-            let (got, want) = (relative_logarithm(x - 1.0, x), x.ln() / (x - 1.0));
+            let (got, want) = (per_logarithmic_mean(1.0, (1.0, x), x - 1.0), x.ln() / (x - 1.0));
             assert!((got / want - 1.0).abs() < 6e-16, "{x} {got} {want}");
         }
     }

@@ -78,12 +78,19 @@ impl Motion {
         self.piece = self.chain(duhem).piece(self.last, self.z, near);
     }
 
-    /// Goes on to a piece that has not `ended`, of which there is one at last.
+    /// Goes on to a piece that has not `ended`, by the (x, z) of its end; `is_early` where a bound of an end cannot tell.
     #[inline]
-    fn pass_knots<const N: usize>(&mut self, duhem: &Duhem<N>, ended: impl Fn(&Piece) -> bool) {
-        while ended(&self.piece) {
-            let Some(next) = self.chain(duhem).next(&self.piece) else { return };
-            self.piece = next;
+    fn pass_knots<const N: usize>(&mut self, duhem: &Duhem<N>, is_early: bool, ended: impl Fn(f64, f64) -> bool) {
+        let is_within = !ended(self.piece.end, self.piece.end_z);
+        if is_within && (self.piece.end_is_exact || !is_early) {
+            return;
+        }
+        let chain = self.chain(duhem);
+        if !self.piece.end_is_exact {
+            self.piece = chain.exact(&self.piece);
+        }
+        if ended(self.piece.end, self.piece.end_z) {
+            self.piece = chain.behind(&self.piece, ended);
         }
     }
 
@@ -94,7 +101,7 @@ impl Motion {
             self.turn(duhem);
         }
         let ahead = self.sign * x;
-        self.pass_knots(duhem, |piece| ahead >= piece.end);
+        self.pass_knots(duhem, false, |end, _| ahead >= end);
         (self.last, self.z) = (ahead, self.piece.at(ahead));
     }
 
@@ -107,8 +114,7 @@ impl Motion {
         let (ahead, sign) = (self.sign * target, duhem.sign);
         let sum = |x: f64, z: f64| gain * x + sign * z;
         // An end that is not exact comes too early: a bound of the sum from below unless `gain` is negative.
-        let is_early = |piece: &Piece| gain < 0.0 && !piece.end_is_exact;
-        self.pass_knots(duhem, |piece| ahead >= sum(piece.end, piece.end_z) || is_early(piece));
+        self.pass_knots(duhem, gain < 0.0, |end, end_z| ahead >= sum(end, end_z));
         let growth = ahead - sum(self.piece.x, self.piece.z);
         // Rounding may put the solution behind the last one.
         self.last = self.piece.solve(gain, sign, growth.max(0.0), self.last.max(self.piece.x)).max(self.last);

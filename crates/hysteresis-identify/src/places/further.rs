@@ -137,7 +137,7 @@ fn tried(
     }
     let space = further.added_to(&chosen.space);
     search.system.uninformative = match check_equations(search, &space) {
-        Err(Error::TooFewPairs { .. }) if !is_asked => return Ok(None),
+        Err(Error::TooFewPairs { .. } | Error::TooFewLengths { .. }) if !is_asked => return Ok(None),
         uninformative => uninformative?,
     };
     let starts = further.starts(&space, &chosen.point);

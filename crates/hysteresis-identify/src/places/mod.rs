@@ -102,7 +102,7 @@ const EQUATIONS: (usize, usize) = (2, 4);
 ///
 /// # Errors
 /// [`Error::Core`] or [`Error::Record`] for drives, pairs, lengths or options outside their domain, [`Error::TooFewPairs`] if too few of the
-/// pairs and lengths say anything, [`Error::Interrupted`] when `proceed` said so.
+/// pairs and lengths say anything, [`Error::TooFewLengths`] if there are no pairs and too few lengths, [`Error::Interrupted`] when `proceed` said so.
 pub fn identify_places(
     drives: &[&[f64]],
     pairs: &[PlacePair],
@@ -200,7 +200,12 @@ fn check_equations(search: &PlaceSearch<'_>, space: &PlaceSpace) -> Result<Vec<u
     let got = given.pairs.len() - uninformative.len() + given.lengths.len();
     let expected = EQUATIONS.0 * (space.axes.len() + space.beside) + EQUATIONS.1;
     if got < expected {
-        return Err(Error::TooFewPairs { expected, got });
+        let is_by_lengths = given.pairs.is_empty();
+        return Err(if is_by_lengths {
+            Error::TooFewLengths { expected, got }
+        } else {
+            Error::TooFewPairs { expected, got }
+        });
     }
     doubts::check_signs(given, &rows, columns)?;
     Ok(uninformative)

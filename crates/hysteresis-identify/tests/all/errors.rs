@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use crate::actuators::{decaying_triangle, output, paper_actuator, run};
 use hysteresis_core::{Model, Offsets, PrandtlIshlinskii, Ratios};
 use hysteresis_identify::{
-    Error, Options, Progress, Record, RecordError, RecursiveIdentifier, RecursiveOptions, SearchStage, Setting, Stop,
-    Thresholds, WeightLaw, identify,
+    Error, KnownLength, Options, PlacePair, PlacesOptions, Progress, Record, RecordError, RecursiveIdentifier,
+    RecursiveOptions, SearchStage, Setting, Stop, Thresholds, WeightLaw, identify, identify_places,
 };
 
 fn data() -> (Vec<f64>, Vec<f64>) {
@@ -72,6 +72,27 @@ fn too_few_samples() {
     let record = |samples: usize| Record::new(&input[..samples + 9], &output[..samples + 9], 9).unwrap();
     assert_eq!(run(&[record(51)], &Options::default()).unwrap_err(), Error::TooFewSamples { expected: 52, got: 51 });
     assert!(run(&[record(52)], &Options::default()).is_ok());
+}
+
+/// A stage that is identified without a position sensor is told what was given too few of.
+#[test]
+fn too_few_places() {
+    let (drive, _) = data();
+    let refused = |pairs: &[PlacePair]| {
+        let lengths = [KnownLength::new(0, 10.0, 60.0, 1.0), KnownLength::new(0, 70.0, 90.0, -1.0)];
+        let options = PlacesOptions::new(1e-3);
+        identify_places(&[&drive], pairs, &lengths, &options, &mut || ControlFlow::Continue(())).unwrap_err()
+    };
+    let (without, with) = (refused(&[]), refused(&[PlacePair::new(0, 30.0, 120.0)]));
+    assert!(matches!(without, Error::TooFewLengths { got: 2, .. }), "{without}");
+    let said = without.to_string();
+    assert!(
+        said.starts_with("lengths: expected at least ") && said.ends_with(" where there are no pairs, got 2"),
+        "{said}"
+    );
+    assert_eq!(without.parameter(), Some("lengths"));
+    assert!(matches!(with, Error::TooFewPairs { got: 2 | 3, .. }), "{with}");
+    assert_eq!(with.parameter(), Some("pairs"));
 }
 
 #[test]
