@@ -9,6 +9,7 @@ relays 1.5 times as well as the default predicts other loops 2.3 times as badly.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import mpi_hyst as mh
@@ -84,3 +85,29 @@ def test_a_mode_that_is_asked_for_is_found_behind_a_square() -> None:
     u = varied(stage)
     in_sample, off = errors(stage, u, measured(stage, u), {"dynamics": 2})
     assert max(in_sample, off) < 0.2
+
+
+@pytest.mark.slow
+def test_a_law_of_few_unknowns_does_not_hide_that_more_operators_are_needed() -> None:
+    # With this noise the quadratic law suits twenty operators, and under it no more of them help.
+    thresholds = np.linspace(0.0, 67.5, 19)
+    weights = np.r_[0.6, 0.04 * np.exp(-thresholds[1:] / 37.5)]
+    stage = mh.Stage(
+        mh.PrandtlIshlinskii(weights, thresholds),
+        creep=mh.plant.Creep([0.01, 0.01, 0.01], [0.1, 1.0, 10.0]),
+        dynamics=mh.plant.SecondOrder(900.0, 0.03),
+    )
+    parts = mh.signals.experiment(0.0, 150.0, slew=2000.0, rate=1000.0, fast_rate=10_000.0)
+    noise, generator = 0.05, np.random.default_rng(6)
+    records, intervals = [], []
+    for part in parts:
+        dt = 1.0 / part.rate
+        y = np.asarray(stage.forward(dt).run(part.drive))
+        records.append((part.drive, y + generator.normal(0.0, noise, y.size)))
+        intervals.append(dt)
+    found = mh.identify(records, dt=intervals)
+    ways = [np.linspace(*ends, 400) for ends in pairwise([0.0, 140.0, 20.0, 90.0, 40.0, 60.0])]
+    other = np.concatenate(ways)
+    off = np.asarray(found.predict(other, dt=1e-3)) - np.asarray(stage.forward(1e-3).run(other))
+    assert found.fit.rmse < 1.1 * noise
+    assert np.std(off) < noise
