@@ -288,12 +288,17 @@ pub(crate) fn with_operators_chosen(
         return Ok(found);
     }
     monitor.begin(Span { from: BEFORE, to: AFTER });
-    // Where everything was fitted under another weight law than that which is chosen, numbers are judged once more under that.
+    // If the chosen weight law is not the one of this fit, everything is fitted with it, and the numbers are judged once more: no other law
+    // is left open then.
     for _ in 0..2 {
+        // The part of the work before is done: progress does not go back.
+        monitor.hold();
         let mut choice = Choice { records, asked, found: &found, tried: Vec::new() };
         let chosen = match choice.choose(count, monitor) {
             Err(Error::Interrupted) if monitor.keeps_best() => {
-                return Ok(Found { operators_tried: choice.tried, partial: true, ..found });
+                let tried = choice.tried;
+                let operators_tried = if found.operators_tried.is_empty() { tried } else { found.operators_tried };
+                return Ok(Found { operators_tried, partial: true, ..found });
             }
             chosen => chosen?,
         };
@@ -301,7 +306,6 @@ pub(crate) fn with_operators_chosen(
         let before = (found.options.operators(), found.options.weights);
         let chosen = chosen.map_or(before, |chosen| (chosen.operators, chosen.weights));
         if chosen != before {
-            // The part of the work before is done: progress does not go back.
             monitor.hold();
             found = with_operators(records, asked, found, chosen, monitor)?;
         }

@@ -76,13 +76,11 @@ impl Curve {
     /// The value and the slope there; beyond the ends the end pieces go on.
     #[inline]
     pub(crate) fn at(&self, x: f64) -> (f64, f64) {
-        // Once for all calls of a loop.
-        let pieces_per_unit = self.width.recip();
-        let place = (x - self.low) * pieces_per_unit;
+        let place = (x - self.low) / self.width;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the pieces")]
         let piece = place.clamp(0.0, as_f64(PIECES - 1)) as usize;
         let rise = self.values[piece + 1] - self.values[piece];
-        (self.values[piece] + rise * (place - as_f64(piece)), rise * pieces_per_unit)
+        (self.values[piece] + rise * (place - as_f64(piece)), rise / self.width)
     }
 
     /// The same curve as a map of the stage, moved up by an offset.
@@ -115,8 +113,6 @@ pub(crate) struct DrivePath {
 /// The drives of one record on their way, sample by sample; the amplifier at rest at the first.
 pub(crate) struct PathLane<'a> {
     map: Option<&'a Curve>,
-    /// The last voltage, and what the map makes of it: drives often rest.
-    mapped: (f64, f64),
     amplifier: Option<Lag>,
 }
 
@@ -141,7 +137,7 @@ impl DrivePath {
             is_seen_before: self.is_seen_before,
             voltages: None,
         };
-        PathLane { map: self.map.as_ref(), mapped: (f64::NAN, f64::NAN), amplifier: self.bandwidth.map(lag) }
+        PathLane { map: self.map.as_ref(), amplifier: self.bandwidth.map(lag) }
     }
 }
 
@@ -151,11 +147,7 @@ impl PathLane<'_> {
     #[inline]
     pub(crate) fn next(&mut self, u: f64) -> f64 {
         let voltage = self.amplifier.as_mut().map_or(u, |lag| lag.next(u));
-        let Some(map) = self.map else { return voltage };
-        if voltage != self.mapped.0 {
-            self.mapped = (voltage, map.at(voltage).0);
-        }
-        self.mapped.1
+        self.map.map_or(voltage, |map| map.at(voltage).0)
     }
 
     /// What the input map is shown for a drive: the drive of a loop shift.
