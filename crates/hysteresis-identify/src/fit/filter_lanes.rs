@@ -152,15 +152,6 @@ impl FilterLanes {
         dispatch(ReadRow { still: &self.still, sample, readings, row });
     }
 
-    /// Takes a block of `samples` in which all signals stay what they are at its first one, without readings, if such are passed; says whether.
-    pub(crate) fn pass(&mut self, samples: usize, signals: &[Lanes]) -> bool {
-        let passes = !self.still.is_empty() && !self.is_at_rest && samples == BLOCK;
-        if passes {
-            dispatch(Pass { lanes: self, signals });
-        }
-        passes
-    }
-
     /// Takes a block of `samples` and puts out the readings, both the first eight signals at all samples, then the next.
     pub(crate) fn put_out(&mut self, samples: usize, signals: &[Lanes], readings: &mut [Lanes]) {
         let is_first = std::mem::take(&mut self.is_at_rest);
@@ -346,24 +337,6 @@ impl SimdLoop for PutOut<'_> {
                     Some(_) => lead::<S, false>(simd, mode, &filters.position, p, y),
                 }
             }
-        }
-    }
-}
-
-/// The work of [`FilterLanes::pass`].
-struct Pass<'a> {
-    lanes: &'a mut FilterLanes,
-    signals: &'a [Lanes],
-}
-
-impl SimdLoop for Pass<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let FilterLanes { eights, still, .. } = self.lanes;
-        for ((filters, still), signals) in eights.iter_mut().zip(still).zip(self.signals.chunks_exact(BLOCK)) {
-            still.pass(simd, filters, &signals[0]);
         }
     }
 }

@@ -133,9 +133,8 @@ impl<'a> OperatorBlocks<'a> {
         Self { input, layout, drives, here, there, z, plays: [0.0; BLOCK], output: [0.0; BLOCK], last: 0 }
     }
 
-    /// Goes on to these samples, a block at most, and writes the signals there. Where nothing moves it writes those of the first sample alone,
-    /// which are those of all, and says so.
-    pub(crate) fn put_out(&mut self, samples: &[usize], signals: &mut [Lanes]) -> bool {
+    /// Goes on to these samples, a block at most, and writes the signals there.
+    pub(crate) fn put_out(&mut self, samples: &[usize], signals: &mut [Lanes]) {
         let (layout, count) = (self.layout, samples.len());
         for drive in &mut self.drives {
             drive.take(self.input, samples);
@@ -143,10 +142,12 @@ impl<'a> OperatorBlocks<'a> {
         let last = std::mem::replace(&mut self.last, count - 1);
         if self.drives.iter().all(Drive::stands_still) {
             for block in signals.chunks_exact_mut(BLOCK) {
-                block[0] = block[last];
+                let at_last = block[last];
+                block[..count].fill(at_last);
             }
-            self.last = 0;
-            return true;
+            let at_last = self.output[last];
+            self.output[..count].fill(at_last);
+            return;
         }
         let drives = &self.drives[..];
         let here = &mut self.here;
@@ -219,15 +220,6 @@ impl<'a> OperatorBlocks<'a> {
             }
             set(signals, layout.derivatives + number, &values[..count]);
         }
-        false
-    }
-}
-
-/// Makes the first sample of a block in which nothing moves that of all.
-pub(crate) fn hold_first(signals: &mut [Lanes], count: usize) {
-    for block in signals.chunks_exact_mut(BLOCK) {
-        let first = block[0];
-        block[1..count].fill(first);
     }
 }
 

@@ -5,7 +5,7 @@
 
 use crate::algebra::eight::{LANES, Lanes};
 use crate::fit::filter_lanes::{FilterLanes, Lane, Reading};
-use crate::fit::operator_blocks::{OperatorBlocks, hold_first, set};
+use crate::fit::operator_blocks::{OperatorBlocks, set};
 use crate::fit::response::interpolated;
 use crate::fit::tangent::{Slope, Tangent};
 use crate::records::course::{Course, SeenSamples};
@@ -139,9 +139,7 @@ impl<'a> PlainRows<'a> {
         for (tail, block) in self.tail.iter_mut().zip(self.signals.chunks_exact(BLOCK)) {
             *tail = block[self.at];
         }
-        if self.operators.put_out(&samples[..count], &mut self.signals) {
-            hold_first(&mut self.signals, count);
-        }
+        self.operators.put_out(&samples[..count], &mut self.signals);
         if is_first {
             // Samples before the record's start hold the first one.
             for (tail, block) in self.tail.iter_mut().zip(self.signals.chunks_exact(BLOCK)) {
@@ -269,17 +267,11 @@ impl<'a> FilteredRows<'a> {
         let end = (first + BLOCK).min((needed + 1).max(self.samples));
         let (begin, count) = (self.operators.layout.end, end - first);
         let samples: [usize; BLOCK] = std::array::from_fn(|k| (first + k).min(last));
-        let stands_still = self.operators.put_out(&samples[..count], &mut self.signals);
-        if !(stands_still && self.filters.pass(count, &self.signals)) {
-            if stands_still {
-                hold_first(&mut self.signals, count);
-            } else {
-                for copy in begin..begin + self.copies {
-                    set(&mut self.signals, copy, &self.operators.output[..count]);
-                }
-            }
-            self.filters.put_out(count, &self.signals, &mut self.readings);
+        self.operators.put_out(&samples[..count], &mut self.signals);
+        for copy in begin..begin + self.copies {
+            set(&mut self.signals, copy, &self.operators.output[..count]);
         }
+        self.filters.put_out(count, &self.signals, &mut self.readings);
         if first == 0 {
             self.rest = (0..begin + self.copies).map(|lane| self.filters.at_rest(lane)).collect();
         }
