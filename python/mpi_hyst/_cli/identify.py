@@ -85,7 +85,7 @@ class Request(Files):
         default="auto",
         help="Law of the weights. free: each w >= 0. quadratic: four parameters. split: other "
         "weights below zero than above. auto: the simplest whose cross-validation error is as "
-        "good as the best.",
+        "good as the best; free in place of quadratic where more operators need that.",
     )
     smoothness: float | Literal["auto"] = smoothness(passed=_FIT)
     loss: Literal["auto", "squares", "robust"] | None = option(

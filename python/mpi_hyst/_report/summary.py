@@ -310,7 +310,10 @@ def choices(found: mh.results.Identification) -> list[Choice]:
             *("terms", terms, [(None, error) for _, _, error in found.terms_validation], kept),
             *(kept, simplest),
         ),
-        _choice("weights", laws, found.weights_validation, law, f"{law} weights", simplest),
+        _choice(
+            *("weights", laws, found.weights_validation, law, f"{law} weights"),
+            f"{simplest}, or free weights where more operators need them",
+        ),
         _choice("operators", counts, found.cross_validation, count, f"{count} operators", simplest),
         _choice(
             *("smoothness", smoothness, found.smoothness_validation, value),

@@ -130,6 +130,10 @@ mod tests {
             let (got, want) = (exponential_rise(1.0, t, 1.0), t.exp_m1() / t);
             assert!((got / want - 1.0).abs() < 6e-16, "{t} {got} {want}");
         }
+        for (f, g, h) in [(0.25, 0.5, 1.0), (0.25, 4.0, 0.5), (3.0, -8.0, 0.25), (-2.0, 0.125, -4.0)] {
+            let (got, want) = (exponential_rise(f, g, h), f / g * (g * h).exp_m1());
+            assert!((got / want - 1.0).abs() < 6e-16, "{f} {g} {h}: {got} {want}");
+        }
         assert_eq!((exponential_rise(1.0, 0.0, 1.0), exponential_rise(1.0, -1e100, 1.0)), (1.0, 1e-100));
         assert!(exponential_rise(1.0, 1e100, 1.0) < f64::INFINITY);
     }
@@ -139,6 +143,10 @@ mod tests {
         for q in scan().filter(|q| (-0.999..600.0).contains(q)) {
             let (got, want) = (per_logarithmic_mean(1.0, (1.0, 1.0 + q), q), q.ln_1p() / q);
             assert!((got / want - 1.0).abs() < 8e-16, "{q} {got} {want}");
+        }
+        for (rise, a, b) in [(3.0_f64, 4.0_f64, 4.5_f64), (0.25, 8.0, 0.5), (5.0, 2.0, 64.0)] {
+            let (got, want) = (per_logarithmic_mean(rise, (a, b), b - a), rise * (b / a).ln() / (b - a));
+            assert!((got / want - 1.0).abs() < 8e-16, "{rise} {a} {b}: {got} {want}");
         }
         for exponent in -99..99 {
             let x = 1.37 * 10.0_f64.powi(exponent);

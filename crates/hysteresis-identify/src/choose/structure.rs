@@ -406,16 +406,17 @@ impl Choice<'_> {
         let Found { fit: found, options, smoothness, .. } = self.found;
         let options = &Options { thresholds: options.thresholds.of(operators), ..options.clone() };
         let space = found.space.with_thresholds(self.records, options, &found.fit.point, &found.fit.weights);
-        let is_open = self.asked.weights == WeightLaw::Auto && options.weights == WeightLaw::Quadratic;
-        let weights = if is_open { WeightLaw::Free } else { options.weights };
-        let widest = Options { weights, ..options.clone() };
+        let judges_free_too = self.asked.weights == WeightLaw::Auto && options.weights == WeightLaw::Quadratic;
+        let laws = [Some(options.weights), judges_free_too.then_some(WeightLaw::Free)].into_iter().flatten();
+        let laws = laws.map(|weights| Options { weights, ..options.clone() });
+        let laws: Vec<_> = laws.map(|options| (options.weight_basis(space.shift_len()), options)).collect();
+        let (widest, _) = &laws[laws.len() - 1];
         // Few samples are no reason to believe in a law of few unknowns.
         let open = Options { weights: self.asked.weights, ..options.clone() };
         if let Err(Error::TooFewSamples { .. }) = enough(self.records, &space, &open.weight_basis(space.shift_len())) {
             return Ok(false);
         }
-        let basis = widest.weight_basis(space.shift_len());
-        let projection = match rough(self.records, &space, &basis, *smoothness) {
+        let projection = match rough(self.records, &space, widest, *smoothness) {
             Err(Error::TooFewSamples { .. }) => return Ok(false),
             projection => projection?,
         };
@@ -424,16 +425,10 @@ impl Choice<'_> {
         let stretches = Stretches::spread(&projection, &fit, TURNS);
         let (creep, loop_shift) = (space.creep_amplitudes(), options.loop_shift);
         let terms = Terms { creep, loop_shift, smoothness: *smoothness };
-        let of_law = |options: &Options| {
-            let law = options.weight_basis(space.shift_len());
-            stretches.under(options, &law).at_best(options.smoothnesses(), &terms)
-        };
-        let mut tried = vec![of_law(options)];
-        if widest.weights != options.weights {
-            tried.push(of_law(&widest));
-        }
-        let margin = Variety::of(self.records).margin();
-        let good = CrossValidation::good(&tried, margin).next().unwrap_or(0);
+        let at_best =
+            |(law, options): &(_, Options)| stretches.under(options, law).at_best(options.smoothnesses(), &terms);
+        let mut tried: Vec<_> = laws.iter().map(at_best).collect();
+        let good = CrossValidation::good(&tried, Variety::of(self.records).margin()).next().unwrap_or(0);
         self.tried.push(tried.swap_remove(good));
         Ok(true)
     }

@@ -50,7 +50,7 @@ use crate::terms::weights::WeightLaw;
 ///
 /// Samples that the last model takes for glitches are left out for all ([`Options::loss`]).
 ///
-/// Records without a sampling interval tell one extension alone, a Duhem operator.
+/// Without a sampling interval a Duhem operator is the only extension that is tried.
 ///
 /// The model of `options` does not matter: plays and coupled plays are both fitted. Split weights are for coupled plays only; plays
 /// then have free ones. A [`Stop`] of either kind ends the comparison without a result.

@@ -577,7 +577,8 @@ impl Identification {
         self.found.weights.word()
     }
 
-    /// What cross-validation said of every weight law: pairs (law, error) as in `cross_validation`; empty unless "auto".
+    /// What cross-validation said of every weight law at the first number of operators: pairs (law, error) as in `cross_validation`; empty
+    /// unless "auto". Where that was for the quadratic law, free weights may be taken later, with the number of operators.
     #[getter]
     #[py(-> "list[tuple[Literal['free', 'quadratic', 'split'], float]]")]
     fn weights_validation(&self) -> Vec<(&'static str, f64)> {

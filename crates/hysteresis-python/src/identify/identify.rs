@@ -41,7 +41,8 @@ use crate::convert::errors;
 /// weights : "auto", "free", "quadratic" or "split"
 ///     Any w_i >= 0; or w_0 >= 0 and w_i = c0 + c1 i + c2 i^2 >= 0; or weights of their own below zero, which only the
 ///     modified model has. "auto" takes the first of quadratic, free and split that predicts held-out stretches of the
-///     records as well as the best, within the standard error of the ratio of their mean squares.
+///     records as well as the best, within the standard error of the ratio of their mean squares. Where that is the quadratic law, free
+///     weights are judged once more with every number of operators that is tried.
 /// operators : int or "auto", optional
 ///     How many. With uniform thresholds r_i = i X / n; the first is the identity. Without a number there are as many as thresholds that
 ///     are given; else 20, or 40 or 80 where each doubling predicts held-out stretches of the records better, by 2 % of the error at
