@@ -43,6 +43,9 @@ use crate::uncertainty::standard_errors::{Covariance, Spread, StandardErrors};
 /// steps on all of them. `progress` is called after every pass over the records; [`ControlFlow::Break`] stops, with the
 /// best so far as the result ([`Stop::KeepBest`]) or without one.
 ///
+/// Starts and terms that do not wait for each other are searched on all processors if the records have 10 000 samples or more. The
+/// result has the same bits for any number of them, if it was not stopped; `progress` is called by this thread alone.
+///
 /// Input and output may have any unit; weights come in output unit per input unit, the delay in samples.
 ///
 /// ```
@@ -82,7 +85,8 @@ pub fn identify(
     // What is wrong with the whole is said before the search of a part.
     Space::new(records, options)?;
     let asked = options.resolved(records)?;
-    let mut monitor = SearchMonitor::new(progress);
+    let samples = records.iter().map(|record| record.input().len()).sum();
+    let mut monitor = SearchMonitor::new(progress).on_all_processors(samples);
     if is_falling(records) {
         // Nothing else is worth a search if the sign is wrong.
         let plain = asked.hysteresis_and_dead_time();
@@ -276,4 +280,42 @@ fn quality(record: &Record<'_>, response: &[f64], output_offset: f64) -> Quality
     let [input, measured, predicted] =
         [record.input(), record.output(), &predicted].map(|signal| record.fitted_of(signal));
     Quality::of(&measured, &predicted, record.output_range()).with_loops(&input, &measured, &predicted)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::records::signal::white;
+
+    use super::*;
+
+    /// Loops that decay and grow again, of a play, bent, with noise.
+    fn loops() -> (Vec<f64>, Vec<f64>) {
+        let strokes = [10.0, 0.5, 8.0, 2.0, 6.0, 4.0, 7.0, 1.0, 9.0, 0.0].windows(2);
+        let input: Vec<f64> = strokes
+            .flat_map(|ends| (0..130_i32).map(|k| ends[0] + (ends[1] - ends[0]) * f64::from(k) / 130.0))
+            .collect();
+        let (mut play, noise) = (input[0], white(input.len()));
+        let output = input.iter().zip(noise).map(|(u, noise)| {
+            play = play.clamp(u - 0.8, u + 0.8);
+            let h = u + 0.5 * play;
+            h + 0.02 * h * h + 0.02 * noise
+        });
+        let output = output.collect();
+        (input, output)
+    }
+
+    #[test]
+    fn a_fit_has_the_same_bits_on_any_number_of_threads() {
+        let (input, output) = loops();
+        let records = [Record::new(&input, &output, 0).unwrap()];
+        let options = Options { dt: Some(1e-3), ..Options::default() }.resolved(&records).unwrap();
+        let found = [1, 2, 5].map(|threads| {
+            let mut report = |_: &Progress| ControlFlow::Continue(());
+            let mut monitor = SearchMonitor::new(&mut report).on_threads(threads);
+            format!("{:?}", fit(&records, &options, &mut monitor).unwrap())
+        });
+        // A map was chosen among others: the work that is shared out was done.
+        assert!(found[0].contains("output_map: Some") || found[0].contains("input_map: Some"), "{}", found[0]);
+        assert!(found[0] == found[1] && found[0] == found[2]);
+    }
 }

@@ -149,12 +149,22 @@ pub(crate) struct TermSearch<'a> {
     pub(crate) variety: Variety,
 }
 
+impl Way<'_, '_> {
+    /// The part of the work that the next try is: how many will follow is not known.
+    fn next_try(&mut self) -> Span {
+        let share = |tries: usize| 0.6 * (1.0 - 1.0 / (1.0 + as_f64(tries) / 4.0));
+        self.tries += 1;
+        Span { from: share(self.tries - 1), to: share(self.tries) }
+    }
+}
+
 impl TermSearch<'_> {
     /// The model that no neighbour predicts better than, from what was found; none where no term may be added.
     pub(crate) fn choose(&self, found: &Found, monitor: &mut SearchMonitor<'_>) -> Result<Option<Chosen>, Error> {
         let Some(given) = self.with_given_maps(found) else { return Ok(None) };
         let mut way = Way { tries: 0, followed: Vec::new(), untold: None, monitor };
-        let first = self.tried(given, PASSES_OF_FIRST, 0, way.monitor)?;
+        let span = way.next_try();
+        let first = self.tried(given, PASSES_OF_FIRST, span, way.monitor)?;
         let end = self.end_of(&first, MOST_CHANGES, &mut way)?;
         // With nothing more the dynamics are those that `linear_part` weighed, unless it was told too little of those that were asked
         // for.
@@ -205,22 +215,27 @@ impl TermSearch<'_> {
         from: &Candidate,
         way: &mut Way<'_, '_>,
     ) -> Result<Vec<Candidate>, Error> {
-        let mut better: Vec<(f64, Candidate)> = Vec::new();
+        let mut variants = Vec::new();
         for row in rows {
             for variant in row.term.variants(self, from, way.monitor)? {
-                let must_gain = self.must_gain(row.terms, variant.adds);
-                let Some(one) = self.tried_if_promising(variant, from, way)? else { continue };
-                // What costs something fits better, too: else it is better on stretches by chance.
-                let fits = row.terms == 0 || one.fit.squares < from.fit.squares;
-                if !(fits && is_better(&one.alone, &from.alone, must_gain)) {
-                    continue;
-                }
-                if from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain)) {
-                    better.push((must_gain, one));
-                } else if one.place.space.has_map() && !from.place.space.has_map() {
-                    let here = self.untold(&one, from);
-                    way.untold = way.untold.filter(|best| best.gain >= here.gain).or(Some(here));
-                }
+                variants.push((row.terms, variant));
+            }
+        }
+        let pieces = variants.into_iter().map(|variant| (variant, way.next_try())).collect();
+        let tried = way.monitor.side_by_side(pieces, |(terms, variant), span, monitor| {
+            let must_gain = self.must_gain(terms, variant.adds);
+            let one = self.tried_if_promising(variant, from, span, monitor)?;
+            // What costs something fits better, too: else it is better on stretches by chance.
+            let fits = |one: &Candidate| terms == 0 || one.fit.squares < from.fit.squares;
+            Ok(one.filter(|one| fits(one) && is_better(&one.alone, &from.alone, must_gain)).map(|one| (must_gain, one)))
+        })?;
+        let mut better: Vec<(f64, Candidate)> = Vec::new();
+        for (must_gain, one) in tried.into_iter().flatten() {
+            if from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain)) {
+                better.push((must_gain, one));
+            } else if one.place.space.has_map() && !from.place.space.has_map() {
+                let here = self.untold(&one, from);
+                way.untold = way.untold.filter(|best| best.gain >= here.gain).or(Some(here));
             }
         }
         let is_beaten =
@@ -234,13 +249,13 @@ impl TermSearch<'_> {
         &self,
         variant: Variant,
         from: &Candidate,
-        way: &mut Way<'_, '_>,
+        span: Span,
+        monitor: &mut SearchMonitor<'_>,
     ) -> Result<Option<Candidate>, Error> {
         if variant.adds && !self.is_promising(&variant, from) {
             return Ok(None);
         }
-        way.tries += 1;
-        let one = to_compare(self.tried(variant, PASSES, way.tries, way.monitor))?;
+        let one = to_compare(self.tried(variant, PASSES, span, monitor))?;
         Ok(one.filter(Candidate::stands_for_itself))
     }
 
@@ -259,9 +274,8 @@ impl TermSearch<'_> {
         let input = (asked.input_map == MapModel::Auto && space.has_input_map()).then(|| space.without_input_map());
         let output = (asked.output_map == MapModel::Auto && space.has_output_map()).then(|| space.without_output_map());
         for without in [input, output].into_iter().flatten() {
-            way.tries += 1;
-            let variant = from.with(without, vec![from.place.point]);
-            let Some(one) = to_compare(self.tried(variant, PASSES, way.tries, way.monitor))? else { continue };
+            let (variant, span) = (from.with(without, vec![from.place.point]), way.next_try());
+            let Some(one) = to_compare(self.tried(variant, PASSES, span, way.monitor))? else { continue };
             if !is_better(&from.alone, &one.alone, self.must_gain(1, true)) {
                 return Ok(Some(one));
             }
@@ -308,7 +322,7 @@ impl TermSearch<'_> {
         &self,
         variant: Variant,
         passes: usize,
-        tries: usize,
+        span: Span,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Candidate, Error> {
         let Variant { options, space, mut starts, starts_alone, linear, was_sought, .. } = variant;
@@ -317,9 +331,6 @@ impl TermSearch<'_> {
         }
         let basis = options.weight_basis(space.shift_len());
         let projection = rough(self.records, &space, &basis, self.smoothness)?;
-        // How many will follow is not known.
-        let share = |tries: usize| 0.6 * (1.0 - 1.0 / (1.0 + as_f64(tries) / 4.0));
-        let span = Span { from: share(tries), to: share(tries + 1) };
         let fit = best_attempt(&projection, &starts, passes, span, monitor)?;
         let terms =
             |smoothness| Terms { creep: space.creep_amplitudes(), loop_shift: LoopShiftModel::Auto, smoothness };

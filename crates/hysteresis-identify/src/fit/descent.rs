@@ -115,26 +115,30 @@ fn scan(
     span: Span,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Vec<ProjectedFit>, Error> {
-    let dead_times = thinned.space().dead_times();
-    let (mut done, total) = (0, 2 * starts.len() + dead_times.len());
-    let mut fit_at = |point: &Point| {
-        let fit = thinned.fit(point, None);
-        done += 1;
-        monitor.evaluated(thinned, &fit, span.at(done, total)).map(|()| fit)
+    // The fits at points, as a part of the work.
+    let mut fits_at = |points: &[Point], part: usize| {
+        let part = span.part(part, 3);
+        let pieces = points.iter().enumerate().map(|(i, point)| (point, part.part(i, points.len()))).collect();
+        monitor.side_by_side(pieces, |point, span, monitor| {
+            let fit = thinned.fit(point, None);
+            monitor.evaluated(thinned, &fit, span.to).map(|()| fit)
+        })
     };
-    let mut fits = starts.iter().map(&mut fit_at).collect::<Result<Vec<_>, _>>()?;
+    let mut fits = fits_at(starts, 0)?;
     fits.sort_by(by_objective);
+    let first = fits[0].point;
+    let with = |start: &Point, dead_time| start.with(Parameter::DeadTime, dead_time);
+    let later: Vec<_> = thinned.space().dead_times().into_iter().map(|dead_time| with(&first, dead_time)).collect();
     let mut best = fits[0].clone();
-    for dead_time in dead_times {
-        let later = fit_at(&fits[0].point.with(Parameter::DeadTime, dead_time))?;
+    for later in fits_at(&later, 1)? {
         if later.objective < (1.0 - DEAD_TIME_MUST_GAIN) * best.objective {
             best = later;
         }
     }
     let dead_time = best.point.get(Parameter::DeadTime);
-    if dead_time != fits[0].point.get(Parameter::DeadTime) {
-        fits =
-            starts.iter().map(|start| fit_at(&start.with(Parameter::DeadTime, dead_time))).collect::<Result<_, _>>()?;
+    if dead_time != first.get(Parameter::DeadTime) {
+        let starts: Vec<_> = starts.iter().map(|start| with(start, dead_time)).collect();
+        fits = fits_at(&starts, 2)?;
         fits.sort_by(by_objective);
     }
     Ok(fits)
@@ -152,12 +156,13 @@ fn refine(
     let (mut done, total) = (0, rounds.iter().map(|(entering, _)| entering).sum());
     for (entering, passes) in rounds.iter().copied() {
         fits.truncate(entering);
-        for fit in &mut fits {
-            let span = whole.part(done, total);
+        let all = fits.into_iter().enumerate();
+        let pieces = all.map(|(number, fit)| (fit, whole.part(done + number, total))).collect();
+        fits = monitor.side_by_side(pieces, |fit, span, monitor| {
             let patience = Patience { gain: 1e-5, passes };
-            *fit = improve(thinned, &fit.point, Some(&*fit), patience, span, monitor)?.0;
-            done += 1;
-        }
+            Ok(improve(thinned, &fit.point, Some(&fit), patience, span, monitor)?.0)
+        })?;
+        done += fits.len();
         fits.sort_by(by_objective);
     }
     Ok(fits.swap_remove(0))
@@ -175,12 +180,11 @@ pub(crate) fn best_attempt(
     span: Span,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<ProjectedFit, Error> {
-    let mut fits = Vec::with_capacity(starts.len());
-    for (number, start) in starts.iter().enumerate() {
-        let span = span.part(number, starts.len());
-        let patience = Patience { gain: 1e-4, passes };
-        fits.push(improve(projection, start, None, patience, span, monitor)?.0);
-    }
+    let all = starts.iter().enumerate();
+    let pieces = all.map(|(number, start)| (start, span.part(number, starts.len()))).collect();
+    let mut fits = monitor.side_by_side(pieces, |start, span, monitor| {
+        Ok(improve(projection, start, None, Patience { gain: 1e-4, passes }, span, monitor)?.0)
+    })?;
     fits.sort_by(by_objective);
     Ok(fits.swap_remove(0))
 }

@@ -109,7 +109,8 @@ use crate::convert::errors;
 ///     that is held out, judged with the record's own offset: a share, or the sample or time ("2s") from which on, one for
 ///     all records or a list of one for each.
 /// progress : callable, optional
-///     Called with (fraction done, best rms error so far). Ctrl-C stops either way.
+///     Called with (fraction done, best rms error so far), in the calling thread. Ctrl-C stops either way. Records of 10 000
+///     samples or more are fitted on all processors; the result has the same bits for any number of them.
 /// keep_partial : bool
 ///     Whether Ctrl-C, or a KeyboardInterrupt that progress raises, ends the search with the best so far as the result,
 ///     its `partial` True, instead of a KeyboardInterrupt.
