@@ -43,8 +43,9 @@ use crate::uncertainty::standard_errors::{Covariance, Spread, StandardErrors};
 /// steps on all of them. `progress` is called after every pass over the records; [`ControlFlow::Break`] stops, with the
 /// best so far as the result ([`Stop::KeepBest`]) or without one.
 ///
-/// Starts and terms that do not wait for each other are searched on all processors if the records have 10 000 samples or more. The
-/// result has the same bits for any number of them, if it was not stopped; `progress` is called by this thread alone.
+/// Starts and terms that need no result of each other are searched on all processors if the records have 10 000 samples or more
+/// together. The result has the same bits for any number of them, if it was not stopped. `progress` is called by this thread alone,
+/// a few passes late at most.
 ///
 /// Input and output may have any unit; weights come in output unit per input unit, the delay in samples.
 ///
@@ -85,8 +86,7 @@ pub fn identify(
     // What is wrong with the whole is said before the search of a part.
     Space::new(records, options)?;
     let asked = options.resolved(records)?;
-    let samples = records.iter().map(|record| record.input().len()).sum();
-    let mut monitor = SearchMonitor::new(progress).on_all_processors(samples);
+    let mut monitor = SearchMonitor::new(progress).on_all_processors(records);
     if is_falling(records) {
         // Nothing else is worth a search if the sign is wrong.
         let plain = asked.hysteresis_and_dead_time();

@@ -8,6 +8,11 @@ use std::thread;
 /// More threads than that are never started, whatever is asked for.
 const MOST: usize = 256;
 
+/// How many threads may run at once.
+pub(crate) fn processors() -> usize {
+    thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
 /// Whether the work is to go on, and how much of it is done.
 pub(crate) struct Shared<'a> {
     threads: usize,

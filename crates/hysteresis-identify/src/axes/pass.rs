@@ -4,7 +4,6 @@
 //! stands by the signal that it multiplies. Eight numbers run at once; blocks of samples keep what is held small.
 
 use std::ops::{ControlFlow, Range};
-use std::thread;
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, Par};
@@ -15,7 +14,7 @@ use super::data::{Data, Stretch};
 use super::point::{Free, Point};
 use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, load, splat};
 use crate::fit::colour::{Autoregression, RowFilter};
-use crate::threads::Shared;
+use crate::threads::{Shared, processors};
 
 /// Samples in a block.
 const BLOCK: usize = 256;
@@ -165,9 +164,8 @@ pub(super) fn residuals(point: &Point, data: &Data, (record, range): &Stretch) -
 
 /// All stretches in turn, each on a thread that is free. None where the work of one of them is.
 fn shared<T: Send>(stretches: &[Stretch], work: impl Fn(&Stretch) -> Option<T> + Sync) -> Option<Vec<T>> {
-    let threads = thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let mut go_on = |_| ControlFlow::Continue(());
-    let all = Shared::new(threads, &mut go_on).all(stretches.len(), false, |i, _| work(&stretches[i]))?;
+    let all = Shared::new(processors(), &mut go_on).all(stretches.len(), false, |i, _| work(&stretches[i]))?;
     all.into_iter().collect()
 }
 

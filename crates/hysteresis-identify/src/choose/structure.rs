@@ -221,10 +221,12 @@ fn last_descents(
         monitor.within(1, 2);
         let fit = match problem.search_around(space.clone(), &point, monitor) {
             Err(Error::Interrupted) if monitor.keeps_best() => {
-                // Once about the weights that were begun with, then about its own.
-                let kept = monitor.kept().unwrap_or(point);
-                let near = problem.at(&space, &kept)?;
-                return Ok((problem.at(&near.space, &kept)?, true));
+                // Once about the weights that were begun with, then about its own. Of several starts that were tried at once, the one
+                // that was looked at first may be worse than what was begun with.
+                let begun = problem.at(&space, &point)?;
+                let kept = monitor.kept().map(|kept| problem.at(&space, &kept)).transpose()?;
+                let best = kept.filter(|kept| kept.fit.objective < begun.fit.objective).unwrap_or(begun);
+                return Ok((problem.at(&best.space, &best.fit.point)?, true));
             }
             searched => searched?,
         };

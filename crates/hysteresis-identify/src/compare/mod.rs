@@ -90,7 +90,6 @@ pub fn compare(
     Space::new(records, &options)?;
     let (mut candidates, omitted) = candidates(records, &options)?;
     let count = candidates.len();
-    let samples = records.iter().map(|record| record.input().len()).sum();
     let (mut judgements, mut law, mut evaluations) = (Vec::new(), None, 0);
     let mut left_out = None;
     // Backwards, as the last of the coupled plays tells the others their weight law.
@@ -106,7 +105,7 @@ pub fn compare(
                 ControlFlow::Continue(()) => ControlFlow::Continue(()),
             }
         };
-        let mut monitor = SearchMonitor::new(&mut report).on_all_processors(samples);
+        let mut monitor = SearchMonitor::new(&mut report).on_all_processors(records);
         let found = match &left_out {
             // The last one tells what all of them leave out.
             None => {
@@ -120,6 +119,7 @@ pub fn compare(
             }
         };
         let searched = monitor.evaluations();
+        // It reports with the evaluations before.
         drop(monitor);
         evaluations += searched;
         law.get_or_insert_with(|| Law::of(&found));

@@ -116,9 +116,9 @@ fn scan(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Vec<ProjectedFit>, Error> {
     // The fits at points, as a part of the work.
-    let mut fits_at = |points: &[Point], part: usize| {
-        let part = span.part(part, 3);
-        let pieces = points.iter().enumerate().map(|(i, point)| (point, part.part(i, points.len()))).collect();
+    let mut fits_at = |points: &[Point], third: usize| {
+        let third = span.part(third, 3);
+        let pieces = points.iter().enumerate().map(|(i, point)| (point, third.part(i, points.len()))).collect();
         monitor.side_by_side(pieces, |point, span, monitor| {
             let fit = thinned.fit(point, None);
             monitor.evaluated(thinned, &fit, span.to).map(|()| fit)
@@ -127,17 +127,17 @@ fn scan(
     let mut fits = fits_at(starts, 0)?;
     fits.sort_by(by_objective);
     let first = fits[0].point;
-    let with = |start: &Point, dead_time| start.with(Parameter::DeadTime, dead_time);
-    let later: Vec<_> = thinned.space().dead_times().into_iter().map(|dead_time| with(&first, dead_time)).collect();
+    let delayed = |start: &Point, dead_time| start.with(Parameter::DeadTime, dead_time);
+    let later: Vec<_> = thinned.space().dead_times().into_iter().map(|dead_time| delayed(&first, dead_time)).collect();
     let mut best = fits[0].clone();
-    for later in fits_at(&later, 1)? {
-        if later.objective < (1.0 - DEAD_TIME_MUST_GAIN) * best.objective {
-            best = later;
+    for fit in fits_at(&later, 1)? {
+        if fit.objective < (1.0 - DEAD_TIME_MUST_GAIN) * best.objective {
+            best = fit;
         }
     }
     let dead_time = best.point.get(Parameter::DeadTime);
     if dead_time != first.get(Parameter::DeadTime) {
-        let starts: Vec<_> = starts.iter().map(|start| with(start, dead_time)).collect();
+        let starts: Vec<_> = starts.iter().map(|start| delayed(start, dead_time)).collect();
         fits = fits_at(&starts, 2)?;
         fits.sort_by(by_objective);
     }

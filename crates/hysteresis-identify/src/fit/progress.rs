@@ -1,16 +1,16 @@
 //! How far a search is, and whether it is to stop.
 
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 use crate::error::Error;
 use crate::fit::point::Point;
 use crate::fit::projection::{ProjectedFit, Projection};
+use crate::records::record::Record;
 use crate::records::signal::as_f64;
-use crate::threads::Shared;
+use crate::threads::{Shared, processors};
 
 /// What the search is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ pub enum Stop {
     KeepBest,
 }
 
-/// A pass over fewer samples takes about as long as a thread takes to begin.
+/// With fewer samples threads gain little.
 const WORTH_A_THREAD: usize = 10_000;
 
 const WHOLE: Span = Span { from: 0.0, to: 1.0 };
@@ -60,7 +60,7 @@ type Report<'a> = dyn FnMut(&Progress, Option<&Point>) -> ControlFlow<Stop> + 'a
 /// Counts evaluations and reports them.
 pub(crate) struct SearchMonitor<'a> {
     report: Box<Report<'a>>,
-    /// Searches that do not wait for each other are shared out among so many threads.
+    /// Searches that need no result of each other are shared out among so many threads.
     threads: usize,
     now: Progress,
     /// Where the smallest error of this stage was found.
@@ -94,9 +94,9 @@ impl<'a> SearchMonitor<'a> {
     }
 
     /// The same on all processors, if the records have so many samples that a pass over them is worth a thread.
-    pub(crate) fn on_all_processors(self, samples: usize) -> Self {
-        let all = || thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        Self { threads: if samples < WORTH_A_THREAD { 1 } else { all() }, ..self }
+    pub(crate) fn on_all_processors(self, records: &[Record<'_>]) -> Self {
+        let samples: usize = records.iter().map(|record| record.input().len()).sum();
+        Self { threads: if samples < WORTH_A_THREAD { 1 } else { processors() }, ..self }
     }
 
     /// The best point so far, if the search was stopped and that is to be kept.
@@ -197,16 +197,17 @@ impl<'a> SearchMonitor<'a> {
     }
 }
 
-/// An evaluation on another thread: of which piece of work, and what it reports.
+/// An evaluation on another thread: of which piece of work, how far that is, and the best so far.
 struct Message {
     piece: usize,
-    now: Progress,
+    fraction: f64,
+    best_rmse: f64,
     best: Option<Point>,
 }
 
 impl SearchMonitor<'_> {
-    /// What comes of pieces of work that do not wait for each other, each with its part of the work: the same for any number of threads. This
-    /// thread reports what the others do.
+    /// What comes of pieces of work that need no result of each other, each with its part of the work, one after the other: the same for any
+    /// number of threads. This thread reports what the others do. A piece may evaluate, and share out work of its own.
     pub(crate) fn side_by_side<T: Send, U: Send>(
         &mut self,
         pieces: Vec<(T, Span)>,
@@ -216,52 +217,56 @@ impl SearchMonitor<'_> {
         if threads < 2 {
             return pieces.into_iter().map(|(piece, span)| work(piece, span, self)).collect();
         }
-        let (pieces, spans): (Vec<_>, Vec<_>) =
-            pieces.into_iter().map(|(piece, span)| (Mutex::new(Some(piece)), span)).unzip();
-        let (stopped, of_each) = (AtomicBool::new(false), self.threads / threads);
-        let one = |number: usize, messages: &Sender<Message>| {
-            let begun = pieces[number].lock().unwrap_or_else(PoisonError::into_inner).take();
-            let piece = begun.filter(|_| !stopped.load(Ordering::Relaxed)).ok_or(Error::Interrupted)?;
+        let spans: Vec<_> = pieces.iter().map(|(_, span)| *span).collect();
+        let pieces: Vec<_> = pieces.into_iter().map(|piece| Mutex::new(Some(piece))).collect();
+        let taken = |number: usize| pieces[number].lock().unwrap_or_else(PoisonError::into_inner).take();
+        let threads_of_each = self.threads / threads;
+        let work_on = |number: usize, sender: &SyncSender<Message>| {
+            let (piece, span) = taken(number).ok_or(Error::Interrupted)?;
             let report = |now: &Progress, best: Option<&Point>| {
+                let Progress { fraction, best_rmse, .. } = *now;
+                let told = sender.send(Message { piece: number, fraction, best_rmse, best: best.copied() });
                 // Whoever does not listen any more has stopped this.
-                let _ = messages.send(Message { piece: number, now: *now, best: best.copied() });
-                let goes_on = !stopped.load(Ordering::Relaxed);
-                if goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(Stop::Discard) }
+                if told.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(Stop::Discard) }
             };
-            let mut monitor = SearchMonitor::reporting(Box::new(report), of_each);
-            monitor.now.fraction = spans[number].from;
-            work(piece, spans[number], &mut monitor)
+            let mut monitor = SearchMonitor::reporting(Box::new(report), threads_of_each);
+            monitor.now.fraction = span.from;
+            work(piece, span, &mut monitor)
         };
-        let (messages, told) = channel();
-        let (reported, results) = thread::scope(|scope| {
-            let mut goes_on = |_| ControlFlow::Continue(());
-            let others = scope.spawn(move || {
-                Shared::new(threads, &mut goes_on).all(count, false, |number, _| one(number, &messages))
-            });
-            let reported = self.report_pieces(&spans, &told, &stopped);
-            (reported, others.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+        let (sender, messages) = sync_channel(threads);
+        let done = thread::scope(|scope| {
+            let all = || {
+                let sender = sender;
+                let mut goes_on = |_| ControlFlow::Continue(());
+                Shared::new(threads, &mut goes_on).all(count, false, |number, _| work_on(number, &sender))
+            };
+            let others = thread::Builder::new().spawn_scoped(scope, all).ok()?;
+            let reported = self.report_pieces(&spans, messages);
+            Some((reported, others.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))))
         });
+        let Some((reported, results)) = done else {
+            // The system refuses threads.
+            let pieces = (0..count).filter_map(taken);
+            return pieces.map(|(piece, span)| work(piece, span, self)).collect();
+        };
         reported?;
-        results.unwrap_or_default().into_iter().collect()
+        results.ok_or(Error::Interrupted)?.into_iter().collect()
     }
 
-    /// Reports what other threads do until all of it is done; tells them if it is to stop.
-    fn report_pieces(&mut self, spans: &[Span], told: &Receiver<Message>, stopped: &AtomicBool) -> Result<(), Error> {
+    /// Reports what other threads do until all of it is done, or it is to stop: then nobody listens to them any more.
+    fn report_pieces(&mut self, spans: &[Span], messages: Receiver<Message>) -> Result<(), Error> {
+        let (begin, end) = (spans[0].from, spans[spans.len() - 1].to);
         let mut reached: Vec<f64> = spans.iter().map(|span| span.from).collect();
-        let mut reported = Ok(());
-        for Message { piece, now, best } in told {
-            if reported.is_err() {
-                continue;
+        for Message { piece, fraction, best_rmse, best } in messages {
+            if best_rmse < self.now.best_rmse {
+                (self.now.best_rmse, self.best) = (best_rmse, best);
             }
-            if now.best_rmse < self.now.best_rmse {
-                (self.now.best_rmse, self.best) = (now.best_rmse, best);
-            }
-            reached[piece] = now.fraction;
+            reached[piece] = fraction;
             let done: f64 = reached.iter().zip(spans).map(|(reached, span)| reached - span.from).sum();
-            reported = self.counted(spans[0].from + done);
-            stopped.store(reported.is_err(), Ordering::Relaxed);
+            // A sum may be a rounding beyond where what follows begins.
+            self.counted((begin + done).min(end))?;
         }
-        reported
+        Ok(())
     }
 }
 
@@ -290,13 +295,26 @@ impl Span {
 
 #[cfg(test)]
 mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use crate::fit::point::Parameter;
+
     use super::*;
 
-    const PIECES: usize = 7;
-    const LOOKS: usize = PIECES * (PIECES + 1) / 2;
+    /// So many pieces of work side by side, then so many.
+    const ROUNDS: [usize; 2] = [31, 11];
 
-    /// Pieces of work that each look `number + 1` times and come to their number's square; with what is reported, and whether it was stopped
-    /// at a report.
+    /// A piece of work looks so many times.
+    fn looks(number: usize) -> usize {
+        number % 4 + 2
+    }
+
+    fn all_looks() -> usize {
+        ROUNDS.into_iter().map(|pieces| (0..pieces).map(looks).sum::<usize>()).sum()
+    }
+
+    /// What comes of them, the square of each number, what is reported, and whether the best is kept, if it is stopped at a report.
     fn side_by_side(threads: usize, stop: Option<(usize, Stop)>) -> (Result<Vec<usize>, Error>, Vec<Progress>, bool) {
         let mut seen: Vec<Progress> = Vec::new();
         let mut report = |now: &Progress| {
@@ -307,13 +325,15 @@ mod tests {
             }
         };
         let mut monitor = SearchMonitor::new(&mut report).on_threads(threads);
-        let whole = Span { from: 0.2, to: 0.9 };
-        let pieces = (0..PIECES).map(|number| (number, whole.part(number, PIECES))).collect();
-        let found = monitor.side_by_side(pieces, |number, span, monitor| {
-            (0..=number).try_for_each(|look| monitor.counted(span.at(look + 1, number + 1)))?;
-            Ok(number * number)
-        });
-        assert_eq!(monitor.threads, threads);
+        let (whole, all) = (Span { from: 0.2, to: 0.9 }, ROUNDS.iter().sum());
+        let mut round = |first: usize, pieces: usize| {
+            let pieces = (0..pieces).map(|number| (number, whole.part(first + number, all))).collect();
+            monitor.side_by_side(pieces, |number, span, monitor| {
+                (0..looks(number)).try_for_each(|look| monitor.counted(span.at(look, looks(number) - 1)))?;
+                Ok(number * number)
+            })
+        };
+        let found = round(0, ROUNDS[0]).and_then(|first| Ok([first, round(ROUNDS[0], ROUNDS[1])?].concat()));
         let keeps_best = monitor.keeps_best();
         drop(monitor);
         (found, seen, keeps_best)
@@ -321,14 +341,16 @@ mod tests {
 
     #[test]
     fn work_side_by_side_is_the_same_for_any_number_of_threads_and_every_look_is_reported() {
-        for threads in [1, 2, 3, 20] {
+        let squares: Vec<usize> =
+            ROUNDS.into_iter().flat_map(|pieces| 0..pieces).map(|number| number * number).collect();
+        for threads in [1, 2, 3, 40] {
             let (found, seen, _) = side_by_side(threads, None);
-            assert_eq!(found.unwrap(), (0..PIECES).map(|number| number * number).collect::<Vec<_>>());
-            assert_eq!(seen.len(), LOOKS);
+            assert_eq!(found.unwrap(), squares);
+            assert_eq!(seen.len(), all_looks());
             for (number, now) in seen.iter().enumerate() {
                 assert_eq!(now.evaluations, number + 1);
             }
-            assert!(seen.windows(2).all(|pair| pair[0].fraction <= pair[1].fraction) && seen[0].fraction > 0.2);
+            assert!(seen.windows(2).all(|pair| pair[0].fraction <= pair[1].fraction));
             assert!((seen[seen.len() - 1].fraction - 0.9).abs() < 1e-12);
         }
     }
@@ -336,7 +358,7 @@ mod tests {
     #[test]
     fn work_side_by_side_ends_with_the_report_that_stops_it() {
         for threads in [1, 3] {
-            for (at, stop) in [(1, Stop::Discard), (9, Stop::KeepBest), (LOOKS, Stop::Discard)] {
+            for (at, stop) in [(1, Stop::Discard), (9, Stop::KeepBest), (all_looks(), Stop::Discard)] {
                 let (found, seen, keeps_best) = side_by_side(threads, Some((at, stop)));
                 assert!(matches!(found, Err(Error::Interrupted)), "{threads} {at}");
                 assert_eq!((seen.len(), keeps_best), (at, stop == Stop::KeepBest));
@@ -344,12 +366,55 @@ mod tests {
         }
     }
 
+    /// The best of all pieces is kept, wherever it was found: also one that shared out its own work.
+    #[test]
+    fn the_best_of_work_side_by_side_is_kept() {
+        for threads in [1, 2, 6] {
+            let mut report = |now: &Progress| {
+                if now.evaluations == 12 { ControlFlow::Break(Stop::KeepBest) } else { ControlFlow::Continue(()) }
+            };
+            let mut monitor = SearchMonitor::new(&mut report).on_threads(threads);
+            let at = |number: i32| Point::zero().with(Parameter::Ra, f64::from(number));
+            let pieces = (0..3).map(|number| (number, WHOLE.part(0, 1))).collect();
+            let found = monitor.side_by_side(pieces, |piece: i32, span, monitor| {
+                let inner = (0..4).map(|number| (number, span)).collect();
+                monitor.side_by_side(inner, |number: i32, _, monitor| {
+                    let error = f64::from((4 * piece + number - 7).abs());
+                    (monitor.now.best_rmse, monitor.best) = (error, Some(at(4 * piece + number)));
+                    monitor.counted(0.5)
+                })
+            });
+            assert!(matches!(found, Err(Error::Interrupted)));
+            if threads > 1 {
+                assert_eq!(monitor.kept(), Some(at(7)));
+            }
+        }
+    }
+
+    /// A report that panics stops what the other threads do.
+    #[test]
+    fn a_report_that_panics_ends_work_side_by_side() {
+        let begun = AtomicUsize::new(0);
+        let mut report = |_: &Progress| -> ControlFlow<Stop> { panic!("of the report") };
+        let mut monitor = SearchMonitor::new(&mut report).on_threads(2);
+        let pieces = (0..4).map(|number| (number, WHOLE.part(number, 4))).collect();
+        let work = |_: usize, span: Span, monitor: &mut SearchMonitor<'_>| {
+            (0..1000).try_for_each(|_| {
+                begun.fetch_add(1, Ordering::Relaxed);
+                monitor.counted(span.from)
+            })
+        };
+        let panic = catch_unwind(AssertUnwindSafe(|| monitor.side_by_side(pieces, work))).unwrap_err();
+        assert_eq!(panic.downcast_ref(), Some(&"of the report"));
+        assert!(begun.into_inner() < 100);
+    }
+
     #[test]
     fn the_first_error_of_work_side_by_side_is_handed_over() {
         for threads in [1, 3] {
             let mut report = |_: &Progress| ControlFlow::Continue(());
             let mut monitor = SearchMonitor::new(&mut report).on_threads(threads);
-            let pieces = (0..5).map(|number| (number, WHOLE)).collect();
+            let pieces = (0..5).map(|number| (number, WHOLE.part(number, 5))).collect();
             let found = monitor.side_by_side(pieces, |number: usize, _, _| match number {
                 2 | 3 => Err(Error::TooFewSamples { expected: 9, got: number }),
                 _ => Ok(number),

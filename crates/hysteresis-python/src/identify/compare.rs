@@ -247,7 +247,8 @@ impl Comparison {
 /// skip : int or list of int
 ///     Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
 /// progress : callable, optional
-///     Called with (fraction done, best rms error so far). Ctrl-C stops either way.
+///     Called with (fraction done, best rms error so far), in the calling thread. Ctrl-C stops either way. All processors are
+///     used, as by identify.
 ///
 /// Returns
 /// -------

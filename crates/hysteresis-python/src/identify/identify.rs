@@ -110,7 +110,7 @@ use crate::convert::errors;
 ///     all records or a list of one for each.
 /// progress : callable, optional
 ///     Called with (fraction done, best rms error so far), in the calling thread. Ctrl-C stops either way. Records of 10 000
-///     samples or more are fitted on all processors; the result has the same bits for any number of them.
+///     samples or more together are fitted on all processors; the result has the same bits for any number of them.
 /// keep_partial : bool
 ///     Whether Ctrl-C, or a KeyboardInterrupt that progress raises, ends the search with the best so far as the result,
 ///     its `partial` True, instead of a KeyboardInterrupt.
