@@ -13,6 +13,11 @@ pub(crate) fn processors() -> usize {
     thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
+/// What comes of work number 0 to `count` - 1, in this order, that nobody is told of or stops.
+pub(crate) fn all<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T + Sync) -> Option<Vec<T>> {
+    Shared::new(threads, &mut |_| ControlFlow::Continue(())).all(count, false, |number, _| work(number))
+}
+
 /// Whether the work is to go on, and how much of it is done.
 pub(crate) struct Shared<'a> {
     threads: usize,

@@ -3,7 +3,7 @@
 //! The tangent of a number is a run of the same dynamics with the slopes of the operators, driven where the number
 //! stands by the signal that it multiplies. Eight numbers run at once; blocks of samples keep what is held small.
 
-use std::ops::{ControlFlow, Range};
+use std::ops::Range;
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, Par};
@@ -14,7 +14,7 @@ use super::data::{Data, Stretch};
 use super::point::{Free, Point};
 use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, load, splat};
 use crate::fit::colour::{Autoregression, RowFilter};
-use crate::threads::{Shared, processors};
+use crate::threads;
 
 /// Samples in a block.
 const BLOCK: usize = 256;
@@ -164,9 +164,7 @@ pub(super) fn residuals(point: &Point, data: &Data, (record, range): &Stretch) -
 
 /// All stretches in turn, each on a thread that is free. None where the work of one of them is.
 fn shared<T: Send>(stretches: &[Stretch], work: impl Fn(&Stretch) -> Option<T> + Sync) -> Option<Vec<T>> {
-    let mut go_on = |_| ControlFlow::Continue(());
-    let all = Shared::new(processors(), &mut go_on).all(stretches.len(), false, |i, _| work(&stretches[i]))?;
-    all.into_iter().collect()
+    threads::all(threads::processors(), stretches.len(), |i| work(&stretches[i]))?.into_iter().collect()
 }
 
 /// What is missed of all stretches, one after the other.

@@ -117,8 +117,7 @@ fn scan(
 ) -> Result<Vec<ProjectedFit>, Error> {
     // The fits at points, as a part of the work.
     let mut fits_at = |points: &[Point], third: usize| {
-        let third = span.part(third, 3);
-        let pieces = points.iter().enumerate().map(|(i, point)| (point, third.part(i, points.len()))).collect();
+        let pieces = span.part(third, 3).shared_by(points.iter().collect());
         monitor.side_by_side(pieces, |point, span, monitor| {
             let fit = thinned.fit(point, None);
             monitor.evaluated(thinned, &fit, span.to).map(|()| fit)
@@ -156,13 +155,12 @@ fn refine(
     let (mut done, total) = (0, rounds.iter().map(|(entering, _)| entering).sum());
     for (entering, passes) in rounds.iter().copied() {
         fits.truncate(entering);
-        let all = fits.into_iter().enumerate();
-        let pieces = all.map(|(number, fit)| (fit, whole.part(done + number, total))).collect();
-        fits = monitor.side_by_side(pieces, |fit, span, monitor| {
+        let round = Span { from: whole.at(done, total), to: whole.at(done + fits.len(), total) };
+        done += fits.len();
+        fits = monitor.side_by_side(round.shared_by(fits), |fit, span, monitor| {
             let patience = Patience { gain: 1e-5, passes };
             Ok(improve(thinned, &fit.point, Some(&fit), patience, span, monitor)?.0)
         })?;
-        done += fits.len();
         fits.sort_by(by_objective);
     }
     Ok(fits.swap_remove(0))
@@ -180,9 +178,7 @@ pub(crate) fn best_attempt(
     span: Span,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<ProjectedFit, Error> {
-    let all = starts.iter().enumerate();
-    let pieces = all.map(|(number, start)| (start, span.part(number, starts.len()))).collect();
-    let mut fits = monitor.side_by_side(pieces, |start, span, monitor| {
+    let mut fits = monitor.side_by_side(span.shared_by(starts.iter().collect()), |start, span, monitor| {
         Ok(improve(projection, start, None, Patience { gain: 1e-4, passes }, span, monitor)?.0)
     })?;
     fits.sort_by(by_objective);

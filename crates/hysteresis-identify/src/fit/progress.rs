@@ -10,7 +10,7 @@ use crate::fit::point::Point;
 use crate::fit::projection::{ProjectedFit, Projection};
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
-use crate::threads::{Shared, processors};
+use crate::threads;
 
 /// What the search is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +96,7 @@ impl<'a> SearchMonitor<'a> {
     /// The same on all processors, if the records have so many samples that a pass over them is worth a thread.
     pub(crate) fn on_all_processors(self, records: &[Record<'_>]) -> Self {
         let samples: usize = records.iter().map(|record| record.input().len()).sum();
-        Self { threads: if samples < WORTH_A_THREAD { 1 } else { processors() }, ..self }
+        Self { threads: if samples < WORTH_A_THREAD { 1 } else { threads::processors() }, ..self }
     }
 
     /// The best point so far, if the search was stopped and that is to be kept.
@@ -213,14 +213,14 @@ impl SearchMonitor<'_> {
         pieces: Vec<(T, Span)>,
         work: impl Fn(T, Span, &mut SearchMonitor<'_>) -> Result<U, Error> + Sync,
     ) -> Result<Vec<U>, Error> {
-        let (count, threads) = (pieces.len(), self.threads.min(pieces.len()));
-        if threads < 2 {
+        let (count, at_once) = (pieces.len(), self.threads.min(pieces.len()));
+        if at_once < 2 {
             return pieces.into_iter().map(|(piece, span)| work(piece, span, self)).collect();
         }
         let spans: Vec<_> = pieces.iter().map(|(_, span)| *span).collect();
         let pieces: Vec<_> = pieces.into_iter().map(|piece| Mutex::new(Some(piece))).collect();
         let taken = |number: usize| pieces[number].lock().unwrap_or_else(PoisonError::into_inner).take();
-        let threads_of_each = self.threads / threads;
+        let threads_of_each = self.threads / at_once;
         let work_on = |number: usize, sender: &SyncSender<Message>| {
             let (piece, span) = taken(number).ok_or(Error::Interrupted)?;
             let report = |now: &Progress, best: Option<&Point>| {
@@ -233,12 +233,12 @@ impl SearchMonitor<'_> {
             monitor.now.fraction = span.from;
             work(piece, span, &mut monitor)
         };
-        let (sender, messages) = sync_channel(threads);
+        let (sender, messages) = sync_channel(at_once);
         let done = thread::scope(|scope| {
             let all = || {
+                // Messages end with this thread.
                 let sender = sender;
-                let mut goes_on = |_| ControlFlow::Continue(());
-                Shared::new(threads, &mut goes_on).all(count, false, |number, _| work_on(number, &sender))
+                threads::all(at_once, count, |number| work_on(number, &sender))
             };
             let others = thread::Builder::new().spawn_scoped(scope, all).ok()?;
             let reported = self.report_pieces(&spans, messages);
@@ -286,6 +286,12 @@ impl Span {
     /// The part number `number` of so many equal ones.
     pub(crate) fn part(self, number: usize, of: usize) -> Self {
         Self { from: self.at(number, of), to: self.at(number + 1, of) }
+    }
+
+    /// Pieces of work with equal parts of it.
+    pub(crate) fn shared_by<T>(self, pieces: Vec<T>) -> Vec<(T, Self)> {
+        let count = pieces.len();
+        pieces.into_iter().enumerate().map(|(number, piece)| (piece, self.part(number, count))).collect()
     }
 
     pub(crate) fn at(self, done: usize, of: usize) -> f64 {
@@ -375,19 +381,17 @@ mod tests {
             };
             let mut monitor = SearchMonitor::new(&mut report).on_threads(threads);
             let at = |number: i32| Point::zero().with(Parameter::Ra, f64::from(number));
-            let pieces = (0..3).map(|number| (number, WHOLE.part(0, 1))).collect();
-            let found = monitor.side_by_side(pieces, |piece: i32, span, monitor| {
-                let inner = (0..4).map(|number| (number, span)).collect();
-                monitor.side_by_side(inner, |number: i32, _, monitor| {
+            let found = monitor.side_by_side(WHOLE.shared_by((0..3).collect()), |piece: i32, span, monitor| {
+                monitor.side_by_side(span.shared_by((0..4).collect()), |number: i32, span, monitor| {
                     let error = f64::from((4 * piece + number - 7).abs());
-                    (monitor.now.best_rmse, monitor.best) = (error, Some(at(4 * piece + number)));
-                    monitor.counted(0.5)
+                    if error < monitor.now.best_rmse {
+                        (monitor.now.best_rmse, monitor.best) = (error, Some(at(4 * piece + number)));
+                    }
+                    monitor.counted(span.to)
                 })
             });
             assert!(matches!(found, Err(Error::Interrupted)));
-            if threads > 1 {
-                assert_eq!(monitor.kept(), Some(at(7)));
-            }
+            assert_eq!(monitor.kept(), Some(at(7)));
         }
     }
 
@@ -397,7 +401,7 @@ mod tests {
         let begun = AtomicUsize::new(0);
         let mut report = |_: &Progress| -> ControlFlow<Stop> { panic!("of the report") };
         let mut monitor = SearchMonitor::new(&mut report).on_threads(2);
-        let pieces = (0..4).map(|number| (number, WHOLE.part(number, 4))).collect();
+        let pieces = WHOLE.shared_by((0..4).collect());
         let work = |_: usize, span: Span, monitor: &mut SearchMonitor<'_>| {
             (0..1000).try_for_each(|_| {
                 begun.fetch_add(1, Ordering::Relaxed);
@@ -414,7 +418,7 @@ mod tests {
         for threads in [1, 3] {
             let mut report = |_: &Progress| ControlFlow::Continue(());
             let mut monitor = SearchMonitor::new(&mut report).on_threads(threads);
-            let pieces = (0..5).map(|number| (number, WHOLE.part(number, 5))).collect();
+            let pieces = WHOLE.shared_by((0..5).collect());
             let found = monitor.side_by_side(pieces, |number: usize, _, _| match number {
                 2 | 3 => Err(Error::TooFewSamples { expected: 9, got: number }),
                 _ => Ok(number),
