@@ -80,7 +80,7 @@ pub use terms::duhem::{DuhemModel, DuhemTable};
 pub use terms::dynamics::{AmplifierModel, DynamicsModel, ModesModel, Order};
 pub use terms::loop_shift::LoopShiftModel;
 pub use terms::maps::MapModel;
-pub use terms::operators::{ModelKind, Thresholds};
+pub use terms::operators::{ModelKind, RatiosModel, Thresholds};
 pub use terms::slow_gain::SlowGainModel;
 pub use terms::weights::WeightLaw;
 pub use uncertainty::standard_errors::{Covariance, StandardErrors};

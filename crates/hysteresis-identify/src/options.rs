@@ -11,7 +11,7 @@ use crate::terms::duhem::DuhemModel;
 use crate::terms::dynamics::{AmplifierModel, DynamicsModel, ModesModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
-use crate::terms::operators::{ModelKind, Thresholds};
+use crate::terms::operators::{ModelKind, RatiosModel, Thresholds};
 use crate::terms::slow_gain::SlowGainModel;
 use crate::terms::weights::{WeightBasis, WeightLaw};
 
@@ -29,15 +29,24 @@ pub enum Setting<T> {
     Fixed(T),
 }
 
+impl From<Setting<Ratios>> for RatiosModel {
+    fn from(ratios: Setting<Ratios>) -> Self {
+        match ratios {
+            Setting::Fit => Self::Fit,
+            Setting::Fixed(ratios) => Self::Fixed(ratios),
+        }
+    }
+}
+
 /// The options of [`identify`](crate::identify): by default a modified model of 20 operators, or of more where that predicts better,
 /// everything searched.
 ///
 /// ```
 /// use hysteresis_core::Ratios;
-/// use hysteresis_identify::{Options, Setting, Thresholds};
+/// use hysteresis_identify::{Options, RatiosModel, Setting, Thresholds};
 /// let options = Options {
 ///     thresholds: Thresholds::Uniform(16),
-///     ratios: Setting::Fixed(Ratios::PAPER),
+///     ratios: RatiosModel::Fixed(Ratios::PAPER),
 ///     ..Options::default()
 /// };
 /// assert_eq!(options.dead_time, Setting::Fit);
@@ -51,8 +60,8 @@ pub struct Options {
     pub weights: WeightLaw,
     /// How many operators, and where.
     pub thresholds: Thresholds,
-    /// ra/r, rb/r, rc/r: searched in 2 >= ra >= rb >= 0, 1 >= rc >= 0. Ignored by the conventional model.
-    pub ratios: Setting<Ratios>,
+    /// The ratios of the thresholds. Ignored by the conventional model.
+    pub ratios: RatiosModel,
     /// Where the operators have their zero, in the unit of the input: searched in the range of the input and a
     /// fifth of that range beyond either end.
     pub input_offset: Setting<f64>,
@@ -105,7 +114,7 @@ impl Default for Options {
             model: ModelKind::default(),
             weights: WeightLaw::default(),
             thresholds: Thresholds::Refined,
-            ratios: Setting::Fit,
+            ratios: RatiosModel::default(),
             input_offset: Setting::Fit,
             dt: None,
             dynamics: DynamicsModel::default(),
@@ -167,6 +176,22 @@ impl Options {
             WeightLaw::Quadratic => self.operators() > 4,
             WeightLaw::Split => self.model == ModelKind::Modified && self.operators() > 1,
         }
+    }
+
+    /// Whether the operators are plays: by their model, or as long as nothing tells that they are coupled.
+    pub(crate) fn has_plays(&self) -> bool {
+        self.model == ModelKind::Conventional || self.ratios == RatiosModel::Auto
+    }
+
+    /// Whether it is open that the operators, which are plays so far, are coupled.
+    pub(crate) fn chooses_coupling(&self) -> bool {
+        self.model == ModelKind::Modified && self.ratios == RatiosModel::Auto
+    }
+
+    /// The same with coupled plays whose ratios are searched, where these were left open.
+    pub(crate) fn with_coupled_plays(&self) -> Self {
+        let ratios = if self.ratios == RatiosModel::Auto { RatiosModel::Fit } else { self.ratios };
+        Self { ratios, ..self.clone() }
     }
 
     /// Whether something was asked for that counts in seconds.
@@ -247,7 +272,7 @@ impl Options {
         if let Thresholds::Given(thresholds) = &self.thresholds {
             check_thresholds(thresholds)?;
         }
-        if let Setting::Fixed(ratios) = self.ratios {
+        if let RatiosModel::Fixed(ratios) = self.ratios {
             let offsets = hysteresis_core::Offsets::default();
             hysteresis_core::ModifiedPrandtlIshlinskii::from_ratios(&[1.0], &[0.0], ratios, offsets)?;
         }

@@ -112,6 +112,10 @@ fn best_of_directions(
     let mut best: Option<(Found, CrossValidation)> = None;
     for Direction { starts, .. } in &directions {
         let found = searched(records, asked, &begun, starts, monitor)?;
+        // What was stopped on its way is compared with nothing.
+        if found.partial {
+            return Err(Error::Interrupted);
+        }
         if !rises(&found) {
             continue;
         }

@@ -22,6 +22,9 @@ use crate::records::signal::as_f64;
 /// So many fits go on from where they were: the fewer glitches are left, the smaller ones are seen.
 const ROUNDS: usize = 5;
 
+/// So often everything is chosen anew without them.
+const CHOICES: usize = 3;
+
 /// What is left out of every record.
 pub(crate) type LeftOut = Vec<Vec<usize>>;
 
@@ -43,8 +46,13 @@ pub(crate) fn search_without_glitches(
     // The part of the work before is done: progress does not go back.
     monitor.hold();
     let (mut found, mut left_out) = settled(records, plain.clone(), given.clone(), limit, monitor)?;
-    if !found.partial && left_out != given {
+    let mut chosen_without = given.clone();
+    for _ in 0..CHOICES {
+        if found.partial || left_out == chosen_without {
+            break;
+        }
         found = search_all(&leaving_out(records, &left_out)?, asked, monitor)?;
+        chosen_without.clone_from(&left_out);
         (found, left_out) = settled(records, found, left_out, limit, monitor)?;
     }
     // What is no glitch for a better fit was none.

@@ -8,12 +8,14 @@ use crate::choose::structure::{with_operators_chosen, with_structure};
 use crate::error::Error;
 use crate::fit::descent::search;
 use crate::fit::joint::{JointFit, JointProblem};
-use crate::fit::progress::{SearchMonitor, Span};
+use crate::fit::point::{Parameter, Point};
+use crate::fit::progress::{SearchMonitor, SearchStage, Span};
 use crate::fit::projection::levels;
 use crate::fit::space::Space;
-use crate::options::Options;
+use crate::options::{Options, Setting};
 use crate::records::record::Record;
 use crate::terms::dynamics::DynamicsModel;
+use crate::terms::weights::WeightBasis;
 
 /// The best of everything that was asked for; `asked` leaves nothing open that the records cannot tell.
 pub(crate) fn search_all(
@@ -30,9 +32,16 @@ pub(crate) fn search_all(
     Ok(found)
 }
 
-/// The same with a number of operators that is known, and with dynamics that may still stand in for what the hysteresis lacks.
+/// The same with a number of operators that is known, and with dynamics that may still stand in for what the hysteresis lacks. Where coupled
+/// plays are better than the plays that were asked for first, everything is searched once more with them.
 fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     let plays = search_terms(records, asked, monitor)?;
+    if asked.chooses_coupling() && !plays.options.chooses_coupling() {
+        // The part of the work before is done: progress does not go back.
+        monitor.hold();
+        monitor.enter(SearchStage::Scan);
+        return search_fit(records, &asked.with_coupled_plays(), monitor);
+    }
     with_duhem(records, asked, plays, monitor)
 }
 
@@ -186,6 +195,7 @@ fn search_beside(
     let space = beside(Space::new(records, options)?);
     let basis = options.weight_basis(space.shift_len());
     let smoothness = options.given_smoothness();
+    let space = begun_at_virgin_plays(records, options, space, &basis)?;
     let levels = levels(records, &space, &basis, smoothness, false)?;
     let searched = match monitor.kept() {
         Some(_) => Err(Error::Interrupted),
@@ -209,6 +219,31 @@ fn search_beside(
         untold_map: None,
         partial,
     })
+}
+
+/// By which factor plays that are virgin elsewhere must lower the objective of those that are where the first record begins.
+const MUST_GAIN_ELSEWHERE: f64 = 1.5;
+
+/// The same with plays that are virgin at rest, at an end of the range or in its middle, where that is left open and far better than
+/// where the first record begins.
+fn begun_at_virgin_plays(
+    records: &[Record<'_>],
+    options: &Options,
+    space: Space,
+    basis: &WeightBasis,
+) -> Result<Space, Error> {
+    if !options.chooses_coupling() || options.input_offset != Setting::Fit {
+        return Ok(space);
+    }
+    let levels = levels(records, &space, basis, options.given_smoothness(), true)?;
+    let objective = |point: &Point| levels[0].fit(point, None).objective;
+    let (low, high) = space.input_bounds();
+    let places = [0.0, 0.5 * (low + high), low, high].into_iter().filter(|place| (low..=high).contains(place));
+    let elsewhere = places.map(|place| (place, objective(&space.origin().with(Parameter::InputOffset, place))));
+    let best = elsewhere.min_by(|(_, p), (_, q)| p.total_cmp(q));
+    let here = objective(space.origin());
+    let better = best.filter(|(_, there)| MUST_GAIN_ELSEWHERE * there < here);
+    Ok(better.map_or_else(|| space.clone(), |(place, _)| space.with_known(Parameter::InputOffset, place)))
 }
 
 /// The same with dynamics, creep and the dead time that belongs to them behind the hysteresis; `is_open` is whether dynamics may

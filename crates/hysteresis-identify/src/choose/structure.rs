@@ -146,7 +146,8 @@ pub(crate) fn with_creep_amplitudes(point: &Point, space: &Space, amplitudes: us
 /// that goes in the last of them has one more.
 const DESCENTS: usize = 3;
 
-/// The same with what cross-validation chooses, fitted anew.
+/// The same with what cross-validation chooses, fitted anew; what was found as it is, but with coupled plays asked for in its options, where
+/// these are better than plays: then everything before was sought with other hysteresis.
 pub(crate) fn with_structure(
     records: &[Record<'_>],
     asked: &Options,
@@ -165,6 +166,9 @@ pub(crate) fn with_structure(
         let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
         return restructured(records, asked, found, place, monitor);
     };
+    if found.options.chooses_coupling() && !options.chooses_coupling() {
+        return Ok(Found { options, ..found });
+    }
     // An amplitude for every decade was chosen for good.
     let settled = if options.creep == CreepModel::EveryDecade { options.creep.clone() } else { asked.creep.clone() };
     let asked = &Options { creep: settled, ..asked.clone() };

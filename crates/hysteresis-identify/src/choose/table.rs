@@ -25,9 +25,11 @@ use crate::options::Options;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::terms::creep::CreepModel;
+use crate::terms::duhem::DuhemModel;
 use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::{MapModel, OutputMap};
+use crate::terms::operators::RatiosModel;
 use crate::terms::slow_gain::SlowGainModel;
 use crate::terms::weights::WeightBasis;
 
@@ -53,9 +55,10 @@ trait Term: Sync {
 }
 
 /// The terms. What makes a stage harder to read must gain a tenth of the error: more unknowns cost something.
-const TABLE: [Row; 8] = [
+const TABLE: [Row; 9] = [
     Row { terms: 1, is_costly: false, term: &Curves { in_front: true, behind: false } },
     Row { terms: 1, is_costly: false, term: &Curves { in_front: false, behind: true } },
+    Row { terms: 1, is_costly: false, term: &CoupledPlays },
     Row { terms: 1, is_costly: false, term: &CreepOfEveryDecade },
     Row { terms: 1, is_costly: false, term: &SlowGainOfUsualTime },
     Row { terms: 0, is_costly: false, term: &NoDynamics },
@@ -118,7 +121,7 @@ pub(crate) struct Candidate {
 
 /// What tells models apart in the search: maps in front and behind, creep of every decade, slow gain, dynamics, an amplifier, and whether
 /// dynamics were sought anew.
-type Signature = ([bool; 2], bool, bool, Option<Order>, bool, bool);
+type Signature = ([bool; 3], bool, bool, Option<Order>, bool, bool);
 
 /// What a search has seen on its way.
 struct Way<'a, 'b> {
@@ -177,7 +180,7 @@ impl TermSearch<'_> {
     /// each is followed that another way did not lead to, and of where they lead the best is taken; of two that are alike, the one of fewer
     /// maps or of the earlier row.
     fn end_of(&self, from: &Candidate, changes: usize, way: &mut Way<'_, '_>) -> Result<Option<Candidate>, Error> {
-        if changes == 0 {
+        if changes == 0 || self.is_coupled(from) {
             return Ok(None);
         }
         let mut ends = Vec::new();
@@ -192,6 +195,11 @@ impl TermSearch<'_> {
             if is_better(&end.alone, &best.alone, self.must_gain(1, true)) { end } else { best }
         };
         Ok(ends.into_iter().reduce(better))
+    }
+
+    /// Whether a candidate has coupled plays in place of the plays that were asked for first: everything is sought with them anew.
+    fn is_coupled(&self, one: &Candidate) -> bool {
+        self.asked.chooses_coupling() && !one.options.chooses_coupling()
     }
 
     /// The neighbours that are better than a candidate, those of them left out that another is better than: what is quick to try comes
@@ -231,7 +239,9 @@ impl TermSearch<'_> {
         })?;
         let mut better: Vec<(f64, Candidate)> = Vec::new();
         for (must_gain, one) in tried.into_iter().flatten() {
-            if from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain)) {
+            if self.is_coupled(&one)
+                || from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain))
+            {
                 better.push((must_gain, one));
             } else if one.place.space.has_map() && !from.place.space.has_map() {
                 let here = self.untold(&one, from);
@@ -311,7 +321,8 @@ impl TermSearch<'_> {
         let maps = [&self.asked.input_map, &self.asked.output_map].contains(&&MapModel::Auto);
         let (creep, gain) =
             (has_two_amplitudes(self.asked, &found.options), self.asked.slow_gain == SlowGainModel::Auto);
-        (maps || creep || gain || self.asked.leaves_lag_open())
+        let are_plays = found.options.chooses_coupling();
+        (maps || creep || gain || are_plays || self.asked.leaves_lag_open())
             && !found.fit.fit.is_exact()
             && found.problem(self.records).colour(&found.fit).is_coloured()
     }
@@ -369,9 +380,11 @@ impl TermSearch<'_> {
     fn is_promising(&self, variant: &Variant, from: &Candidate) -> bool {
         let basis = variant.options.weight_basis(variant.space.shift_len());
         let Ok(projection) = rough(self.records, &variant.space, &basis, self.smoothness) else { return false };
-        let (fit, linearised) = projection.at(&variant.starts[0]);
-        let step = linearised.step(&variant.space.step_bounds(&fit.point, REACH), &basis);
-        step.objective * MUST_PROMISE < from.fit.objective
+        variant.starts.iter().any(|start| {
+            let (fit, linearised) = projection.at(start);
+            let step = linearised.step(&variant.space.step_bounds(&fit.point, REACH), &basis);
+            step.objective * MUST_PROMISE < from.fit.objective
+        })
     }
 
     /// Whether a fit leaves more than rounding or white noise, which no term explains.
@@ -462,7 +475,7 @@ impl Candidate {
     fn signature(&self) -> Signature {
         let space = &self.place.space;
         let every_decade = self.options.creep == CreepModel::EveryDecade;
-        let maps = [space.has_input_map(), space.has_output_map()];
+        let maps = [space.has_input_map(), space.has_output_map(), self.options.has_plays()];
         (maps, every_decade, space.has_slow_gain(), space.order(), space.has_amplifier(), self.was_sought)
     }
 
@@ -470,7 +483,11 @@ impl Candidate {
     fn has_more(&self) -> bool {
         let space = &self.place.space;
         let has_lag_in_front = space.has_amplifier() && space.order().is_none();
-        space.has_map() || space.has_slow_gain() || has_lag_in_front || self.options.creep == CreepModel::EveryDecade
+        space.has_map()
+            || space.has_slow_gain()
+            || has_lag_in_front
+            || self.options.creep == CreepModel::EveryDecade
+            || self.options.ratios == RatiosModel::Fit
     }
 
     /// Whether the records told too little of the dynamics that were asked for.
@@ -499,7 +516,7 @@ impl Candidate {
 /// Whether one predicts better than another by this factor of the mean square error, and by more than chance.
 pub(crate) fn is_better(one: &CrossValidation, other: &CrossValidation, must_gain: f64) -> bool {
     let pair = [other.clone(), one.clone()];
-    one.rmse < other.rmse && CrossValidation::good(&pair, must_gain).all(|place| place != 0)
+    CrossValidation::good(&pair, must_gain).all(|place| place != 0)
 }
 
 /// Creep with an amplitude for every decade, in place of the two that the linear part has: creep by a power of time.
@@ -526,6 +543,28 @@ impl Term for CreepOfEveryDecade {
 /// Whether creep is left open, and has the amplitudes of the linear part so far.
 fn has_two_amplitudes(asked: &Options, options: &Options) -> bool {
     asked.creep == CreepModel::Auto && options.creep == CreepModel::SlowAndFast
+}
+
+/// Coupled plays in place of plays, beside everything else and by themselves.
+struct CoupledPlays;
+
+impl Term for CoupledPlays {
+    fn variants(
+        &self,
+        search: &TermSearch<'_>,
+        from: &Candidate,
+        _: &mut SearchMonitor<'_>,
+    ) -> Result<Vec<Variant>, Error> {
+        let Place { space, point } = &from.place;
+        // An operator beside the plays does what they would.
+        if !from.options.chooses_coupling() || from.options.duhem != DuhemModel::Auto {
+            return Ok(Vec::new());
+        }
+        let options = from.options.with_coupled_plays();
+        let space = space.with_coupled_plays(search.records, &options, point, &from.fit.weights);
+        let starts = space.with_other_ratios(point);
+        Ok(vec![Variant { options, ..from.with(space, starts) }])
+    }
 }
 
 /// A slow gain of the usual time constant.

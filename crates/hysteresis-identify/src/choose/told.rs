@@ -99,7 +99,8 @@ impl Options {
                 *map = MapModel::None;
             }
         }
-        Ok(resolved)
+        // Where nothing is judged by stretches, no more are coupled plays.
+        Ok(if resolved.leaves_structure_open() { resolved } else { resolved.with_coupled_plays() })
     }
 
     /// The same with dynamics, creep and a loop shift that are left open in the model, the last of the usual time constant.

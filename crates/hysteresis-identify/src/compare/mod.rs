@@ -84,7 +84,7 @@ pub fn compare(
     if records.is_empty() {
         return Err(Error::NoRecords);
     }
-    let options = Options { model: ModelKind::Modified, ..options.with_asked_modes() };
+    let options = Options { model: ModelKind::Modified, ..options.with_asked_modes().with_coupled_plays() };
     options.check()?;
     // What is wrong with the whole is said before the search of a part.
     Space::new(records, &options)?;

@@ -352,7 +352,7 @@ mod tests {
     use crate::terms::dynamics::{DynamicsModel, Order};
     use crate::terms::loop_shift::LoopShiftModel;
     use crate::terms::maps::OutputMap;
-    use crate::terms::operators::{OperatorBank, Thresholds};
+    use crate::terms::operators::{OperatorBank, RatiosModel, Thresholds};
 
     use super::*;
 
@@ -376,7 +376,7 @@ mod tests {
         });
         let record = |i: usize, skip| Record::new(&signals[i].0, &signals[i].1, skip).unwrap();
         let records = [record(0, 100), record(1, 0)];
-        let plain = Options { thresholds: Thresholds::Uniform(4), ..Options::default() };
+        let plain = Options { thresholds: Thresholds::Uniform(4), ratios: RatiosModel::Fit, ..Options::default() };
         let joint = Options {
             dt: Some(0.01),
             dynamics: DynamicsModel::Order(Order::Second),

@@ -21,7 +21,7 @@ use crate::terms::duhem::{DuhemSpace, DuhemTable};
 use crate::terms::dynamics::{AmplifierModel, LinearPart, Mode, Order};
 use crate::terms::loop_shift::{LoopShiftModel, ShiftColumns};
 use crate::terms::maps::{Curve, DrivePath, OutputMap};
-use crate::terms::operators::{ModelKind, OperatorBank, Placement, spread};
+use crate::terms::operators::{OperatorBank, Placement, RatiosModel, spread};
 use crate::terms::slow_gain::{GainAt, GainSpace, START, SlowGainModel};
 
 /// The largest ra/r that is searched: the mirror image of an actuator with ra/r = 1/2.
@@ -69,31 +69,17 @@ impl Space {
         } else {
             CreepBasis::default()
         };
-        let placement = Placement::new(records, options.model, &options.thresholds);
+        let placement = Placement::new(records, options.has_plays(), &options.thresholds);
         let (low, high) = placement.bounds();
         let range = high - low;
         let shift = shift_columns(records, options.loop_shift, &intervals, (low, high))?;
-        let fixed_ratios = match (options.model, options.ratios) {
-            (ModelKind::Conventional, _) => Some(Ratios::PLAY),
-            (ModelKind::Modified, Setting::Fixed(ratios)) => Some(ratios),
-            (ModelKind::Modified, Setting::Fit) => None,
-        };
-        let mut axes = Vec::new();
+        let mut axes = operator_axes(options, (low, high));
+        let fixed_ratios = fixed_ratios(options);
         let mut origin = Point::zero().with_ratios(fixed_ratios.unwrap_or(Ratios::PAPER));
-        if fixed_ratios.is_none() {
-            let ratio = |parameter, upper| Axis { parameter, lower: 0.0, upper, scale: 1.0 };
-            axes.extend([ratio(Parameter::Ra, MAX_RA), ratio(Parameter::RbShare, 1.0), ratio(Parameter::Rc, 1.0)]);
-        }
         let offset = match options.input_offset {
             Setting::Fixed(offset) => offset,
-            Setting::Fit => {
-                if options.model == ModelKind::Modified {
-                    let margin = OFFSET_MARGIN * range;
-                    let parameter = Parameter::InputOffset;
-                    axes.push(Axis { parameter, lower: low - margin, upper: high + margin, scale: range });
-                }
-                low + 0.5 * range
-            }
+            Setting::Fit if options.chooses_coupling() => records.first().map_or(low, |record| record.input()[0]),
+            Setting::Fit => low + 0.5 * range,
         };
         origin = origin.with(Parameter::InputOffset, offset);
         match options.dead_time {
@@ -420,6 +406,31 @@ pub(crate) fn at_duhem(point: &Point, table: &DuhemTable) -> Point {
     })
 }
 
+/// The ratios that the operators have throughout a search.
+fn fixed_ratios(options: &Options) -> Option<Ratios> {
+    match options.ratios {
+        _ if options.has_plays() => Some(Ratios::PLAY),
+        RatiosModel::Fixed(ratios) => Some(ratios),
+        RatiosModel::Auto | RatiosModel::Fit => None,
+    }
+}
+
+/// The axes of the ratios and of the input offset, as far as they are searched, for an input between two bounds. Plays have none: their
+/// input offset moves the virgin state alone.
+fn operator_axes(options: &Options, (low, high): (f64, f64)) -> Vec<Axis> {
+    let mut axes = Vec::new();
+    if fixed_ratios(options).is_none() {
+        let ratio = |parameter, upper| Axis { parameter, lower: 0.0, upper, scale: 1.0 };
+        axes.extend([ratio(Parameter::Ra, MAX_RA), ratio(Parameter::RbShare, 1.0), ratio(Parameter::Rc, 1.0)]);
+    }
+    if options.input_offset == Setting::Fit && !options.has_plays() {
+        let (range, parameter) = (high - low, Parameter::InputOffset);
+        let margin = OFFSET_MARGIN * range;
+        axes.push(Axis { parameter, lower: low - margin, upper: high + margin, scale: range });
+    }
+    axes
+}
+
 /// The columns of a loop shift, limited to what the records have; none without seconds.
 fn shift_columns(
     records: &[Record<'_>],
@@ -500,13 +511,27 @@ impl Space {
         point: &Point,
         weights: &[f64],
     ) -> Self {
-        let there = Self { placement: Placement::new(records, options.model, &options.thresholds), ..self.clone() };
+        let there =
+            Self { placement: Placement::new(records, options.has_plays(), &options.thresholds), ..self.clone() };
         let output_map = self.output_map.as_ref().map(|map| {
             let [from, to] = [self, &there].map(|space| space.thresholds(point));
             let families = self.weights_of_operators(weights).chunks(from.len());
             OutputMap { reference: families.flat_map(|one| spread(one, &from, &to)).collect(), ..map.clone() }
         });
         Self { output_map, ..there }
+    }
+
+    /// The same with coupled plays in place of plays, about weights of these: what of ratios and input offset is not known is searched.
+    pub(crate) fn with_coupled_plays(
+        &self,
+        records: &[Record<'_>],
+        options: &Options,
+        point: &Point,
+        weights: &[f64],
+    ) -> Self {
+        let there = self.with_thresholds(records, options, point, weights);
+        let axes = operator_axes(options, self.placement.bounds()).into_iter().chain(self.axes.iter().copied());
+        Self { axes: axes.collect(), fixed_ratios: fixed_ratios(options), ..there }
     }
 
     /// The same with another Duhem operator, which is searched from there on.
@@ -689,7 +714,8 @@ mod tests {
     fn neighbours_are_apart_where_the_drive_varies_by_its_last_digits() {
         for (size, levels) in [(5.0, 10), (-5.0, 10), (1e6, 10), (1.0, 2), (5.0, 2), (1e-80, 2)] {
             let input: Vec<f64> = (0..100).map(|k| size + f64::from(k % levels) * f64::EPSILON * size).collect();
-            let space = Space::new(&[Record::new(&input, &input, 0).unwrap()], &Options::default()).unwrap();
+            let options = Options::default().with_coupled_plays();
+            let space = Space::new(&[Record::new(&input, &input, 0).unwrap()], &options).unwrap();
             assert!(space.axes.iter().any(|axis| axis.parameter == Parameter::InputOffset));
             for (axis, (parameter, there, distance)) in space.axes.iter().zip(space.neighbours(space.origin())) {
                 let is_within = (axis.lower..=axis.upper).contains(&there.get(parameter));

@@ -125,6 +125,7 @@ fn settled(records: &ManyRecords<'_>, options: &Options, shared: &mut Shared<'_>
         return Err(Error::LinearPart);
     }
     let options = Options { thresholds: options.thresholds.unrefined(), ..options.hysteresis_and_dead_time() };
+    let options = options.with_coupled_plays();
     chosen_once(records, &options, shared)
 }
 

@@ -155,7 +155,7 @@ fn simplest(candidates: &[PlacesCandidate]) -> usize {
 fn as_options(options: &PlacesOptions) -> Options {
     Options {
         thresholds: options.thresholds.clone(),
-        ratios: options.ratios,
+        ratios: options.ratios.into(),
         input_offset: options.input_offset,
         smoothness: options.smoothness,
         dt: Some(options.dt),

@@ -139,7 +139,7 @@ impl PlaceSpace {
             Thresholds::Given(thresholds) => Thresholds::Given(thresholds.clone()),
             known => known.of(known.operators()),
         };
-        let placement = Placement::new(&records, model, &thresholds);
+        let placement = Placement::new(&records, model == ModelKind::Conventional, &thresholds);
         let (low, high) = placement.bounds();
         let (longest, shortest) = given.longest_and_shortest();
         let creep = creep.basis(longest, given.dt)?;

@@ -42,6 +42,20 @@ impl ModelKind {
     }
 }
 
+/// The ratios ra/r, rb/r and rc/r that the thresholds of coupled plays have, equation (3). The conventional model has none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum RatiosModel {
+    /// Those of plays, all 1, unless coupled plays predict stretches of the records better by a tenth of the error. Where nothing else is
+    /// left to cross-validation they are searched.
+    #[default]
+    Auto,
+    /// Searched in 2 >= ra/r >= rb/r >= 0, 1 >= rc/r >= 0.
+    Fit,
+    /// Known beforehand.
+    Fixed(Ratios),
+}
+
 /// The fewest operators where their number follows from the records by doubling.
 const FEWEST: usize = 20;
 
@@ -155,7 +169,8 @@ const OCTAVE: f64 = 2.0;
 /// What the thresholds are made of.
 #[derive(Clone)]
 pub(crate) struct Placement {
-    model: ModelKind,
+    /// Whether the operators are plays: a play of threshold r moves both ways only on strokes above 2 r.
+    are_plays: bool,
     thresholds: Thresholds,
     /// The smallest and the largest input.
     low: f64,
@@ -165,14 +180,14 @@ pub(crate) struct Placement {
 }
 
 impl Placement {
-    pub(crate) fn new(records: &[Record<'_>], model: ModelKind, thresholds: &Thresholds) -> Self {
+    pub(crate) fn new(records: &[Record<'_>], are_plays: bool, thresholds: &Thresholds) -> Self {
         let (low, high) = bounds_of(records.iter().map(Record::input_bounds));
         let thresholds = thresholds.clone();
         let reversals = match thresholds {
             Thresholds::Quantiles(_) => records.iter().map(|record| reversals(record, MERGED * (high - low))).collect(),
             _ => Vec::new(),
         };
-        Self { model, thresholds, low, high, reversals }
+        Self { are_plays, thresholds, low, high, reversals }
     }
 
     /// The smallest and the largest input.
@@ -182,9 +197,10 @@ impl Placement {
 
     /// The thresholds r_i for an input offset.
     pub(crate) fn thresholds(&self, offset: f64) -> Vec<f64> {
-        let reach = match self.model {
-            ModelKind::Modified => (self.high - offset).abs().max((self.low - offset).abs()),
-            ModelKind::Conventional => 0.5 * (self.high - self.low),
+        let reach = if self.are_plays {
+            0.5 * (self.high - self.low)
+        } else {
+            (self.high - offset).abs().max((self.low - offset).abs())
         };
         match &self.thresholds {
             // Cross-validation puts a number in place of this before a space is made.
@@ -206,11 +222,10 @@ impl Placement {
 
     /// Zero, the amplitudes of the reversals in growing order and well apart, and the reach.
     fn amplitudes(&self, offset: f64, reach: f64) -> Vec<f64> {
-        let mut amplitudes: Vec<f64> = match self.model {
-            ModelKind::Modified => self.reversals.iter().flatten().map(|x| (x - offset).abs()).collect(),
-            ModelKind::Conventional => {
-                self.reversals.iter().flat_map(|x| x.windows(2).map(|x| 0.5 * (x[1] - x[0]).abs())).collect()
-            }
+        let mut amplitudes: Vec<f64> = if self.are_plays {
+            self.reversals.iter().flat_map(|x| x.windows(2).map(|x| 0.5 * (x[1] - x[0]).abs())).collect()
+        } else {
+            self.reversals.iter().flatten().map(|x| (x - offset).abs()).collect()
         };
         amplitudes.sort_by(f64::total_cmp);
         let mut knots = vec![0.0];

@@ -6,7 +6,7 @@ use crate::actuators::{decaying_triangle, noise, output, run};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, Ratios};
 use hysteresis_identify::{
     CreepModel, DuhemModel, DynamicsModel, Error, FindingCode, LoopShiftModel, ManyIdentifications, ManyRecords,
-    MapModel, Options, Order, Record, RecordError, Setting, Thresholds, Verdict, WeightLaw, identify_many,
+    MapModel, Options, Order, RatiosModel, Record, RecordError, Setting, Thresholds, Verdict, WeightLaw, identify_many,
     settled_options,
 };
 use proptest::prelude::*;
@@ -118,7 +118,7 @@ fn one_drive_is_as_good_as_single_fits() {
 #[test]
 fn known_ratios_and_offset_leave_nothing_to_chance() {
     let known = Options {
-        ratios: Setting::Fixed(Ratios { ra: 0.95, rb: 0.4, rc: 0.5 }),
+        ratios: RatiosModel::Fixed(Ratios { ra: 0.95, rb: 0.4, rc: 0.5 }),
         input_offset: Setting::Fixed(0.0),
         smoothness: Setting::Fixed(0.01),
         ..options()
@@ -197,7 +197,7 @@ fn what_is_left_open_is_chosen_once() {
     let input = drive(0.0);
     let positions: Vec<f64> = (0..4).flat_map(|m| position(&input, 40 + m)).collect();
     let records = ManyRecords::shared(&input, &positions, 0).unwrap();
-    let open = Options { weights: WeightLaw::Auto, smoothness: Setting::Fit, ..options() };
+    let open = Options { weights: WeightLaw::Auto, smoothness: Setting::Fit, ratios: RatiosModel::Fit, ..options() };
     let settled = settled_options(&records, &open, 2, &mut |_| ControlFlow::Continue(())).unwrap();
     assert_ne!(settled.weights, WeightLaw::Auto);
     assert_ne!(settled.smoothness, Setting::Fit);
@@ -293,7 +293,7 @@ fn actuators_without_slope_after_reversals_have_inverses() {
     let (inputs, positions) = ([input.clone(), input.clone()].concat(), [one.clone(), one].concat());
     let known = Options {
         thresholds: Thresholds::Given(r.to_vec()),
-        ratios: Setting::Fixed(Ratios::PLAY),
+        ratios: RatiosModel::Fixed(Ratios::PLAY),
         input_offset: Setting::Fixed(0.0),
         dead_time: Setting::Fixed(0.0),
         ..options()

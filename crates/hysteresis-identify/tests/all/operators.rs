@@ -4,8 +4,8 @@ use crate::actuators::{Behind, decaying_triangle, noise, output, paper_actuator,
 use hysteresis_control::linear::{Creep, SecondOrder};
 use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
 use hysteresis_identify::{
-    AmplifierModel, CreepModel, DynamicsModel, Error, Identification, LoopShiftModel, MapModel, Options, Order, Record,
-    Setting, Thresholds, WeightLaw,
+    AmplifierModel, CreepModel, DynamicsModel, Error, Identification, LoopShiftModel, MapModel, Options, Order,
+    RatiosModel, Record, Setting, Thresholds, WeightLaw,
 };
 
 const DT: f64 = 1e-3;
@@ -38,7 +38,7 @@ fn options(thresholds: Thresholds) -> Options {
     Options {
         thresholds,
         weights: WeightLaw::Free,
-        ratios: Setting::Fixed(Ratios::PAPER),
+        ratios: RatiosModel::Fixed(Ratios::PAPER),
         input_offset: Setting::Fixed(0.0),
         dead_time: Setting::Fixed(0.0),
         dt: Some(DT),

@@ -2,7 +2,9 @@
 
 use crate::actuators::{decaying_triangle, input_offset, noise, output, paper_actuator, run, samples, weights};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii, Ratios};
-use hysteresis_identify::{Error, Identification, ModelKind, Options, Record, Setting, Thresholds, WeightLaw};
+use hysteresis_identify::{
+    Error, Identification, ModelKind, Options, RatiosModel, Record, Setting, Thresholds, WeightLaw,
+};
 
 /// The paper's thresholds.
 fn given() -> Thresholds {
@@ -65,7 +67,7 @@ fn delays_whole_and_fractional() {
         let output = output(&actuator, &input, delay);
         let options = Options {
             thresholds: given(),
-            ratios: Setting::Fixed(Ratios::PAPER),
+            ratios: RatiosModel::Fixed(Ratios::PAPER),
             input_offset: Setting::Fixed(0.0),
             ..Options::default()
         };
@@ -82,7 +84,7 @@ fn fixed_parameters_stay_bit_for_bit() {
     let ratios = Ratios { ra: 0.9, rb: 0.37, rc: 0.41 };
     let options = Options {
         thresholds: given(),
-        ratios: Setting::Fixed(ratios),
+        ratios: RatiosModel::Fixed(ratios),
         input_offset: Setting::Fixed(3.0),
         dead_time: Setting::Fixed(0.7),
         smoothness: Setting::Fixed(0.0),
@@ -93,7 +95,7 @@ fn fixed_parameters_stay_bit_for_bit() {
     assert!(found.fit.rmse > 1e-4, "a wrong model cannot fit exactly");
     // Each one freed lowers the error.
     for freed in [
-        Options { ratios: Setting::Fit, ..options.clone() },
+        Options { ratios: RatiosModel::Fit, ..options.clone() },
         Options { input_offset: Setting::Fit, ..options.clone() },
         Options { dead_time: Setting::Fit, ..options.clone() },
     ] {
@@ -135,7 +137,8 @@ fn skipped_samples_set_the_memory_and_nothing_else() {
     assert_eq!(found.fit.samples, 4_000);
     assert!(found.fit.rmse < 1e-9, "{:?}", found.fit);
     // Without the skipped samples the memory is another, and with the true ratios the error stays.
-    let known = Options { ratios: Setting::Fixed(Ratios::PAPER), input_offset: Setting::Fixed(0.0), ..options.clone() };
+    let known =
+        Options { ratios: RatiosModel::Fixed(Ratios::PAPER), input_offset: Setting::Fixed(0.0), ..options.clone() };
     let cut = run(&[Record::new(&input[200..], &output[200..], 0).unwrap()], &known).unwrap();
     assert!(cut.fit.rmse > 1e-4, "{:?}", cut.fit);
 }
@@ -223,7 +226,7 @@ fn operators_that_never_move_get_no_weight() {
     let records = [Record::new(&input, &outputs[0], 300).unwrap(), Record::new(&later, &outputs[1], 0).unwrap()];
     for model in [ModelKind::Conventional, ModelKind::Modified] {
         let thresholds = Thresholds::Given(vec![0.0, 1.0, 4.0, 30.0, 100.0]);
-        let ratios = Setting::Fixed(Ratios::PLAY);
+        let ratios = RatiosModel::Fixed(Ratios::PLAY);
         // A quadratic law would tell weights of operators that the data do not.
         let options = Options { model, weights: WeightLaw::Free, thresholds, ratios, ..Options::default() };
         let found = run(&records, &options).unwrap();

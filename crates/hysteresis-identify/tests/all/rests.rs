@@ -3,7 +3,9 @@
 use crate::actuators::{Behind, decaying_triangle, noise, run, stage_output};
 use hysteresis_control::linear::Creep;
 use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
-use hysteresis_identify::{CreepModel, DynamicsModel, Identification, Options, Record, Setting, Thresholds, WeightLaw};
+use hysteresis_identify::{
+    CreepModel, DynamicsModel, Identification, Options, RatiosModel, Record, Setting, Thresholds, WeightLaw,
+};
 
 const THRESHOLDS: [f64; 4] = [0.0, 10.0, 20.0, 30.0];
 const DT: f64 = 0.01;
@@ -25,7 +27,7 @@ fn fitted(after: &[f64], creep: Option<f64>) -> Identification {
     output.iter_mut().zip(noise(drive.len(), NOISE, 7)).for_each(|(y, e)| *y += e);
     let options = Options {
         thresholds: Thresholds::Given(THRESHOLDS.to_vec()),
-        ratios: Setting::Fixed(Ratios::PAPER),
+        ratios: RatiosModel::Fixed(Ratios::PAPER),
         input_offset: Setting::Fixed(0.0),
         weights: WeightLaw::Free,
         dt: Some(DT),

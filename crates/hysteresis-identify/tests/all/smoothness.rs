@@ -2,7 +2,7 @@
 
 use crate::actuators::{decaying_triangle, noise, output, paper_actuator, run, weights};
 use hysteresis_core::{Model, Offsets, Ratios};
-use hysteresis_identify::{Identification, ModelKind, Options, Record, Setting, Thresholds, WeightLaw};
+use hysteresis_identify::{Identification, ModelKind, Options, RatiosModel, Record, Setting, Thresholds, WeightLaw};
 
 fn noisy(rms: f64) -> (Vec<f64>, Vec<f64>) {
     let input = decaying_triangle(3_000, 500.0, 20.0, 0.0);
@@ -16,7 +16,7 @@ fn known(smoothness: f64) -> Options {
     Options {
         weights: WeightLaw::Free,
         thresholds: Thresholds::Given((0..20).map(|i| 25.0 * f64::from(i)).collect()),
-        ratios: Setting::Fixed(Ratios::PAPER),
+        ratios: RatiosModel::Fixed(Ratios::PAPER),
         input_offset: Setting::Fixed(0.0),
         dead_time: Setting::Fixed(0.0),
         smoothness: Setting::Fixed(smoothness),

@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use crate::actuators::{decaying_triangle, noise, output, paper_actuator, run, samples, weights};
 use hysteresis_core::{Offsets, Ratios};
 use hysteresis_identify::{
-    Error, FindingCode, Identification, Loss, MapModel, Options, Quality, Record, RecordError, Setting, Stop,
-    Thresholds, WeightLaw, diagnose, identify,
+    Error, FindingCode, Identification, Loss, MapModel, Options, Quality, RatiosModel, Record, RecordError, Setting,
+    Stop, Thresholds, WeightLaw, diagnose, identify,
 };
 
 const NOISE: f64 = 0.015;
@@ -26,7 +26,7 @@ fn known(weights: WeightLaw) -> Options {
     Options {
         weights,
         thresholds: Thresholds::Given((0..10).map(|i| 50.0 * f64::from(i)).collect()),
-        ratios: Setting::Fixed(Ratios::PAPER),
+        ratios: RatiosModel::Fixed(Ratios::PAPER),
         input_offset: Setting::Fixed(0.0),
         dead_time: Setting::Fixed(1.3),
         smoothness: Setting::Fixed(0.0),
@@ -169,7 +169,7 @@ fn the_deviation_of_a_prediction_is_its_spread() {
         for seed in 0..RUNS {
             // Far from zero the output offset and the weights make up for each other.
             let (input, output) = noisy_about(200.0, 1_200, 6.0, u64::from(100 + seed));
-            let options = Options { ratios: Setting::Fit, dead_time: Setting::Fixed(0.0), ..known(law) };
+            let options = Options { ratios: RatiosModel::Fit, dead_time: Setting::Fixed(0.0), ..known(law) };
             let found = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap();
             let deviation = found.predict_std(&unseen).unwrap();
             for (k, y) in found.predict(&unseen).unwrap().iter().enumerate() {

@@ -3,7 +3,7 @@
 use crate::actuators::{decaying_triangle, noise, output, paper_actuator, run, samples, weights};
 use hysteresis_core::{CoupledPlay, Model, ModifiedPrandtlIshlinskii, Offsets, Ratios};
 use hysteresis_identify::{
-    Error, Identification, MapModel, ModelKind, Options, Record, Setting, Thresholds, WeightLaw,
+    Error, Identification, MapModel, ModelKind, Options, RatiosModel, Record, Setting, Thresholds, WeightLaw,
 };
 
 fn given() -> Thresholds {
@@ -21,7 +21,7 @@ fn noisy(samples: u32, rms: f64) -> (Vec<f64>, Vec<f64>) {
 fn known() -> Options {
     Options {
         thresholds: given(),
-        ratios: Setting::Fixed(Ratios::PAPER),
+        ratios: RatiosModel::Fixed(Ratios::PAPER),
         input_offset: Setting::Fixed(0.0),
         dead_time: Setting::Fixed(0.0),
         input_map: MapModel::None,
@@ -115,7 +115,7 @@ fn quantiles_lie_where_the_input_turns_round() {
     let output: Vec<f64> = input.iter().map(|u| 2.0 * u).collect();
     let options = Options {
         thresholds: Thresholds::Quantiles(6),
-        ratios: Setting::Fixed(Ratios::PAPER),
+        ratios: RatiosModel::Fixed(Ratios::PAPER),
         input_offset: Setting::Fixed(10.0),
         dead_time: Setting::Fixed(0.0),
         ..Options::default()
@@ -201,7 +201,7 @@ fn what_lies_at_a_bound_has_no_standard_error() {
     let (input, output) = noisy(2_000, 0.01);
     // No lag: half of all noises put the estimate at zero; this one does. And an operator that never moves.
     let thresholds = Thresholds::Given(vec![0.0, 100.0, 2_000.0]);
-    let options = Options { thresholds, ratios: Setting::Fixed(Ratios::PLAY), ..Options::default() };
+    let options = Options { thresholds, ratios: RatiosModel::Fixed(Ratios::PLAY), ..Options::default() };
     let found = run(&[Record::new(&input, &output, 0).unwrap()], &options).unwrap();
     assert_eq!(weights(&found)[2], 0.0);
     assert!(found.standard_errors.weights[2].is_nan());

@@ -3,7 +3,7 @@
 use hysteresis_core::Ratios;
 use hysteresis_identify::{
     self as identification, AmplifierModel, CreepModel, DuhemModel, DynamicsModel, LoopShiftModel, Loss, MapModel,
-    ModelKind, ModesModel, Options, Setting, SlowGainModel, Stop, WeightLaw,
+    ModelKind, ModesModel, Options, RatiosModel, Setting, SlowGainModel, Stop, WeightLaw,
 };
 use hysteresis_python_macros::function;
 use pyo3::prelude::*;
@@ -143,7 +143,7 @@ pub(crate) fn identify(
     #[py(field = "modified")] model: ModelKind,
     #[py(= None)] operators: Option<Operators>,
     #[py(field = "auto")] weights: WeightLaw,
-    #[py(field = "fit")] ratios: Setting<Ratios>,
+    #[py(field = "auto")] ratios: RatiosModel,
     #[py(field = "fit")] input_offset: Setting<f64>,
     #[py(field = "fit")] dead_time: Setting<f64>,
     #[py(field = "auto")] dynamics: DynamicsModel,

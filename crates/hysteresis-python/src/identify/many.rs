@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use hysteresis_core::Ratios;
 use hysteresis_identify::{
-    self as identification, ManyRecords, ModelKind, Options, RecordError, Setting, Thresholds, WeightLaw,
+    self as identification, ManyRecords, ModelKind, Options, RatiosModel, RecordError, Setting, Thresholds, WeightLaw,
 };
 use hysteresis_python_macros::function;
 use numpy::PyUntypedArrayMethods;
@@ -262,7 +262,7 @@ fn keywords<'py>(
         skip = skip,
         threads = threads.get(),
     );
-    if let Setting::Fixed(Ratios { ra, rb, rc }) = asked.ratios {
+    if let RatiosModel::Fixed(Ratios { ra, rb, rc }) = asked.ratios {
         keywords.set_item("ratios", (ra, rb, rc))?;
     }
     if let Setting::Fixed(offset) = asked.input_offset {

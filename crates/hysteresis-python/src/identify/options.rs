@@ -4,7 +4,7 @@ use hysteresis_control::oscillator::tables;
 use hysteresis_core::Ratios;
 use hysteresis_identify::{
     AmplifierModel, CreepModel, DuhemModel, DuhemTable, DynamicsModel, LoopShiftModel, Loss, MapModel, ModelKind,
-    ModesModel, Order, Setting, SlowGainModel, Thresholds, WeightLaw,
+    ModesModel, Order, RatiosModel, Setting, SlowGainModel, Thresholds, WeightLaw,
 };
 use hysteresis_python_macros::py;
 use pyo3::IntoPyObjectExt;
@@ -119,6 +119,19 @@ impl Argument<'_> for Setting<Ratios> {
         match setting::<(f64, f64, f64)>(name, "three numbers (ra, rb, rc)", value)? {
             Setting::Fixed((ra, rb, rc)) => Ok(Setting::Fixed(Ratios { ra, rb, rc })),
             Setting::Fit => Ok(Setting::Fit),
+        }
+    }
+}
+
+#[py("Literal['auto', 'fit'] | tuple[float, float, float]")]
+impl Argument<'_> for RatiosModel {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if is_word(value, "auto") {
+            return Ok(Self::Auto);
+        }
+        match setting::<(f64, f64, f64)>(name, "three numbers (ra, rb, rc)", value)? {
+            Setting::Fixed((ra, rb, rc)) => Ok(Self::Fixed(Ratios { ra, rb, rc })),
+            Setting::Fit => Ok(Self::Fit),
         }
     }
 }
