@@ -11,7 +11,7 @@ use crate::choose::found::Found;
 use crate::choose::glitches::search_without_glitches;
 use crate::choose::linear_part::{joint_findings, untold_dead_time};
 use crate::choose::search::{search_hysteresis, with_least_slope};
-use crate::choose::table::untold_map;
+use crate::choose::term_search::untold_map;
 use crate::error::Error;
 use crate::fit::joint::JointFit;
 use crate::fit::point::{Parameter, Point};

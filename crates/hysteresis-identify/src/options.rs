@@ -183,6 +183,15 @@ impl Options {
         self.model == ModelKind::Conventional || self.ratios == RatiosModel::Auto
     }
 
+    /// The ratios that the operators have throughout a search, if they are known.
+    pub(crate) fn known_ratios(&self) -> Option<Ratios> {
+        match self.ratios {
+            _ if self.has_plays() => Some(Ratios::PLAY),
+            RatiosModel::Fixed(ratios) => Some(ratios),
+            RatiosModel::Auto | RatiosModel::Fit => None,
+        }
+    }
+
     /// Whether it is open that the operators, which are plays so far, are coupled.
     pub(crate) fn chooses_coupling(&self) -> bool {
         self.model == ModelKind::Modified && self.ratios == RatiosModel::Auto

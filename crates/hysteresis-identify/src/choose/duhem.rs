@@ -10,7 +10,7 @@ use core::f64::consts::TAU;
 use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
 use crate::choose::found::{Found, LinearEvidence, Place};
 use crate::choose::structure::with_structure;
-use crate::choose::table::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
+use crate::choose::term_search::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::told::Variety;
 use crate::error::Error;
 use crate::fit::descent::best_attempt;

@@ -3,7 +3,8 @@
 
 use crate::choose::cross_validation::{CrossValidation, Stretches, StretchesUnderLaw, Terms};
 use crate::choose::found::{Found, LinearEvidence, Place, Search, Structure};
-use crate::choose::table::{Candidate, Chosen, TermSearch};
+use crate::choose::table::TABLE;
+use crate::choose::term_search::{Candidate, Chosen, TermSearch};
 use crate::choose::told::Variety;
 use crate::error::Error;
 use crate::fit::joint::{JointFit, JointProblem};
@@ -157,7 +158,7 @@ pub(crate) fn with_structure(
 ) -> Result<Found, Error> {
     monitor.begin_structure();
     let smoothness = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
-    let search = TermSearch { records, asked, smoothness, plain, variety: Variety::of(records) };
+    let search = TermSearch { table: &TABLE, records, asked, smoothness, plain, variety: Variety::of(records) };
     let chosen = match search.choose(&found, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
         chosen => chosen?,

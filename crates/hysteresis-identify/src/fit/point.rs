@@ -2,6 +2,7 @@
 
 use hysteresis_core::Ratios;
 
+use crate::options::{Options, Setting};
 use crate::records::record::Intervals;
 use crate::terms::creep::{CreepBasis, MAX_AMPLITUDES};
 use crate::terms::duhem::{self, MOST_KNOTS};
@@ -191,6 +192,28 @@ pub(crate) fn mode_axes(intervals: &Intervals, number: usize) -> [Axis; 3] {
         axis(Parameter::ModeLogDamping(number), MODE_DAMPINGS.0.ln(), MODE_DAMPINGS.1.ln(), 4.0),
         axis(Parameter::ModeGain(number), -MAX_MODE_GAIN, MAX_MODE_GAIN, 1.0),
     ]
+}
+
+/// The largest ra/r that is searched: the mirror image of an actuator with ra/r = 1/2.
+const MAX_RA: f64 = 2.0;
+
+/// How far beyond the range of the input its offset is searched, as a share of that range.
+const OFFSET_MARGIN: f64 = 0.2;
+
+/// The axes of the ratios and of the input offset, as far as they are searched, for an input between two bounds. Plays have none: their
+/// input offset moves the virgin state alone.
+pub(crate) fn operator_axes(options: &Options, (low, high): (f64, f64)) -> Vec<Axis> {
+    let mut axes = Vec::new();
+    if options.known_ratios().is_none() {
+        let ratio = |parameter, upper| Axis { parameter, lower: 0.0, upper, scale: 1.0 };
+        axes.extend([ratio(Parameter::Ra, MAX_RA), ratio(Parameter::RbShare, 1.0), ratio(Parameter::Rc, 1.0)]);
+    }
+    if options.input_offset == Setting::Fit && !options.has_plays() {
+        let (range, parameter) = (high - low, Parameter::InputOffset);
+        let margin = OFFSET_MARGIN * range;
+        axes.push(Axis { parameter, lower: low - margin, upper: high + margin, scale: range });
+    }
+    axes
 }
 
 /// That of the bandwidth of an amplifier.

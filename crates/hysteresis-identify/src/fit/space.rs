@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::fit::own_columns::OwnColumns;
 use crate::fit::point::{
     Axis, Parameter, Point, bandwidth_axis, creep_axes, duhem_axes, gain_axes, linear_axes, map_axes, mode_axes,
+    operator_axes,
 };
 use crate::fit::response::OperatorsAt;
 use crate::fit::tangent::{Slope, Tangent};
@@ -21,14 +22,8 @@ use crate::terms::duhem::{DuhemSpace, DuhemTable};
 use crate::terms::dynamics::{AmplifierModel, LinearPart, Mode, Order};
 use crate::terms::loop_shift::{LoopShiftModel, ShiftColumns};
 use crate::terms::maps::{Curve, DrivePath, OutputMap};
-use crate::terms::operators::{OperatorBank, Placement, RatiosModel, spread};
+use crate::terms::operators::{OperatorBank, Placement, spread};
 use crate::terms::slow_gain::{GainAt, GainSpace, START, SlowGainModel};
-
-/// The largest ra/r that is searched: the mirror image of an actuator with ra/r = 1/2.
-const MAX_RA: f64 = 2.0;
-
-/// How far beyond the range of the input its offset is searched, as a share of that range.
-const OFFSET_MARGIN: f64 = 0.2;
 
 /// The step of a finite difference, in scales: far above rounding, far below any curvature.
 const DIFFERENCE_STEP: f64 = 1e-6;
@@ -74,7 +69,7 @@ impl Space {
         let range = high - low;
         let shift = shift_columns(records, options.loop_shift, &intervals, (low, high))?;
         let mut axes = operator_axes(options, (low, high));
-        let fixed_ratios = fixed_ratios(options);
+        let fixed_ratios = options.known_ratios();
         let mut origin = Point::zero().with_ratios(fixed_ratios.unwrap_or(Ratios::PAPER));
         let offset = match options.input_offset {
             Setting::Fixed(offset) => offset,
@@ -406,31 +401,6 @@ pub(crate) fn at_duhem(point: &Point, table: &DuhemTable) -> Point {
     })
 }
 
-/// The ratios that the operators have throughout a search.
-fn fixed_ratios(options: &Options) -> Option<Ratios> {
-    match options.ratios {
-        _ if options.has_plays() => Some(Ratios::PLAY),
-        RatiosModel::Fixed(ratios) => Some(ratios),
-        RatiosModel::Auto | RatiosModel::Fit => None,
-    }
-}
-
-/// The axes of the ratios and of the input offset, as far as they are searched, for an input between two bounds. Plays have none: their
-/// input offset moves the virgin state alone.
-fn operator_axes(options: &Options, (low, high): (f64, f64)) -> Vec<Axis> {
-    let mut axes = Vec::new();
-    if fixed_ratios(options).is_none() {
-        let ratio = |parameter, upper| Axis { parameter, lower: 0.0, upper, scale: 1.0 };
-        axes.extend([ratio(Parameter::Ra, MAX_RA), ratio(Parameter::RbShare, 1.0), ratio(Parameter::Rc, 1.0)]);
-    }
-    if options.input_offset == Setting::Fit && !options.has_plays() {
-        let (range, parameter) = (high - low, Parameter::InputOffset);
-        let margin = OFFSET_MARGIN * range;
-        axes.push(Axis { parameter, lower: low - margin, upper: high + margin, scale: range });
-    }
-    axes
-}
-
 /// The columns of a loop shift, limited to what the records have; none without seconds.
 fn shift_columns(
     records: &[Record<'_>],
@@ -531,7 +501,7 @@ impl Space {
     ) -> Self {
         let there = self.with_thresholds(records, options, point, weights);
         let axes = operator_axes(options, self.placement.bounds()).into_iter().chain(self.axes.iter().copied());
-        Self { axes: axes.collect(), fixed_ratios: fixed_ratios(options), ..there }
+        Self { axes: axes.collect(), fixed_ratios: options.known_ratios(), ..there }
     }
 
     /// The same with another Duhem operator, which is searched from there on.

@@ -1,0 +1,536 @@
+//! The search over a table of terms that are judged by stretches of the records.
+//!
+//! From what was found the search goes to the neighbour that predicts best: a model with a term more, a term less, or another variant of
+//! one, each fitted roughly from where it starts. Where two predict alike it follows both. It ends where no neighbour predicts better than
+//! chance and its cost let expect. So a term that was tried before another one was there is tried again.
+
+use std::sync::Arc;
+
+use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
+use crate::choose::found::{Found, LinearEvidence, Place, UntoldMap};
+use crate::choose::linear_part::to_compare;
+use crate::choose::told::Variety;
+use crate::error::Error;
+use crate::fit::descent::{best_attempt, best_of_starts};
+use crate::fit::joint::JointProblem;
+use crate::fit::point::{Parameter, Point};
+use crate::fit::progress::{SearchMonitor, Span};
+use crate::fit::projection::{ProjectedFit, levels, rough};
+use crate::fit::response::hysteresis;
+use crate::fit::space::Space;
+use crate::judge::finding::Finding;
+use crate::judge::finding_code::FindingCode;
+use crate::options::Options;
+use crate::records::record::Record;
+use crate::records::signal::as_f64;
+use crate::terms::creep::CreepModel;
+use crate::terms::dynamics::{DynamicsModel, Order};
+use crate::terms::loop_shift::LoopShiftModel;
+use crate::terms::maps::{MapModel, OutputMap};
+use crate::terms::slow_gain::SlowGainModel;
+use crate::terms::weights::WeightBasis;
+
+/// A term, and what it costs.
+pub(crate) struct Row {
+    /// For how many terms a variant of it must lower the error of prediction.
+    pub(crate) terms: i32,
+    /// Whether its variants are searches of their own, or may stand for a term that another row has: then they are tried where no other term
+    /// is better.
+    pub(crate) is_costly: bool,
+    pub(crate) term: &'static dyn Term,
+}
+
+/// A term of the table.
+pub(crate) trait Term: Sync {
+    /// The variants that may be tried from a candidate; none where nothing is left open, or the term is there.
+    fn variants(
+        &self,
+        search: &TermSearch<'_>,
+        from: &Candidate,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Vec<Variant>, Error>;
+}
+
+/// By which factor a term must lower the mean square error of prediction.
+pub(crate) const MUST_GAIN: f64 = 1.2;
+
+/// Where loops are all alike, one predicts the other with any term that fits: a term must halve the error, of a fit that leaves so much of
+/// the range.
+pub(crate) const MUST_GAIN_OF_LIKE_LOOPS: f64 = 4.0;
+const LEAST_LEFT_OF_LIKE_LOOPS: f64 = 0.005;
+
+/// By which factor a term must lower the objective by the derivatives at the fit without it, before it is searched at all. Where
+/// there is a map in truth that is 1.4 at least, elsewhere 1.1 at most: a quarter of what it must gain is asked for.
+const MUST_PROMISE: f64 = 1.05;
+
+/// How far the searched parameters may move for that promise, in their scales.
+const REACH: f64 = 1.0;
+
+/// How many passes over the records a variant may take, and the model that they are all compared with.
+pub(crate) const PASSES: usize = 12;
+const PASSES_OF_FIRST: usize = 30;
+
+/// How the hysteresis and a map are searched by themselves: roughly, as a few passes with everything else follow.
+const ROUNDS: [(usize, usize); 2] = [(25, 4), (6, 12)];
+
+/// So many terms are changed one after the other at most.
+const MOST_CHANGES: usize = 6;
+
+/// A model with a variant of a term, and where its search begins.
+pub(crate) struct Variant {
+    pub(crate) options: Options,
+    pub(crate) space: Space,
+    pub(crate) starts: Vec<Point>,
+    /// Whether it begins with the hysteresis that fits best by itself, too.
+    pub(crate) starts_alone: bool,
+    pub(crate) linear: Option<LinearEvidence>,
+    /// Whether it has more than the candidate that it comes from.
+    pub(crate) adds: bool,
+    /// Whether its dynamics were sought behind its maps.
+    pub(crate) was_sought: bool,
+}
+
+/// A model that was fitted roughly, and how it predicts.
+pub(crate) struct Candidate {
+    pub(crate) options: Options,
+    pub(crate) place: Place,
+    pub(crate) linear: Option<LinearEvidence>,
+    basis: WeightBasis,
+    pub(crate) fit: ProjectedFit,
+    pub(crate) was_sought: bool,
+    alone: CrossValidation,
+    /// With the best loop shift beside it, where the records do not tell one from another term.
+    shifted: Option<CrossValidation>,
+}
+
+/// What tells models apart in the search: maps in front and behind, creep of every decade, slow gain, dynamics, an amplifier, and whether
+/// dynamics were sought anew.
+type Signature = ([bool; 3], bool, bool, Option<Order>, bool, bool);
+
+/// What a search has seen on its way.
+struct Way<'a, 'b> {
+    tries: usize,
+    /// The models that were followed: several ways lead to each.
+    followed: Vec<Signature>,
+    /// The best maps that are not there, as a loop shift would predict as well.
+    untold: Option<UntoldMap>,
+    monitor: &'a mut SearchMonitor<'b>,
+}
+
+/// What the search over the table ends with.
+pub(crate) struct Chosen {
+    pub(crate) candidate: Candidate,
+    /// The best map that is not there, as a loop shift would predict as well.
+    pub(crate) untold: Option<UntoldMap>,
+}
+
+/// Records, and what is known before terms are changed.
+pub(crate) struct TermSearch<'a> {
+    pub(crate) table: &'static [Row],
+    pub(crate) records: &'a [Record<'a>],
+    /// What was asked for.
+    pub(crate) asked: &'a Options,
+    /// How smooth the weights are while terms are tried.
+    pub(crate) smoothness: f64,
+    /// Where the hysteresis alone was fitted.
+    pub(crate) plain: Point,
+    pub(crate) variety: Variety,
+}
+
+impl Way<'_, '_> {
+    /// The part of the work that the next try is: how many will follow is not known.
+    fn next_try(&mut self) -> Span {
+        let share = |tries: usize| 0.6 * (1.0 - 1.0 / (1.0 + as_f64(tries) / 4.0));
+        self.tries += 1;
+        Span { from: share(self.tries - 1), to: share(self.tries) }
+    }
+}
+
+impl TermSearch<'_> {
+    /// The model that no neighbour predicts better than, from what was found; none where no term may be added.
+    pub(crate) fn choose(&self, found: &Found, monitor: &mut SearchMonitor<'_>) -> Result<Option<Chosen>, Error> {
+        let Some(given) = self.with_given_maps(found) else { return Ok(None) };
+        let mut way = Way { tries: 0, followed: Vec::new(), untold: None, monitor };
+        let span = way.next_try();
+        let first = self.tried(given, PASSES_OF_FIRST, span, way.monitor)?;
+        let end = self.end_of(&first, MOST_CHANGES, &mut way)?;
+        // With nothing more the dynamics are those that `linear_part` weighed, unless it was told too little of those that were asked
+        // for.
+        let candidate = end.filter(|end| end.has_more() || first.has_too_little()).unwrap_or(first);
+        let untold = way.untold.filter(|_| !candidate.place.space.has_map());
+        Ok(Some(Chosen { candidate, untold }))
+    }
+
+    /// Where the search ends from a candidate, if not there: of several neighbours that are better than it, and none of them than another,
+    /// each is followed that another way did not lead to, and of where they lead the best is taken; of two that are alike, the one of fewer
+    /// maps or of the earlier row.
+    fn end_of(&self, from: &Candidate, changes: usize, way: &mut Way<'_, '_>) -> Result<Option<Candidate>, Error> {
+        if changes == 0 || self.is_coupled(from) {
+            return Ok(None);
+        }
+        let mut ends = Vec::new();
+        for next in self.better_neighbours(from, way)? {
+            if !way.followed.contains(&next.signature()) {
+                way.followed.push(next.signature());
+                ends.push(self.end_of(&next, changes - 1, way)?.unwrap_or(next));
+            }
+        }
+        ends.sort_by_key(|end| end.place.space.maps());
+        let better = |best: Candidate, end: Candidate| {
+            if is_better(&end.alone, &best.alone, self.must_gain(1, true)) { end } else { best }
+        };
+        Ok(ends.into_iter().reduce(better))
+    }
+
+    /// Whether a candidate has coupled plays in place of the plays that were asked for first: everything is sought with them anew.
+    fn is_coupled(&self, one: &Candidate) -> bool {
+        self.asked.chooses_coupling() && !one.options.chooses_coupling()
+    }
+
+    /// The neighbours that are better than a candidate, those of them left out that another is better than: what is quick to try comes
+    /// first, then what is costly, then what is simpler.
+    fn better_neighbours(&self, from: &Candidate, way: &mut Way<'_, '_>) -> Result<Vec<Candidate>, Error> {
+        if self.leaves_something(from) && (self.variety.amplitudes || self.left(from) >= LEAST_LEFT_OF_LIKE_LOOPS) {
+            for costly in [false, true] {
+                let better = self.better_of_rows(self.table.iter().filter(|row| row.is_costly == costly), from, way)?;
+                if !better.is_empty() {
+                    return Ok(better);
+                }
+            }
+        }
+        Ok(self.simpler(from, way)?.into_iter().collect())
+    }
+
+    /// The same of some rows of the table.
+    fn better_of_rows<'r>(
+        &self,
+        rows: impl Iterator<Item = &'r Row>,
+        from: &Candidate,
+        way: &mut Way<'_, '_>,
+    ) -> Result<Vec<Candidate>, Error> {
+        let mut variants = Vec::new();
+        for row in rows {
+            for variant in row.term.variants(self, from, way.monitor)? {
+                variants.push((row.terms, variant));
+            }
+        }
+        let pieces = variants.into_iter().map(|variant| (variant, way.next_try())).collect();
+        let tried = way.monitor.side_by_side(pieces, |(terms, variant), span, monitor| {
+            let must_gain = self.must_gain(terms, variant.adds);
+            let one = self.tried_if_promising(variant, from, span, monitor)?;
+            // What costs something fits better, too: else it is better on stretches by chance.
+            let fits = |one: &Candidate| terms == 0 || one.fit.squares < from.fit.squares;
+            Ok(one.filter(|one| fits(one) && is_better(&one.alone, &from.alone, must_gain)).map(|one| (must_gain, one)))
+        })?;
+        let mut better: Vec<(f64, Candidate)> = Vec::new();
+        for (must_gain, one) in tried.into_iter().flatten() {
+            if self.is_coupled(&one)
+                || from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain))
+            {
+                better.push((must_gain, one));
+            } else if one.place.space.has_map() && !from.place.space.has_map() {
+                let here = self.untold(&one, from);
+                way.untold = way.untold.filter(|best| best.gain >= here.gain).or(Some(here));
+            }
+        }
+        let is_beaten =
+            |one: &Candidate| better.iter().any(|(must_gain, other)| is_better(&other.alone, &one.alone, *must_gain));
+        let beaten: Vec<bool> = better.iter().map(|(_, one)| is_beaten(one)).collect();
+        Ok(better.into_iter().zip(beaten).filter(|(_, beaten)| !beaten).map(|((_, one), _)| one).collect())
+    }
+
+    /// Where a variant of a candidate leads, if it promises something and its dynamics are its own.
+    fn tried_if_promising(
+        &self,
+        variant: Variant,
+        from: &Candidate,
+        span: Span,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Option<Candidate>, Error> {
+        if variant.adds && !self.is_promising(&variant, from) {
+            return Ok(None);
+        }
+        let one = to_compare(self.tried(variant, PASSES, span, monitor))?;
+        Ok(one.filter(Candidate::stands_for_itself))
+    }
+
+    /// By which factor a model must lower the mean square error of one with so many terms less, or with others.
+    fn must_gain(&self, terms: i32, adds: bool) -> f64 {
+        let of_one = if adds && !self.variety.amplitudes { MUST_GAIN_OF_LIKE_LOOPS } else { MUST_GAIN };
+        of_one.powi(terms)
+    }
+
+    /// The same without a map that the dynamics behind it made needless: with it the model does not predict better by its cost.
+    fn simpler(&self, from: &Candidate, way: &mut Way<'_, '_>) -> Result<Option<Candidate>, Error> {
+        if !from.was_sought {
+            return Ok(None);
+        }
+        let (space, asked) = (&from.place.space, self.asked);
+        let input = (asked.input_map == MapModel::Auto && space.has_input_map()).then(|| space.without_input_map());
+        let output = (asked.output_map == MapModel::Auto && space.has_output_map()).then(|| space.without_output_map());
+        for without in [input, output].into_iter().flatten() {
+            let (variant, span) = (from.with(without, vec![from.place.point]), way.next_try());
+            let Some(one) = to_compare(self.tried(variant, PASSES, span, way.monitor))? else { continue };
+            if !is_better(&from.alone, &one.alone, self.must_gain(1, true)) {
+                return Ok(Some(one));
+            }
+        }
+        Ok(None)
+    }
+
+    /// What was found, with the maps that were asked for; none where there is no map and there can be none.
+    fn with_given_maps(&self, found: &Found) -> Option<Variant> {
+        let Found { fit, options, linear, .. } = found;
+        let mut space = fit.space.clone();
+        if self.asked.input_map == MapModel::Smooth {
+            space = space.with_input_map();
+        }
+        if self.asked.output_map == MapModel::Smooth {
+            space = space.with_output_map(self.output_range(&fit.space, &fit.fit));
+        }
+        let (options, linear, starts_alone) = (options.clone(), linear.clone(), space.has_map());
+        let starts = vec![fit.fit.point];
+        (starts_alone || self.is_open(found)).then_some(Variant {
+            options,
+            space,
+            starts,
+            starts_alone,
+            linear,
+            adds: true,
+            was_sought: false,
+        })
+    }
+
+    /// Whether a term may be added, and there is anything left that it may explain.
+    fn is_open(&self, found: &Found) -> bool {
+        let maps = [&self.asked.input_map, &self.asked.output_map].contains(&&MapModel::Auto);
+        let (creep, gain) =
+            (has_two_amplitudes(self.asked, &found.options), self.asked.slow_gain == SlowGainModel::Auto);
+        let are_plays = found.options.chooses_coupling();
+        (maps || creep || gain || are_plays || self.asked.leaves_lag_open())
+            && !found.fit.fit.is_exact()
+            && found.problem(self.records).colour(&found.fit).is_coloured()
+    }
+
+    /// Where a variant leads, and how that predicts, with weights as smooth as suit it: those that are too smooth spoil one more than
+    /// another.
+    fn tried(
+        &self,
+        variant: Variant,
+        passes: usize,
+        span: Span,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Candidate, Error> {
+        let Variant { options, space, mut starts, starts_alone, linear, was_sought, .. } = variant;
+        if starts_alone {
+            starts.push(self.with_hysteresis_alone(&space, &options, &starts[0], monitor)?);
+        }
+        let basis = options.weight_basis(space.shift_len());
+        let projection = rough(self.records, &space, &basis, self.smoothness)?;
+        let fit = best_attempt(&projection, &starts, passes, span, monitor)?;
+        let terms =
+            |smoothness| Terms { creep: space.creep_amplitudes(), loop_shift: LoopShiftModel::Auto, smoothness };
+        let stretches = Stretches::new(&projection, &fit);
+        let alone = stretches.under(&options, &basis).at_best(self.asked.smoothnesses(), &terms(self.smoothness));
+        drop(stretches);
+        drop(projection);
+        let terms = terms(alone.smoothness);
+        let place = Place { space: space.about(&fit.weights), point: fit.point };
+        let shifted = if self.variety.apart_from_time { None } else { self.shifted(&options, &place, &terms)? };
+        Ok(Candidate { options, place, linear, basis, fit, was_sought, alone, shifted })
+    }
+
+    /// How a place predicts with the best loop shift beside it.
+    fn shifted(
+        &self,
+        options: &Options,
+        Place { space, point }: &Place,
+        terms: &Terms,
+    ) -> Result<Option<CrossValidation>, Error> {
+        let options = Options { loop_shift: LoopShiftModel::Auto, ..options.clone() };
+        let space = space.with_loop_shift(self.records, options.loop_shift)?;
+        let Some(shift) = space.shift() else { return Ok(None) };
+        let basis = options.weight_basis(space.shift_len());
+        let projection = rough(self.records, &space, &basis, terms.smoothness)?;
+        let fit = projection.fit(point, None);
+        let stretches = Stretches::new(&projection, &fit);
+        let under = stretches.under(&options, &basis);
+        let of_one = shift.filters.iter().map(|filter| LoopShiftModel::Both(filter.time_constant));
+        let kinds = of_one.chain([LoopShiftModel::Auto]);
+        let tried: Vec<_> = kinds.map(|loop_shift| under.cross_validate(&Terms { loop_shift, ..*terms })).collect();
+        Ok(CrossValidation::best(&tried).cloned())
+    }
+
+    /// Whether a variant lowers the objective by the derivatives where it starts.
+    fn is_promising(&self, variant: &Variant, from: &Candidate) -> bool {
+        let basis = variant.options.weight_basis(variant.space.shift_len());
+        let Ok(projection) = rough(self.records, &variant.space, &basis, self.smoothness) else { return false };
+        variant.starts.iter().any(|start| {
+            let (fit, linearised) = projection.at(start);
+            let step = linearised.step(&variant.space.step_bounds(&fit.point, REACH), &basis);
+            step.objective * MUST_PROMISE < from.fit.objective
+        })
+    }
+
+    /// Whether a fit leaves more than rounding or white noise, which no term explains.
+    fn leaves_something(&self, one: &Candidate) -> bool {
+        let problem = self.problem(&one.options, &one.basis);
+        !one.fit.is_exact() && problem.colour_in(&one.place.space, &one.fit).is_coloured()
+    }
+
+    /// The root mean square of what a candidate leaves, as a share of the range.
+    fn left(&self, one: &Candidate) -> f64 {
+        one.alone.rmse / self.range()
+    }
+
+    fn range(&self) -> f64 {
+        self.records.iter().map(Record::output_range).fold(0.0, f64::max)
+    }
+
+    fn problem<'a>(&'a self, options: &'a Options, basis: &'a WeightBasis) -> JointProblem<'a> {
+        JointProblem { records: self.records, options, basis, smoothness: self.smoothness }
+    }
+
+    /// The options and the space of a candidate without dynamics, and without an amplifier that was found beside them.
+    pub(crate) fn without_dynamics(&self, from: &Candidate) -> Result<(Options, Space), Error> {
+        let options = Options { dynamics: DynamicsModel::None, ..from.options.clone() };
+        let space = Space::new(self.records, &options)?.with_maps_of(&from.place.space);
+        Ok((options, space))
+    }
+
+    /// What maps would explain where a loop shift would as well.
+    fn untold(&self, with: &Candidate, without: &Candidate) -> UntoldMap {
+        let space = &with.place.space;
+        let (in_front, behind) = (space.has_input_map(), space.has_output_map());
+        let gain = (without.typical() / with.typical()).powi(2);
+        let share = (without.alone.rmse.powi(2) - with.alone.rmse.powi(2)).sqrt() / self.range();
+        UntoldMap { in_front, behind, gain, share }
+    }
+
+    /// A point with the hysteresis and the maps that fit best by themselves: another minimum, maybe, than the one near by.
+    fn with_hysteresis_alone(
+        &self,
+        space: &Space,
+        options: &Options,
+        point: &Point,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<Point, Error> {
+        // The part of the work before is done: progress does not go back.
+        monitor.hold();
+        let alone = options.hysteresis_alone();
+        let space = Space::new(self.records, &alone)?.with_maps_of(space);
+        let basis = alone.weight_basis(space.shift_len());
+        let levels = levels(self.records, &space, &basis, self.smoothness, true)?;
+        let alone = best_of_starts(&levels[0], &ROUNDS, Span { from: 0.0, to: 0.0 }, monitor)?.point;
+        Ok(Parameter::of_hysteresis().fold(*point, |point, one| point.with(one, alone.get(one))))
+    }
+
+    /// An output map over what the hysteresis puts out.
+    pub(crate) fn output_range(&self, space: &Space, fit: &ProjectedFit) -> OutputMap {
+        let operators = space.operators(&fit.point);
+        let mut bounds = (f64::INFINITY, f64::NEG_INFINITY);
+        for (place, record) in self.records.iter().enumerate() {
+            let dt = space.intervals().of_record(place);
+            for h in hysteresis(&operators, &fit.weights, record.input(), 0.0, dt) {
+                bounds = (bounds.0.min(h), bounds.1.max(h));
+            }
+        }
+        OutputMap { bounds, reference: Arc::from(space.weights_of_operators(&fit.weights)) }
+    }
+}
+
+impl Candidate {
+    /// Whether frequency, damping, slow gain and a lag in front lie within the bounds of their search, and a resonance that was sought behind a
+    /// map is one: at an edge, or overdamped, it stands for a lag or a dead time, which are tried, too. So does creep of every decade at its
+    /// bound: for a transient, or for hysteresis of another kind.
+    fn stands_for_itself(&self) -> bool {
+        let Place { space, point } = &self.place;
+        let is_inside = |parameter| space.axis(parameter).is_none_or(|axis| axis.is_inside(point));
+        let is_below_its_bound =
+            |number| space.axis(Parameter::Creep(number)).is_none_or(|axis| !axis.is_at_upper(point));
+        let creeps = if self.options.creep == CreepModel::EveryDecade { space.creep_amplitudes() } else { 0 };
+        let is_resonance = point.get(Parameter::LogDamping) < 0.0;
+        (is_resonance || !self.was_sought || space.order() != Some(Order::Second))
+            // Beside modes an amplifier that is fast without bound is none.
+            && (space.order().is_some() || is_inside(Parameter::LogBandwidth))
+            && [Parameter::LogFrequency, Parameter::LogDamping, Parameter::SlowGain].into_iter().all(is_inside)
+            && (0..creeps).all(is_below_its_bound)
+    }
+
+    fn signature(&self) -> Signature {
+        let space = &self.place.space;
+        let every_decade = self.options.creep == CreepModel::EveryDecade;
+        let maps = [space.has_input_map(), space.has_output_map(), self.options.has_plays()];
+        (maps, every_decade, space.has_slow_gain(), space.order(), space.has_amplifier(), self.was_sought)
+    }
+
+    /// Whether it has a term that is sought here alone.
+    fn has_more(&self) -> bool {
+        let space = &self.place.space;
+        let has_lag_in_front = space.has_amplifier() && space.order().is_none();
+        space.has_map()
+            || space.has_slow_gain()
+            || has_lag_in_front
+            || self.options.creep == CreepModel::EveryDecade
+            || !self.options.has_plays()
+    }
+
+    /// Whether the records told too little of the dynamics that were asked for.
+    pub(crate) fn has_too_little(&self) -> bool {
+        self.linear.as_ref().is_some_and(|linear| linear.too_little.is_some())
+    }
+
+    fn typical(&self) -> f64 {
+        self.alone.typical_error()
+    }
+
+    /// A variant of this model in another space.
+    pub(crate) fn with(&self, space: Space, starts: Vec<Point>) -> Variant {
+        let (options, linear) = (self.options.clone(), self.linear.clone());
+        let was_sought = self.was_sought;
+        Variant { options, space, starts, starts_alone: false, linear, adds: true, was_sought }
+    }
+
+    /// This model in a space with a map more: dynamics may then be sought anew.
+    pub(crate) fn with_curve(&self, space: Space) -> Variant {
+        let starts_alone = !self.place.space.has_map();
+        Variant { starts_alone, was_sought: false, ..self.with(space, vec![self.place.point]) }
+    }
+}
+
+/// Whether one predicts better than another by this factor of the mean square error, and by more than chance.
+pub(crate) fn is_better(one: &CrossValidation, other: &CrossValidation, must_gain: f64) -> bool {
+    let pair = [other.clone(), one.clone()];
+    CrossValidation::good(&pair, must_gain).all(|place| place != 0)
+}
+
+/// Whether creep is left open, and has the amplitudes of the linear part so far.
+pub(crate) fn has_two_amplitudes(asked: &Options, options: &Options) -> bool {
+    asked.creep == CreepModel::Auto && options.creep == CreepModel::SlowAndFast
+}
+
+/// What would explain less of the range than this, rms, is not told.
+const MATTERS: f64 = 2e-3;
+
+/// Maps that the records do not tell from a loop shift.
+pub(crate) fn untold_map(UntoldMap { in_front, behind, gain, share }: UntoldMap) -> Option<Finding> {
+    let (maps, options, settings) = match (in_front, behind) {
+        (true, true) => (
+            "a map in front of the hysteresis and one behind it",
+            "--input-map smooth --output-map smooth",
+            "input_map=\"smooth\", output_map=\"smooth\"",
+        ),
+        (true, false) => ("a map in front of the hysteresis", "--input-map smooth", "input_map=\"smooth\""),
+        _ => ("a map behind the hysteresis", "--output-map smooth", "output_map=\"smooth\""),
+    };
+    let message = format!(
+        "{maps} would lower the error of prediction by {:.0} %, and so would a loop shift: loops that only decay do not tell one from the \
+         other, and the result has neither",
+        100.0 * (1.0 - gain.recip().sqrt())
+    );
+    let hint = format!(
+        "add a record whose loops grow again, as those of mpi-hyst excite; or ask for it ({options}, {settings} in Python), and compare \
+         on a record that was not fitted"
+    );
+    (share > MATTERS).then(|| Finding::new(FindingCode::MapNotTold, gain, MUST_GAIN, message).try_next(hint))
+}
