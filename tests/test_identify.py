@@ -184,12 +184,12 @@ def test_operators_says_how_many_and_thresholds_say_where() -> None:
         mh.identify(u, y, operators=7, thresholds=[0, 10, 300], **fixed)
 
 
-def test_fit_is_the_default_of_what_may_be_fitted() -> None:
+def test_what_may_be_fitted_is_fitted_by_default() -> None:
     u = sweep(600, cycles=6)
     y = delayed(actuator(5.0).forward().run(u), 1.2)
     one = mh.identify(u, y, operators=5)
     other = mh.identify(
-        u, y, operators=5, ratios="fit", input_offset="fit", dead_time="fit", skip=0
+        u, y, operators=5, ratios="auto", input_offset="fit", dead_time="fit", skip=0
     )
     assert one.model == other.model and one.evaluations == other.evaluations
 

@@ -222,7 +222,7 @@ fn search_beside(
 }
 
 /// By which factor plays that are virgin elsewhere must lower the objective of those that are where the first record begins.
-const MUST_GAIN_ELSEWHERE: f64 = 1.5;
+const MUST_GAIN_ELSEWHERE: f64 = 2.0;
 
 /// The same with plays that are virgin at rest, at an end of the range or in its middle, where that is left open and far better than
 /// where the first record begins.

@@ -51,15 +51,18 @@ impl Term for CreepOfEveryDecade {
     }
 }
 
-/// Coupled plays in place of plays, beside everything else and by themselves.
+/// Coupled plays in place of plays.
 struct CoupledPlays;
+
+/// From so many ratios and input offsets, those that fit best as they are, the search for coupled plays begins.
+const STARTS_OF_COUPLED_PLAYS: usize = 6;
 
 impl Term for CoupledPlays {
     fn variants(
         &self,
         search: &TermSearch<'_>,
         from: &Candidate,
-        _: &mut SearchMonitor<'_>,
+        monitor: &mut SearchMonitor<'_>,
     ) -> Result<Vec<Variant>, Error> {
         let Place { space, point } = &from.place;
         // An operator beside the plays does what they would.
@@ -68,7 +71,18 @@ impl Term for CoupledPlays {
         }
         let options = from.options.with_coupled_plays();
         let space = space.with_coupled_plays(search.records, &options, point, &from.fit.weights);
-        let starts = space.with_other_ratios(point);
+        let basis = options.weight_basis(space.shift_len());
+        let projection = rough(search.records, &space, &basis, search.smoothness)?;
+        let starts = [space.with_other_ratios(point), space.starts_at(point)].concat();
+        let pieces = Span { from: 0.0, to: 0.0 }.shared_by(starts);
+        monitor.hold();
+        let mut fits = monitor.side_by_side(pieces, |start, span, monitor| {
+            let fit = projection.fit(&start, None);
+            monitor.evaluated(&projection, &fit, span.to).map(|()| fit)
+        })?;
+        drop(projection);
+        fits.sort_by(|p, q| p.objective.total_cmp(&q.objective));
+        let starts = fits.iter().take(STARTS_OF_COUPLED_PLAYS).map(|fit| fit.point).collect();
         Ok(vec![Variant { options, ..from.with(space, starts) }])
     }
 }

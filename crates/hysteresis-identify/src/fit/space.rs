@@ -69,8 +69,7 @@ impl Space {
         let range = high - low;
         let shift = shift_columns(records, options.loop_shift, &intervals, (low, high))?;
         let mut axes = operator_axes(options, (low, high));
-        let fixed_ratios = options.known_ratios();
-        let mut origin = Point::zero().with_ratios(fixed_ratios.unwrap_or(Ratios::PAPER));
+        let mut origin = Point::zero().with_ratios(options.known_ratios().unwrap_or(Ratios::PAPER));
         let offset = match options.input_offset {
             Setting::Fixed(offset) => offset,
             Setting::Fit if options.chooses_coupling() => records.first().map_or(low, |record| record.input()[0]),
@@ -103,7 +102,7 @@ impl Space {
         origin = bandwidth.map_or(origin, |bandwidth| origin.with(Parameter::LogBandwidth, bandwidth.ln()));
         let space = Self {
             placement,
-            fixed_ratios,
+            fixed_ratios: options.known_ratios(),
             dynamics: options.order(),
             own: Arc::new(OwnColumns::new(records, |place| intervals.of_record(place), &underway)),
             underway,
@@ -646,11 +645,16 @@ const USUAL_RATIOS: [Ratios; 5] = [
 ];
 
 impl Space {
-    /// Where to look first: all combinations of a few ratios and input offsets, as far as they are searched.
+    /// Where to look first.
     pub(crate) fn starts(&self) -> Vec<Point> {
-        let mut starts = vec![*self.origin()];
+        self.starts_at(self.origin())
+    }
+
+    /// A point with all combinations of a few ratios and input offsets, as far as they are searched.
+    pub(crate) fn starts_at(&self, point: &Point) -> Vec<Point> {
+        let mut starts = vec![*point];
         if self.searches(Parameter::Ra) {
-            starts = USUAL_RATIOS.iter().map(|ratios| self.origin().with_ratios(*ratios)).collect();
+            starts = USUAL_RATIOS.iter().map(|ratios| point.with_ratios(*ratios)).collect();
         }
         if self.searches(Parameter::InputOffset) {
             let (low, high) = self.input_bounds();
