@@ -25,6 +25,7 @@ FIXED: dict[str, dict[str, Any]] = {
     "map behind": {"output_map": "smooth"},
     "smoothness": {"smoothness": 1e-3},
     "plays alone": {"duhem": None},
+    "coupled plays": {"ratios": "fit"},
 }
 
 # Errors that are nothing, in % of the range, where the noise is 0.05.
@@ -85,6 +86,42 @@ def test_a_mode_that_is_asked_for_is_found_behind_a_square() -> None:
     u = varied(stage)
     in_sample, off = errors(stage, u, measured(stage, u), {"dynamics": 2})
     assert max(in_sample, off) < 0.2
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_an_experiment_is_told_whatever_the_thresholds(seed: int) -> None:
+    # Coupled plays have their kinks anywhere then, and their search ends by chance.
+    generator = np.random.default_rng(100 + seed)
+    thresholds = np.r_[0.0, np.sort(generator.uniform(0.0, 75.0, 60))[1:]]
+    weights = 0.015 * generator.exponential(1.0, 59) * np.exp(-thresholds[1:] / 37.5)
+    plays = mh.PrandtlIshlinskii(np.r_[0.6, weights], thresholds)
+    behind = mh.Stage(
+        mh.PrandtlIshlinskii([1.0], [0.0]),
+        creep=mh.plant.Creep([0.01, 0.01, 0.01], [0.1, 1.0, 10.0]),
+        dynamics=mh.plant.SecondOrder(900.0, 0.03),
+    )
+
+    def position(u: Array, rate: float) -> Array:
+        x = plays.forward().run(u)
+        return np.asarray(behind.forward(1.0 / rate).run(x + 1.5e-3 * x**2))
+
+    parts = mh.signals.experiment(0.0, 150.0, slew=2000.0, rate=1000.0, fast_rate=10_000.0)
+    noise, records = 0.05, []
+    for part in parts:
+        y = position(part.drive, part.rate)
+        records.append((part.drive, y + generator.normal(0.0, noise, y.size)))
+    intervals = [1.0 / part.rate for part in parts]
+    other = np.concatenate(
+        [np.linspace(*ends, 400) for ends in pairwise([0.0, 140.0, 20.0, 90.0, 40.0, 60.0])]
+    )
+    told: dict[str, list[float]] = {}
+    settings: dict[str, dict[str, Any]] = {"default": {}, "offset": {"input_offset": 0.0}}
+    for name, setting in settings.items():
+        found = mh.identify(records, dt=intervals, **setting)
+        off = np.asarray(found.predict(other, dt=1e-3)) - position(other, 1000.0)
+        told[name] = [found.fit.rmse, float(np.std(off))]
+    assert told["default"][0] < 1.1 * noise and told["default"][1] < noise
+    assert told["default"] == pytest.approx(told["offset"], rel=0.02)
 
 
 @pytest.mark.slow

@@ -125,6 +125,7 @@ def test_what_ends_at_an_edge_is_told_without_a_number_that_is_none() -> None:
         dt=records[0].dt,
         operators=16,
         weights="free",
+        ratios="fit",
         dynamics=2,
     )
     assert isinstance(found.dynamics, mh.plant.SecondOrder) and found.dead_time is not None

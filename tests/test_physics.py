@@ -18,7 +18,7 @@ INSIDE, BESIDE = 0.10, 0.40
 BESIDE_CLASS = ("Bouc-Wen, slow amplifier", "thresholds that grow with speed")
 # % of the stroke, rms: with feedback, and in the tenth period of learning. No weights follow
 # thresholds that grow with speed.
-FEEDBACK, LEARNED = 0.03, 0.01
+FEEDBACK, LEARNED = 0.03, 0.012
 FEEDBACK_BESIDE = {"thresholds that grow with speed": 0.05}
 LEARNED_BESIDE = {"thresholds that grow with speed": 0.04}
 

@@ -25,6 +25,7 @@ def test_the_errors_of_the_measured_stack_are_no_smaller_than_the_spread_of_fits
             skip=skip,
             operators=20,
             weights="split",
+            ratios="fit",
             smoothness=1e-5,
             dynamics=None,
             creep=None,

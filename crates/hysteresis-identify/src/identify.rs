@@ -38,8 +38,9 @@ use crate::uncertainty::standard_errors::{Covariance, Spread, StandardErrors};
 /// Fits a model to records: weights w_i >= 0, one output offset per record, and whatever `options` leaves to search.
 ///
 /// The sum of squared errors over all fitted samples is minimised. Weights and output offsets are exact at every
-/// point of the search (QR of the regressor, block by block, then non-negative least squares on its triangle);
-/// ratios, input offset and delay go from the best of several starts on a selection of the samples to Gauss-Newton
+/// point of the search (QR of the regressor, block by block, then non-negative least squares on its triangle).
+/// Plays are fitted first; coupled plays take their place if they predict better ([`RatiosModel::Auto`](crate::RatiosModel::Auto)).
+/// Their ratios and input offset, and the delay, go from the best of several starts on a selection of the samples to Gauss-Newton
 /// steps on all of them. `progress` is called after every pass over the records; [`ControlFlow::Break`] stops, with the
 /// best so far as the result ([`Stop::KeepBest`]) or without one.
 ///

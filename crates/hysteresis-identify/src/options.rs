@@ -63,7 +63,8 @@ pub struct Options {
     /// The ratios of the thresholds. Ignored by the conventional model.
     pub ratios: RatiosModel,
     /// Where the operators have their zero, in the unit of the input: searched in the range of the input and a
-    /// fifth of that range beyond either end.
+    /// fifth of that range beyond either end. That of plays moves their virgin state alone. It is where the first record begins; or 0, an
+    /// end of the range of the input or its middle, where this lowers the sum of squares of the plays alone to less than half.
     pub input_offset: Setting<f64>,
     /// The sampling interval of the records in seconds, for those that do not have their own
     /// ([`Record::sampled_every`](crate::Record::sampled_every)). Without any, only the hysteresis can be fitted.

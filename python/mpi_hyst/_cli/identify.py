@@ -95,7 +95,11 @@ class Request(Files):
         "ones are left out, too.  [default: auto]",
     )
     thresholds: Literal["uniform", "quantiles", "geometric"] = thresholds(passed=_FIT)
-    ratios: tuple[float, float, float] | None = ratios(passed=_FIT)
+    ratios: tuple[float, float, float] | Literal["fit"] | None = ratios(
+        passed=_FIT,
+        help="Ratios ra/r, rb/r, rc/r of the coupled plays; fit: to be found.  "
+        "[default: plays, 1,1,1, or fit where that predicts better]",
+    )
     input_offset: float | None = input_offset(passed=_FIT)
     dead_time: float | None = dead_time(passed=_FIT)
     dynamics: int | Literal["auto", "none"] | None = option(

@@ -140,25 +140,29 @@ def _of_type(kind: Any) -> dict[str, Any]:
     return {"type": FILE if kind is Path else kind} if kind in (Path, int, float) else {}
 
 
-def numbers(names: str) -> dict[str, Any]:
-    """Make an option of numbers with commas between them: one for each name, or any with `...`."""
+def numbers(names: str, *words: str) -> dict[str, Any]:
+    """Make an option of numbers with commas between them: one for each name, or any with `...`.
+
+    One of the words may stand in their place.
+    """
     count = None if names.endswith("...") else len(names.split(","))
 
     def convert(
         context: click.Context, option: click.Parameter, value: str | None
-    ) -> tuple[float, ...] | None:
-        if value is None:
-            return None
+    ) -> tuple[float, ...] | str | None:
+        if value is None or value in words:
+            return value
         try:
             found = tuple(float(part) for part in value.split(","))
         except ValueError:
             found = ()
         if not found or len(found) != (count or len(found)):
-            message = f"expected {names}, {count or 'any'} numbers, got {value!r}"
+            expected = ", ".join([f"{names}, {count or 'any'} numbers", *words])
+            message = f"expected {expected}, got {value!r}"
             raise click.BadParameter(message, context, option)
         return found
 
-    return {"metavar": names, "callback": convert}
+    return {"metavar": "|".join((names, *words)), "callback": convert}
 
 
 def word_or(words: tuple[str, ...], number: str, read: Callable[[str], float]) -> dict[str, Any]:
@@ -223,8 +227,7 @@ def thresholds(**how: Any) -> Any:
 
 def ratios(**how: Any) -> Any:
     """Make a field the ratios of the thresholds."""
-    said = "Ratios ra/r, rb/r, rc/r.  [default: fitted]"
-    return option(**numbers("RA,RB,RC"), help=said, **how)
+    return option(**numbers("RA,RB,RC", "fit"), **how)
 
 
 def input_offset(**how: Any) -> Any:

@@ -109,7 +109,9 @@ class Request:
     operators: int | None = option(passed=_PLACES, help="Number of operators.  [default: 20]")
     smoothness: float | Literal["auto"] = smoothness(passed=_PLACES)
     thresholds: Literal["uniform", "quantiles", "geometric"] = thresholds(passed=_PLACES)
-    ratios: tuple[float, float, float] | None = ratios(passed=_PLACES)
+    ratios: tuple[float, float, float] | Literal["fit"] | None = ratios(
+        passed=_PLACES, help="Ratios ra/r, rb/r, rc/r of the coupled plays.  [default: fit]"
+    )
     input_offset: float | None = input_offset(passed=_PLACES)
     dead_time: float | None = dead_time(passed=_PLACES)
     creep: int | Literal["auto", "none", "log"] | None = creep(passed=_PLACES)

@@ -25,6 +25,7 @@ from mpi_hyst._report.summary import (
     ERROR,
     choices,
     findings_rows,
+    has_plays,
     parameters,
     pooled,
     title,
@@ -123,8 +124,9 @@ def report_of_arrays(
 
 def short_name(found: mh.results.Identification) -> str:
     """Return the kind of model, for a legend."""
-    modified = isinstance(found.model, mh.ModifiedPrandtlIshlinskii)
-    return "modified (coupled plays)" if modified else "conventional (plays)"
+    if not isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
+        return "conventional (plays)"
+    return "modified (plays)" if has_plays(found) else "modified (coupled plays)"
 
 
 def _base(records: Records) -> str:

@@ -68,8 +68,14 @@ def title(found: mh.results.Identification, records: int) -> str:
 def model_name(found: mh.results.Identification) -> str:
     """Return the kind of model and its number of operators."""
     if isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
-        return f"modified Prandtl-Ishlinskii model, {found.model.operators} coupled plays,"
+        operators = "plays" if has_plays(found) else "coupled plays"
+        return f"modified Prandtl-Ishlinskii model, {found.model.operators} {operators},"
     return f"conventional Prandtl-Ishlinskii model, {found.model.operators} plays,"
+
+
+def has_plays(found: mh.results.Identification) -> bool:
+    """Return whether the operators are plays, which are coupled plays of these ratios."""
+    return found.ratios == (1.0, 1.0, 1.0)
 
 
 def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, str]]:
@@ -90,7 +96,9 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
             with_error(ratio, std, scale=1.0, bounds=(0.0, 1.0, 2.0))
             for ratio, std in zip(found.ratios, found.ratios_std, strict=True)
         )
-        pairs.append(("ratios ra/r, rb/r, rc/r", ratios + given("ratios")))
+        no_better = has_plays(found) and "ratios" not in task.given
+        why = "  (coupled plays predict no better)" if no_better else given("ratios")
+        pairs.append(("ratios ra/r, rb/r, rc/r", ratios + why))
     low, high = found.drive_range
     offset = with_error(
         *(found.model.input_offset, found.input_offset_std, task.input.unit), scale=high - low

@@ -116,7 +116,9 @@ fn best_of_directions(
         if found.partial {
             return Err(Error::Interrupted);
         }
-        if !rises(&found) {
+        // Dynamics that nothing can run stand for something else.
+        let leads = asked.dynamics == DynamicsModel::Auto && found.fit.leads();
+        if leads || !rises(&found) {
             continue;
         }
         let predicts = validated(records, &found)?;

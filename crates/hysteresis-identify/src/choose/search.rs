@@ -33,10 +33,12 @@ pub(crate) fn search_all(
 }
 
 /// The same with a number of operators that is known, and with dynamics that may still stand in for what the hysteresis lacks. Where coupled
-/// plays are better than the plays that were asked for first, everything is searched once more with them.
+/// plays are better than the plays that were asked for first, or these need dynamics that nothing can run, everything is searched once more
+/// with coupled plays.
 fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     let plays = search_terms(records, asked, monitor)?;
-    if asked.chooses_coupling() && !plays.options.chooses_coupling() {
+    let are_too_few = !plays.options.chooses_coupling() || asked.dynamics == DynamicsModel::Auto && plays.fit.leads();
+    if asked.chooses_coupling() && are_too_few && !plays.partial {
         // The part of the work before is done: progress does not go back.
         monitor.hold();
         monitor.enter(SearchStage::Scan);

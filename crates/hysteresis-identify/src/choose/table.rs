@@ -17,17 +17,20 @@ use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::maps::MapModel;
 use crate::terms::slow_gain::SlowGainModel;
 
+/// Where loops are all alike, one predicts the other with any term that fits: it must be of use to a fit that leaves so much of the range.
+const LEAST_LEFT: f64 = 0.005;
+
 /// The terms. What makes a stage harder to read must gain a tenth of the error: more unknowns cost something.
 pub(crate) const TABLE: [Row; 9] = [
-    Row { terms: 1, is_costly: false, term: &Curves { in_front: true, behind: false } },
-    Row { terms: 1, is_costly: false, term: &Curves { in_front: false, behind: true } },
-    Row { terms: 1, is_costly: false, term: &CoupledPlays },
-    Row { terms: 1, is_costly: false, term: &CreepOfEveryDecade },
-    Row { terms: 1, is_costly: false, term: &SlowGainOfUsualTime },
-    Row { terms: 0, is_costly: false, term: &NoDynamics },
-    Row { terms: 2, is_costly: true, term: &Curves { in_front: true, behind: true } },
-    Row { terms: 1, is_costly: true, term: &LagInFront },
-    Row { terms: 1, is_costly: true, term: &DynamicsBehindMap },
+    Row { terms: 1, is_costly: false, least_left: LEAST_LEFT, term: &Curves { in_front: true, behind: false } },
+    Row { terms: 1, is_costly: false, least_left: LEAST_LEFT, term: &Curves { in_front: false, behind: true } },
+    Row { terms: 1, is_costly: false, least_left: 0.0, term: &CoupledPlays },
+    Row { terms: 1, is_costly: false, least_left: LEAST_LEFT, term: &CreepOfEveryDecade },
+    Row { terms: 1, is_costly: false, least_left: LEAST_LEFT, term: &SlowGainOfUsualTime },
+    Row { terms: 0, is_costly: false, least_left: LEAST_LEFT, term: &NoDynamics },
+    Row { terms: 2, is_costly: true, least_left: LEAST_LEFT, term: &Curves { in_front: true, behind: true } },
+    Row { terms: 1, is_costly: true, least_left: LEAST_LEFT, term: &LagInFront },
+    Row { terms: 1, is_costly: true, least_left: LEAST_LEFT, term: &DynamicsBehindMap },
 ];
 
 /// Creep with an amplitude for every decade, in place of the two that the linear part has: creep by a power of time.
@@ -66,7 +69,7 @@ impl Term for CoupledPlays {
     ) -> Result<Vec<Variant>, Error> {
         let Place { space, point } = &from.place;
         // An operator beside the plays does what they would.
-        if !from.options.chooses_coupling() || from.options.duhem != DuhemModel::Auto {
+        if !from.options.chooses_coupling() || matches!(from.options.duhem, DuhemModel::Near(_)) {
             return Ok(Vec::new());
         }
         let options = from.options.with_coupled_plays();

@@ -37,6 +37,8 @@ pub(crate) struct Row {
     /// Whether its variants are searches of their own, or may stand for a term that another row has: then they are tried where no other term
     /// is better.
     pub(crate) is_costly: bool,
+    /// Where loops are all alike: the share of the range that a fit leaves at least where its variants are tried.
+    pub(crate) least_left: f64,
     pub(crate) term: &'static dyn Term,
 }
 
@@ -54,10 +56,8 @@ pub(crate) trait Term: Sync {
 /// By which factor a term must lower the mean square error of prediction.
 pub(crate) const MUST_GAIN: f64 = 1.2;
 
-/// Where loops are all alike, one predicts the other with any term that fits: a term must halve the error, of a fit that leaves so much of
-/// the range.
+/// Where loops are all alike, one predicts the other with any term that fits: a term must halve the error.
 pub(crate) const MUST_GAIN_OF_LIKE_LOOPS: f64 = 4.0;
-const LEAST_LEFT_OF_LIKE_LOOPS: f64 = 0.005;
 
 /// By which factor a term must lower the objective by the derivatives at the fit without it, before it is searched at all. Where
 /// there is a map in truth that is 1.4 at least, elsewhere 1.1 at most: a quarter of what it must gain is asked for.
@@ -190,9 +190,11 @@ impl TermSearch<'_> {
     /// The neighbours that are better than a candidate, those of them left out that another is better than: what is quick to try comes
     /// first, then what is costly, then what is simpler.
     fn better_neighbours(&self, from: &Candidate, way: &mut Way<'_, '_>) -> Result<Vec<Candidate>, Error> {
-        if self.leaves_something(from) && (self.variety.amplitudes || self.left(from) >= LEAST_LEFT_OF_LIKE_LOOPS) {
+        if self.leaves_something(from) {
+            let left = if self.variety.amplitudes { f64::INFINITY } else { self.left(from) };
             for costly in [false, true] {
-                let better = self.better_of_rows(self.table.iter().filter(|row| row.is_costly == costly), from, way)?;
+                let rows = self.table.iter().filter(|row| row.is_costly == costly && left >= row.least_left);
+                let better = self.better_of_rows(rows, from, way)?;
                 if !better.is_empty() {
                     return Ok(better);
                 }

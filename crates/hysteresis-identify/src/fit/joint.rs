@@ -66,6 +66,11 @@ impl JointFit {
         axis.is_some_and(|axis| axis.is_at_upper(&self.fit.point))
     }
 
+    /// Whether the position would answer before the drive: a dead time below zero beside dynamics.
+    pub(crate) fn leads(&self) -> bool {
+        self.space.order().is_some() && self.dead_time_samples() < 0.0
+    }
+
     /// The dead time in samples of the fastest record.
     pub(crate) fn dead_time_samples(&self) -> f64 {
         self.fit.point.get(Parameter::DeadTime) / self.space.intervals().smallest()

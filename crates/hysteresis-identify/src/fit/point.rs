@@ -39,6 +39,8 @@ pub(crate) enum Parameter {
     /// f+ and f- of the Duhem operator at a knot, by its number, in their scale.
     DuhemRising(usize),
     DuhemFalling(usize),
+    /// How many times as large its output is as with the knots that were chosen, which move with it.
+    DuhemLogAmplitude,
 }
 
 impl Parameter {
@@ -46,12 +48,18 @@ impl Parameter {
     pub(crate) fn of_hysteresis() -> impl Iterator<Item = Self> {
         let maps = (0..COEFFICIENTS).flat_map(|number| [Self::InputMap(number), Self::OutputMap(number)]);
         let duhem = (0..MOST_KNOTS).flat_map(|number| [Self::DuhemRising(number), Self::DuhemFalling(number)]);
-        [Self::Ra, Self::RbShare, Self::Rc, Self::InputOffset].into_iter().chain(maps).chain(duhem)
+        let alone = [Self::Ra, Self::RbShare, Self::Rc, Self::InputOffset, Self::DuhemLogAmplitude];
+        alone.into_iter().chain(maps).chain(duhem)
     }
 
     /// Whether it is one of a mode beside the first.
     pub(crate) fn is_of_further_mode(self) -> bool {
         matches!(self, Self::ModeLogFrequency(_) | Self::ModeLogDamping(_) | Self::ModeGain(_))
+    }
+
+    /// Whether it is one of the Duhem operator.
+    pub(crate) fn is_of_duhem(self) -> bool {
+        matches!(self, Self::DuhemRising(_) | Self::DuhemFalling(_) | Self::DuhemLogAmplitude)
     }
 
     /// Those of the dynamics, and of the dead time and the amplifier beside them.
@@ -86,6 +94,7 @@ impl Parameter {
             Self::ModeGain(number) => FIRST_MODE + 3 * number + 2,
             Self::DuhemRising(number) => DUHEM + number,
             Self::DuhemFalling(number) => DUHEM + MOST_KNOTS + number,
+            Self::DuhemLogAmplitude => DUHEM + 2 * MOST_KNOTS,
         }
     }
 }
@@ -103,7 +112,7 @@ const FIRST_MODE: usize = SLOW_GAIN + 2;
 const DUHEM: usize = FIRST_MODE + 3 * (MAX_MODES - 1);
 
 /// How many values there are.
-const VALUES: usize = DUHEM + 2 * MOST_KNOTS;
+const VALUES: usize = DUHEM + 2 * MOST_KNOTS + 1;
 
 /// A value for every [`Parameter`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -229,11 +238,16 @@ pub(crate) fn map_axes(parameter: fn(usize) -> Parameter) -> impl Iterator<Item 
     (0..COEFFICIENTS).map(move |number| Axis { parameter: parameter(number), lower, upper, scale: 1.0 })
 }
 
-/// Those of f+ and f- at so many knots.
+/// How far the amplitude of a Duhem operator is searched either way, and a bold step: further on, knots are chosen anew.
+const DUHEM_LOG_AMPLITUDE: (f64, f64) = (1.5, 0.5);
+
+/// Those of f+ and f- at so many knots, and of the amplitude.
 pub(crate) fn duhem_axes(knots: usize) -> impl Iterator<Item = Axis> {
     let (lower, upper) = duhem::BOUNDS;
     let parameters = (0..knots).flat_map(|number| [Parameter::DuhemRising(number), Parameter::DuhemFalling(number)]);
-    parameters.map(move |parameter| Axis { parameter, lower, upper, scale: duhem::STEP })
+    let (most, scale) = DUHEM_LOG_AMPLITUDE;
+    let amplitude = Axis { parameter: Parameter::DuhemLogAmplitude, lower: -most, upper: most, scale };
+    parameters.map(move |parameter| Axis { parameter, lower, upper, scale: duhem::STEP }).chain([amplitude])
 }
 
 /// Those of a slow gain.

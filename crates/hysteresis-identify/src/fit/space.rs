@@ -66,14 +66,13 @@ impl Space {
         };
         let placement = Placement::new(records, options.has_plays(), &options.thresholds);
         let (low, high) = placement.bounds();
-        let range = high - low;
         let shift = shift_columns(records, options.loop_shift, &intervals, (low, high))?;
         let mut axes = operator_axes(options, (low, high));
         let mut origin = Point::zero().with_ratios(options.known_ratios().unwrap_or(Ratios::PAPER));
         let offset = match options.input_offset {
             Setting::Fixed(offset) => offset,
             Setting::Fit if options.chooses_coupling() => records.first().map_or(low, |record| record.input()[0]),
-            Setting::Fit => low + 0.5 * range,
+            Setting::Fit => low + 0.5 * (high - low),
         };
         origin = origin.with(Parameter::InputOffset, offset);
         match options.dead_time {
@@ -92,7 +91,7 @@ impl Space {
             axes.extend(duhem_axes(table.knots.len()));
             origin = at_duhem(&origin, table);
         }
-        for axis in axes.iter().filter(|axis| axis.parameter == Parameter::LogFrequency) {
+        if let Some(axis) = axes.iter().find(|axis| axis.parameter == Parameter::LogFrequency) {
             origin = origin.with(Parameter::LogFrequency, 0.5 * (axis.lower + axis.upper));
         }
         let bandwidth = match options.amplifier {
@@ -267,7 +266,8 @@ impl Space {
             (0..knots.len()).map(|number| scale * point.get(parameter(number))).collect()
         };
         let (rising, falling) = (values(Parameter::DuhemRising), values(Parameter::DuhemFalling));
-        Some(DuhemTable { knots: knots.clone(), rising, falling })
+        let times = point.get(Parameter::DuhemLogAmplitude).exp();
+        Some(DuhemTable { knots: knots.clone(), rising, falling }.scaled(times))
     }
 
     /// The slow gain at a point, if there is one.
@@ -393,7 +393,7 @@ impl Space {
 
 /// A point with f+ and f- of a Duhem operator, in their scale.
 pub(crate) fn at_duhem(point: &Point, table: &DuhemTable) -> Point {
-    let scale = table.scale();
+    let (scale, point) = (table.scale(), &point.with(Parameter::DuhemLogAmplitude, 0.0));
     table.rising.iter().zip(&table.falling).enumerate().fold(*point, |point, (number, (rising, falling))| {
         let point = point.with(Parameter::DuhemRising(number), rising / scale);
         point.with(Parameter::DuhemFalling(number), falling / scale)
@@ -505,7 +505,7 @@ impl Space {
 
     /// The same with another Duhem operator, which is searched from there on.
     pub(crate) fn with_duhem(&self, table: &DuhemTable) -> Self {
-        let is_other = |axis: &&Axis| !matches!(axis.parameter, Parameter::DuhemRising(_) | Parameter::DuhemFalling(_));
+        let is_other = |axis: &&Axis| !axis.parameter.is_of_duhem();
         let axes = self.axes.iter().filter(is_other).copied().chain(duhem_axes(table.knots.len())).collect();
         let duhem = Some(DuhemSpace { knots: table.knots.clone(), scale: table.scale() });
         Self { axes, origin: at_duhem(&self.origin, table), duhem, ..self.clone() }

@@ -27,7 +27,7 @@ pub struct Identification {
     /// The hysteresis, with the output offset of the first record: before creep, dynamics and dead time.
     #[cfg_attr(feature = "serde", serde(with = "crate::saved::model"))]
     pub model: Model,
-    /// The ratios of its thresholds; [`Ratios::PLAY`] for the conventional model.
+    /// The ratios of its thresholds; [`Ratios::PLAY`] for plays and for the conventional model.
     pub ratios: Ratios,
     /// The linear dynamics behind it, if there are any, of unit static gain; none where there are several
     /// [`modes`](Self::modes).

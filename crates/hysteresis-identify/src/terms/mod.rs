@@ -2,7 +2,7 @@
 //!
 //! | term | option | searched | enters as | chosen in |
 //! |---|---|---|---|---|
-//! | operators | `Thresholds`, `ModelKind` | ratios, input offset | columns z_i | `choose::structure` |
+//! | operators | `Thresholds`, `ModelKind`, `RatiosModel` | ratios, input offset | columns z_i | `choose::structure`, `choose::table` |
 //! | weights | `WeightLaw`, smoothness | none: they are linear | unknowns c, w = B c | `choose::structure` |
 //! | loop shift | `LoopShiftModel` | none: its amplitudes are linear | columns m and n | `choose::structure` |
 //! | creep | `CreepModel` | amplitudes | a filter behind the operators | `choose::structure` |

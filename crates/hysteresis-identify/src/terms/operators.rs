@@ -42,12 +42,20 @@ impl ModelKind {
     }
 }
 
-/// The ratios ra/r, rb/r and rc/r that the thresholds of coupled plays have, equation (3). The conventional model has none.
+/// The ratios ra/r, rb/r and rc/r that the thresholds of coupled plays have, equation (3); plays are coupled plays whose ratios are 1.
+///
+/// ```
+/// use hysteresis_core::Ratios;
+/// use hysteresis_identify::{Options, RatiosModel};
+/// assert_eq!(Options::default().ratios, RatiosModel::Auto);
+/// let known = Options { ratios: RatiosModel::Fixed(Ratios::PAPER), ..Options::default() };
+/// # assert_ne!(known, Options::default());
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RatiosModel {
-    /// Those of plays, all 1, unless coupled plays predict stretches of the records better by a tenth of the error. Where nothing else is
-    /// left to cross-validation they are searched.
+    /// Those of plays, unless coupled plays predict stretches of the records better by a tenth of the error: then everything is searched
+    /// once more with these. [`Fit`](Self::Fit) where nothing else is left to cross-validation.
     #[default]
     Auto,
     /// Searched in 2 >= ra/r >= rb/r >= 0, 1 >= rc/r >= 0.
@@ -70,9 +78,9 @@ const FEWEST: usize = 20;
 pub enum Thresholds {
     /// That many operators at r_i = i X / n, i = 0..n-1, the first of them the identity.
     ///
-    /// X is the largest |u - `input_offset`| of all records (skipped samples included) for the modified model; it
-    /// moves with an offset that is searched. For the conventional model X is half the peak-to-peak of the input: a
-    /// play of threshold r moves both ways only on strokes above 2 r.
+    /// X is the largest |u - `input_offset`| of all records (skipped samples included) for coupled plays; it moves with an
+    /// offset that is searched. For plays, those of the conventional model and those of [`RatiosModel::Auto`], X is half the peak-to-peak
+    /// of the input: a play of threshold r moves both ways only on strokes above 2 r.
     Uniform(usize),
     /// As [`Uniform`](Self::Uniform), 20 of them, or 40 or 80 where these predict stretches of the records better: by a fiftieth of
     /// the error at least, and by more than its standard error. Each number is compared with the one before. A number that the samples
@@ -84,8 +92,8 @@ pub enum Thresholds {
     Auto,
     /// That many operators, the first of them the identity, at quantiles of the amplitudes at which the input turns
     /// round: dense where it does so often. The amplitudes are |u - `input_offset`| at the reversals of all records,
-    /// those nearer to each other than a hundredth of the largest counted once; for the conventional model they are
-    /// half the distances between successive reversals.
+    /// those nearer to each other than a hundredth of the largest counted once; for plays they are half the distances between
+    /// successive reversals.
     Quantiles(usize),
     /// As many operators as [`Refined`](Self::Refined) would take, at [`Quantiles`](Self::Quantiles).
     RefinedQuantiles,

@@ -1,9 +1,8 @@
 //! Models side by side: arguments in, a row for each model out.
 
-use hysteresis_core::Ratios;
 use hysteresis_identify::{
     self as identification, AmplifierModel, CreepModel, DuhemModel, DynamicsModel, LoopShiftModel, Loss, MapModel,
-    ModesModel, Options, Setting, SlowGainModel, Stop, WeightLaw,
+    ModesModel, Options, RatiosModel, Setting, SlowGainModel, Stop, WeightLaw,
 };
 use hysteresis_python_macros::{function, methods};
 use numpy::PyArray1;
@@ -240,8 +239,8 @@ impl Comparison {
 /// dt : float or list of float, optional
 ///     Sampling interval in seconds. Without it a Duhem operator is the only extension, and times are in samples.
 /// operators, weights, ratios, input_offset, dead_time, thresholds, smoothness, loss
-///     As in `identify`, for every model. Plays have no ratios; for split weights they have free ones. Glitches are those that
-///     the last model leaves.
+///     As in `identify`, for every model. Plays have no ratios; for coupled plays "auto" is "fit". For split weights plays have free ones.
+///     Glitches are those that the last model leaves.
 /// creep, loop_shift, slow_gain, dynamics, modes, amplifier, input_map, output_map, duhem
 ///     As in `identify`, for the extensions. None leaves one out; modes and amplifier are those of the dynamics.
 /// skip : int or list of int
@@ -284,7 +283,7 @@ pub(crate) fn compare(
     #[py(*, = None)] dt: Option<Interval>,
     #[py(= None)] operators: Option<Operators>,
     #[py(field = "auto")] weights: WeightLaw,
-    #[py(field = "fit")] ratios: Setting<Ratios>,
+    #[py(field = "auto")] ratios: RatiosModel,
     #[py(field = "fit")] input_offset: Setting<f64>,
     #[py(field = "fit")] dead_time: Setting<f64>,
     #[py(field = "auto")] dynamics: DynamicsModel,

@@ -64,7 +64,7 @@ impl Identification {
         object(py, self.found.model.clone())
     }
 
-    /// The ratios (ra/r, rb/r, rc/r) of the thresholds; (1, 1, 1) for the conventional model.
+    /// The ratios (ra/r, rb/r, rc/r) of the thresholds; (1, 1, 1) for plays and for the conventional model.
     #[getter]
     fn ratios(&self) -> (f64, f64, f64) {
         let Ratios { ra, rb, rc } = self.found.ratios;
@@ -215,13 +215,13 @@ impl Identification {
         read_only(py, if split { &errors.weights_negative } else { &errors.weights }.iter().copied())
     }
 
-    /// Standard errors of the ratios: 0 where given, NaN where at a bound.
+    /// Standard errors of the ratios: 0 where given and for plays, NaN where at a bound.
     #[getter]
     fn ratios_std(&self) -> (f64, f64, f64) {
         self.found.standard_errors.ratios.into()
     }
 
-    /// Standard error of the input offset: 0 if it was given.
+    /// Standard error of the input offset: 0 if it was given, and for plays.
     #[getter]
     fn input_offset_std(&self) -> f64 {
         self.found.standard_errors.input_offset

@@ -1,6 +1,5 @@
 //! Identification: arguments in, a model and its errors out.
 
-use hysteresis_core::Ratios;
 use hysteresis_identify::{
     self as identification, AmplifierModel, CreepModel, DuhemModel, DynamicsModel, LoopShiftModel, Loss, MapModel,
     ModelKind, ModesModel, Options, RatiosModel, Setting, SlowGainModel, Stop, WeightLaw,
@@ -44,15 +43,19 @@ use crate::convert::errors;
 ///     records as well as the best, within the standard error of the ratio of their mean squares. Where that is the quadratic law, free
 ///     weights are judged once more with every number of operators that is tried.
 /// operators : int or "auto", optional
-///     How many. With uniform thresholds r_i = i X / n; the first is the identity. Without a number there are as many as thresholds that
+///     How many. With uniform thresholds r_i = i X / n; the first is the identity. X is half the range of u for plays, and the largest
+///     |u - input_offset| for coupled plays. Without a number there are as many as thresholds that
 ///     are given; else 20, or 40 or 80 where each doubling predicts held-out stretches of the records better, by 2 % of the error at
 ///     least and by more than its standard error. "auto" takes the fewest of 4 to 80 that predict them as well as any. Either is
 ///     chosen with everything else in the model; every stretch is predicted from weights fitted to the others, all that is
 ///     searched linearised about its values for all. A sample costs the same with any number of operators.
-/// ratios : "fit" or (ra, rb, rc)
-///     Thresholds as fractions of r.
+/// ratios : "auto", "fit" or (ra, rb, rc)
+///     Thresholds of the coupled plays as fractions of r. Plays have (1, 1, 1). "auto" takes plays, unless coupled plays predict held-out
+///     stretches better by a tenth of the error; then everything is searched once more with these. "fit" takes coupled plays. So does
+///     "auto" where nothing else is left to cross-validation.
 /// input_offset : "fit" or float
-///     In the unit of u. The conventional model fixes it at the middle of the input range.
+///     In the unit of u. That of plays says where they are virgin: "fit" is where the first record begins, or 0, an end of the range or its
+///     middle if the plays alone fit far better with that. The conventional model fixes it at the middle of the input range.
 /// dead_time : "fit" or float
 ///     What y lags u besides, in seconds; in samples where there is no dt.
 /// dynamics : "auto", None, 2 or 1

@@ -38,8 +38,10 @@ use crate::convert::objects::keywords;
 ///     The measured positions (um), a column for each actuator.
 /// dt : float, optional
 ///     Sampling interval in seconds. Without it dead times are in samples.
-/// model, ratios, input_offset, dead_time, thresholds
+/// model, input_offset, dead_time, thresholds
 ///     As for `identify`, the same for all actuators.
+/// ratios : "auto", "fit" or (ra, rb, rc)
+///     Thresholds of the coupled plays as fractions of r, the same for all actuators. "auto" is "fit" here.
 /// operators : int or "auto"
 ///     One number for all. It stays 20 where `identify` would double it.
 /// weights : "auto", "free", "quadratic" or "split"
@@ -95,7 +97,7 @@ pub(crate) fn identify_many(
     #[py(field = "modified")] model: ModelKind,
     #[py(= 20)] operators: Option<Operators>,
     #[py(field = "auto")] weights: WeightLaw,
-    #[py(field = "fit")] ratios: Setting<Ratios>,
+    #[py(field = "auto")] ratios: RatiosModel,
     #[py(field = "fit")] input_offset: Setting<f64>,
     #[py(field = "fit")] dead_time: Setting<f64>,
     #[py(= None)] thresholds: Option<Placing>,
@@ -262,8 +264,9 @@ fn keywords<'py>(
         skip = skip,
         threads = threads.get(),
     );
-    if let RatiosModel::Fixed(Ratios { ra, rb, rc }) = asked.ratios {
-        keywords.set_item("ratios", (ra, rb, rc))?;
+    match asked.ratios {
+        RatiosModel::Fixed(Ratios { ra, rb, rc }) => keywords.set_item("ratios", (ra, rb, rc))?,
+        RatiosModel::Auto | RatiosModel::Fit => keywords.set_item("ratios", "fit")?,
     }
     if let Setting::Fixed(offset) = asked.input_offset {
         keywords.set_item("input_offset", offset)?;
