@@ -7,8 +7,8 @@ use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
 use hysteresis_control::stage::{Stage, StageParts};
 use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Process, Ratios};
 use hysteresis_identify::{
-    AmplifierModel, DynamicsModel, Error, FindingCode, Identification, MapModel, Options, Order, Quality, Record,
-    Setting, Stop, Thresholds, identify,
+    AmplifierModel, DuhemModel, DynamicsModel, Error, FindingCode, Identification, MapModel, Options, Order, Quality,
+    Record, Setting, Stop, Thresholds, identify,
 };
 
 const DT: f64 = 1e-4;
@@ -228,7 +228,8 @@ fn maps_on_both_sides_are_found_where_one_does_not_do() {
     .unwrap();
     let (_, found) = found(&bent_twice, 1e-3, &options());
     assert!(found.input_map().is_some() && found.output_map().is_some());
-    for one in [Options { input_map: MapModel::None, ..options() }, Options { output_map: MapModel::None, ..options() }]
+    let plays = Options { duhem: DuhemModel::None, ..options() };
+    for one in [Options { input_map: MapModel::None, ..plays.clone() }, Options { output_map: MapModel::None, ..plays }]
     {
         let (_, with_one) = self::found(&bent_twice, 1e-3, &one);
         assert!(found.fit.rmse < 0.7 * with_one.fit.rmse, "{} {}", found.fit.rmse, with_one.fit.rmse);
