@@ -74,7 +74,9 @@ def test_no_number_without_meaning_is_printed(tmp_path: Path) -> None:
     y = 0.01 * u + np.random.default_rng(1).normal(0.0, 0.2, u.size)
     rows = np.stack([u, y], axis=1).tolist()
     path = write_csv(tmp_path / "line.csv", "drive_v,position_um", rows)
-    result = run("identify", str(path), *COLUMNS, "--operators", "6", "--weights", "free", "--ratios", "fit")
+    result = run(
+        "identify", str(path), *COLUMNS, "--operators", "6", "--weights", "free", "--ratios", "fit"
+    )
     assert result.exit_code == 0, result.output
     assert "not determined" in result.stdout
     errors = re.findall(r"± ([0-9.e+-]+)", result.stdout)
