@@ -210,7 +210,7 @@ def test_identify_finds_what_the_piezo_form_subtracts(record: Callable[[Stage], 
     assert found.duhem is not None and found.duhem.rising.max() < 0.0
     true = kind.position(other)
     with_it, without = (np.std(fit.predict(other) - true) for fit in (found, plays))
-    assert with_it < 1.5e-3 * np.ptp(true) and with_it < 0.5 * without
+    assert with_it < 3e-4 * np.ptp(true) and with_it < 0.1 * without
     # It has an inverse.
     inverse, forward = found.stage.inverse(LAW_DT), found.stage.forward(LAW_DT)
     targets = np.linspace(-20.0, 20.0, 200)
