@@ -53,7 +53,7 @@ def main() -> None:
 
     def single(pair: tuple[Array, Array]) -> mh.results.Identification:
         alone: dict[str, Any] = {"dynamics": None, "creep": None, "loop_shift": None}
-        alone |= {"input_map": None, "output_map": None}
+        alone |= {"input_map": None, "output_map": None, "ratios": "fit"}
         return mh.identify(pair[0], pair[1], **alone, **options)
 
     def in_parallel(pairs: list[tuple[Array, Array]]) -> list[mh.results.Identification]:
