@@ -29,7 +29,7 @@ FIXED: dict[str, dict[str, Any]] = {
 }
 
 # Errors that are nothing, in % of the range, where the noise is 0.05.
-NOTHING = 0.02
+NOTHING = 0.025
 
 # Of the other stages `make test-random` tells.
 FEW = {"plays", "relays"}
