@@ -23,7 +23,7 @@ use crate::records::signal::as_f64;
 const ROUNDS: usize = 5;
 
 /// So often everything is chosen anew without them.
-const CHOICES: usize = 3;
+const CHOICES: usize = 2;
 
 /// What is left out of every record.
 pub(crate) type LeftOut = Vec<Vec<usize>>;
