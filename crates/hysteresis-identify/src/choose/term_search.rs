@@ -103,8 +103,8 @@ pub(crate) struct Candidate {
     shifted: Option<CrossValidation>,
 }
 
-/// What tells models apart in the search: maps in front and behind, creep of every decade, slow gain, dynamics, an amplifier, and whether
-/// dynamics were sought anew.
+/// What tells models apart in the search: maps in front and behind, and plays; creep of every decade, slow gain, dynamics, an amplifier,
+/// and whether dynamics were sought anew.
 type Signature = ([bool; 3], bool, bool, Option<Order>, bool, bool);
 
 /// What a search has seen on its way.
@@ -156,7 +156,8 @@ impl TermSearch<'_> {
         let end = self.end_of(&first, MOST_CHANGES, &mut way)?;
         // With nothing more the dynamics are those that `linear_part` weighed, unless it was told too little of those that were asked
         // for.
-        let candidate = end.filter(|end| end.has_more() || first.has_too_little()).unwrap_or(first);
+        let is_kept = |end: &Candidate| end.has_more() || self.is_coupled(end) || first.has_too_little();
+        let candidate = end.filter(is_kept).unwrap_or(first);
         let untold = way.untold.filter(|_| !candidate.place.space.has_map());
         Ok(Some(Chosen { candidate, untold }))
     }
@@ -470,11 +471,7 @@ impl Candidate {
     fn has_more(&self) -> bool {
         let space = &self.place.space;
         let has_lag_in_front = space.has_amplifier() && space.order().is_none();
-        space.has_map()
-            || space.has_slow_gain()
-            || has_lag_in_front
-            || self.options.creep == CreepModel::EveryDecade
-            || !self.options.has_plays()
+        space.has_map() || space.has_slow_gain() || has_lag_in_front || self.options.creep == CreepModel::EveryDecade
     }
 
     /// Whether the records told too little of the dynamics that were asked for.
