@@ -195,7 +195,7 @@ impl Options {
 
     /// Whether it is open that the operators, which are plays so far, are coupled.
     pub(crate) fn chooses_coupling(&self) -> bool {
-        self.model == ModelKind::Modified && self.ratios == RatiosModel::Auto
+        self.model == ModelKind::Modified && self.has_plays()
     }
 
     /// The same with coupled plays whose ratios are searched, where these were left open.

@@ -116,9 +116,7 @@ fn best_of_directions(
         if found.partial {
             return Err(Error::Interrupted);
         }
-        // Dynamics that nothing can run stand for something else.
-        let leads = asked.dynamics == DynamicsModel::Auto && found.fit.leads();
-        if leads || !rises(&found) {
+        if found.leads(asked) || !rises(&found) {
             continue;
         }
         let predicts = validated(records, &found)?;

@@ -9,6 +9,7 @@ use crate::fit::progress::SearchMonitor;
 use crate::fit::space::Space;
 use crate::options::Options;
 use crate::records::record::Record;
+use crate::terms::dynamics::DynamicsModel;
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::weights::{WeightBasis, WeightLaw};
 use crate::uncertainty::standard_errors::StandardErrors;
@@ -36,6 +37,11 @@ impl Found {
     /// The sampling interval of records that have none of their own; 1, in samples, if none is known.
     pub(crate) fn interval(&self, records: &[Record<'_>]) -> f64 {
         self.options.dt.or(records.iter().find_map(Record::dt)).unwrap_or(1.0)
+    }
+
+    /// Whether dynamics that were not asked for answer before the drive: nothing can run them, and they stand for something else.
+    pub(crate) fn leads(&self, asked: &Options) -> bool {
+        asked.dynamics == DynamicsModel::Auto && self.fit.leads()
     }
 
     /// What is searched in the records with everything chosen.

@@ -37,8 +37,8 @@ pub(crate) fn search_all(
 /// with coupled plays.
 fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     let plays = search_terms(records, asked, monitor)?;
-    let are_too_few = !plays.options.chooses_coupling() || asked.dynamics == DynamicsModel::Auto && plays.fit.leads();
-    if asked.chooses_coupling() && are_too_few && !plays.partial {
+    let needs_coupling = !plays.options.chooses_coupling() || plays.leads(asked);
+    if asked.chooses_coupling() && needs_coupling && !plays.partial {
         // The part of the work before is done: progress does not go back.
         monitor.hold();
         monitor.enter(SearchStage::Scan);

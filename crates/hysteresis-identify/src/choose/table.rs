@@ -5,7 +5,7 @@ use crate::choose::found::{LinearEvidence, Place};
 use crate::choose::linear_part::{amplifier_starts, to_compare};
 use crate::choose::term_search::{Candidate, PASSES, Row, Term, TermSearch, Variant, has_two_amplitudes};
 use crate::error::Error;
-use crate::fit::descent::best_attempt;
+use crate::fit::descent::{best_attempt, best_points};
 use crate::fit::point::Parameter;
 use crate::fit::progress::{SearchMonitor, Span};
 use crate::fit::projection::rough;
@@ -77,15 +77,9 @@ impl Term for CoupledPlays {
         let basis = options.weight_basis(space.shift_len());
         let projection = rough(search.records, &space, &basis, search.smoothness)?;
         let starts = [space.with_other_ratios(point), space.starts_at(point)].concat();
-        let pieces = Span { from: 0.0, to: 0.0 }.shared_by(starts);
         monitor.hold();
-        let mut fits = monitor.side_by_side(pieces, |start, span, monitor| {
-            let fit = projection.fit(&start, None);
-            monitor.evaluated(&projection, &fit, span.to).map(|()| fit)
-        })?;
+        let starts = best_points(&projection, &starts, STARTS_OF_COUPLED_PLAYS, Span { from: 0.0, to: 0.0 }, monitor)?;
         drop(projection);
-        fits.sort_by(|p, q| p.objective.total_cmp(&q.objective));
-        let starts = fits.iter().take(STARTS_OF_COUPLED_PLAYS).map(|fit| fit.point).collect();
         Ok(vec![Variant { options, ..from.with(space, starts) }])
     }
 }

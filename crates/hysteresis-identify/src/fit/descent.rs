@@ -115,14 +115,7 @@ fn scan(
     span: Span,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Vec<ProjectedFit>, Error> {
-    // The fits at points, as a part of the work.
-    let mut fits_at = |points: &[Point], third: usize| {
-        let pieces = span.part(third, 3).shared_by(points.iter().collect());
-        monitor.side_by_side(pieces, |point, span, monitor| {
-            let fit = thinned.fit(point, None);
-            monitor.evaluated(thinned, &fit, span.to).map(|()| fit)
-        })
-    };
+    let mut fits_at = |points: &[Point], third: usize| fits_at(thinned, points, span.part(third, 3), monitor);
     let mut fits = fits_at(starts, 0)?;
     fits.sort_by(by_objective);
     let first = fits[0].point;
@@ -141,6 +134,32 @@ fn scan(
         fits.sort_by(by_objective);
     }
     Ok(fits)
+}
+
+/// The fits at points, as a part of the work.
+fn fits_at(
+    projection: &Projection<'_>,
+    points: &[Point],
+    span: Span,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Vec<ProjectedFit>, Error> {
+    monitor.side_by_side(span.shared_by(points.iter().collect()), |point, span, monitor| {
+        let fit = projection.fit(point, None);
+        monitor.evaluated(projection, &fit, span.to).map(|()| fit)
+    })
+}
+
+/// The points that fit best as they are, so many of them at most.
+pub(crate) fn best_points(
+    projection: &Projection<'_>,
+    points: &[Point],
+    most: usize,
+    span: Span,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Vec<Point>, Error> {
+    let mut fits = fits_at(projection, points, span, monitor)?;
+    fits.sort_by(by_objective);
+    Ok(fits.iter().take(most).map(|fit| fit.point).collect())
 }
 
 /// Where the best of these fits leads: in every round the better ones go on.

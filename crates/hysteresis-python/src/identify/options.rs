@@ -127,11 +127,9 @@ impl Argument<'_> for Setting<Ratios> {
 impl Argument<'_> for RatiosModel {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         if is_word(value, "auto") {
-            return Ok(Self::Auto);
-        }
-        match setting::<(f64, f64, f64)>(name, "three numbers (ra, rb, rc)", value)? {
-            Setting::Fixed((ra, rb, rc)) => Ok(Self::Fixed(Ratios { ra, rb, rc })),
-            Setting::Fit => Ok(Self::Fit),
+            Ok(Self::Auto)
+        } else {
+            Setting::<Ratios>::from_argument(name, value).map(Self::from)
         }
     }
 }
