@@ -219,6 +219,17 @@ def test_identify_finds_what_the_piezo_form_subtracts(record: Callable[[Stage], 
     )
 
 
+def test_what_adds_to_the_drive_is_found_on_like_loops() -> None:
+    # The position is steepest after a turn: the loops are traversed backwards, and what plays
+    # leave looks like a drift.
+    kind = Stage("backwards", -50.0, 50.0, lambda u: u + 0.5 * bouc_wen(u, 1.0, 0.6))
+    u, other = alike(kind), loops_of(kind, [0.7, 0.9, 0.35, 0.6])
+    found = mh.identify(u, measured(kind, u), dt=LAW_DT)
+    true = kind.position(other)
+    assert found.duhem is not None
+    assert np.std(found.predict(other) - true) < 5e-4 * np.ptp(true)
+
+
 def test_of_both_directions_the_one_that_predicts_better_is_taken() -> None:
     operator = (0.3692610938, 0.0138559287, 0.6269512447, -0.2514947166)
     plays = mh.PrandtlIshlinskii([0.8, 0.05, 0.05], [0.0, 8.0, 25.0])

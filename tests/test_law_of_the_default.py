@@ -80,6 +80,23 @@ def test_the_measured_stack() -> None:
     assert left["default"] <= 1.25 * min(left.values()), left
 
 
+def test_a_known_dead_time_leaves_plays_virgin_where_they_were() -> None:
+    def used(u: Array) -> Array:
+        # A stroke to the other end and back came before.
+        thresholds = np.linspace(0.0, 45.0, 19)
+        weights = np.r_[0.6, 0.04 * np.exp(-thresholds[1:] / 25.0)]
+        stage = mh.PrandtlIshlinskii(weights, thresholds).forward()
+        stage.run([0.0, 100.0])
+        return stage.run(u)
+
+    kind = Stage("used", 0.0, 100.0, used)
+    u = alike(kind)
+    y = measured(kind, u)
+    found, known = mh.identify(u, y, dt=DT), mh.identify(u, y, dt=DT, dead_time=0.0)
+    assert known.model.input_offset == found.model.input_offset == 100.0
+    assert known.fit.rmse < 1.1 * found.fit.rmse
+
+
 def test_a_mode_that_is_asked_for_is_found_behind_a_square() -> None:
     # Without the map the records tell too little of it: 1.0 % is left with a dead time alone.
     stage = next(stage for stage in STAGES if stage.name == "mode of a square")

@@ -9,6 +9,9 @@ from typing import Any, Literal
 import mpi_hyst as mh
 import numpy as np
 import pytest
+from law_stages import DT as LAW_DT
+from law_stages import Stage, lagged, usual, varied
+from law_stages import measured as kind_measured
 from support import Array
 
 NOISE = 0.015  # um, of the paper's gauges
@@ -201,6 +204,21 @@ def test_loops_that_are_left_out() -> None:
         found.leave_one_loop_out(DRIVE, y[:5])
     with pytest.raises(TypeError, match=r"^u: expected an array with y beside it"):
         found.leave_one_loop_out(DRIVE)
+
+
+def test_what_the_other_loops_do_not_tell_is_no_large_number() -> None:
+    # Behind a lag the others have seen a millionth of the plays that move in the first loop alone.
+    def position(u: Array) -> Array:
+        return lagged(usual(u), 0.012)
+
+    kind = Stage("behind a lag", -50.0, 50.0, position)
+    u = varied(kind)
+    y = kind_measured(kind, u, 2)
+    found = mh.identify(u, y, dt=LAW_DT, smoothness=0.0)
+    rows = found.leave_one_loop_out(u, y)
+    assert all(row.left_out.rmse < 5.0 * row.fitted.rmse for row in rows)
+    _, low, high = found.predict(u, interval=0.95)
+    assert (high - low).max() < 20.0 * found.noise
 
 
 # ---- the end of a record held out

@@ -23,7 +23,7 @@ use crate::fit::space::{Space, at_duhem};
 use crate::fit::tangent::Slope;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
-use crate::judge::findings_of_fit;
+use crate::judge::{are_backwards, findings_of_fit};
 use crate::options::Options;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
@@ -160,7 +160,7 @@ pub(crate) fn no_inverse(rise: f64, fall: f64) -> Option<Finding> {
 }
 
 /// By which factor an operator must lower the mean square error of prediction; none where time explains what plays
-/// leave, as loops that need not close would follow any drift.
+/// leave, as loops that need not close would follow any drift. Loops that are traversed backwards neither plays nor time explain.
 fn must_gain(records: &[Record<'_>], plays: &Found) -> Option<f64> {
     let findings = findings_of_fit(records, &plays.fit.chain(plays.interval(records)), &plays.options.thresholds);
     let has = |code: FindingCode| findings.iter().any(|finding| finding.code == code);
@@ -168,7 +168,7 @@ fn must_gain(records: &[Record<'_>], plays: &Found) -> Option<f64> {
     let is_apart = Variety::of(records).apart_from_time;
     match has(FindingCode::Drift) || has(FindingCode::Leakage) {
         _ if has(FindingCode::StartUpTransient) => None,
-        true => is_apart.then_some(MUST_GAIN_OF_LIKE_LOOPS),
+        true => (is_apart || are_backwards(records)).then_some(MUST_GAIN_OF_LIKE_LOOPS),
         false => Some(if is_apart { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS }),
     }
 }

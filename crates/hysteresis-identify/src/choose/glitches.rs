@@ -22,8 +22,9 @@ use crate::records::signal::as_f64;
 /// So many fits go on from where they were: the fewer glitches are left, the smaller ones are seen.
 const ROUNDS: usize = 5;
 
-/// So often everything is chosen anew without them.
+/// So often everything is chosen anew without them, if that may change a choice: if they have this share of the sum of squares that is left.
 const CHOICES: usize = 2;
+const MATTERS: f64 = 0.01;
 
 /// What is left out of every record.
 pub(crate) type LeftOut = Vec<Vec<usize>>;
@@ -31,7 +32,7 @@ pub(crate) type LeftOut = Vec<Vec<usize>>;
 /// The best of everything that was asked for, and what was left out of every record for it: what the records leave out already,
 /// and glitches if the loss of `asked` leaves them out and there are any.
 ///
-/// What was chosen while there were glitches is chosen anew without them. A search that was stopped is left as it is.
+/// What was chosen while there were glitches that matter is chosen anew without them. A search that was stopped is left as it is.
 pub(crate) fn search_without_glitches(
     records: &[Record<'_>],
     asked: &Options,
@@ -48,7 +49,8 @@ pub(crate) fn search_without_glitches(
     let (mut found, mut left_out) = settled(records, plain.clone(), given.clone(), limit, monitor)?;
     let mut chosen_without = given.clone();
     for _ in 0..CHOICES {
-        if found.partial || left_out == chosen_without {
+        let differ = differences(&left_out, &chosen_without);
+        if found.partial || squares_at(records, &found, &differ) <= MATTERS * found.fit.fit.squares {
             break;
         }
         found = search_all(&leaving_out(records, &left_out)?, asked, monitor)?;
@@ -79,6 +81,26 @@ fn settled(
         found = search_again(&leaving_out(records, &left_out)?, found, monitor)?;
     }
     Ok((found, left_out))
+}
+
+/// The samples that one of both leaves out.
+fn differences(one: &LeftOut, other: &LeftOut) -> LeftOut {
+    let of_record = |(one, other): (&Vec<usize>, &Vec<usize>)| {
+        let of_one = one.iter().filter(|sample| !other.contains(sample));
+        of_one.chain(other.iter().filter(|sample| !one.contains(sample))).copied().collect()
+    };
+    one.iter().zip(other).map(of_record).collect()
+}
+
+/// The sum of squared errors of a fit at samples.
+fn squares_at(records: &[Record<'_>], found: &Found, samples: &LeftOut) -> f64 {
+    let chain = found.fit.chain(found.interval(records));
+    let of_record = |(place, (record, samples)): (usize, (&Record<'_>, &Vec<usize>))| {
+        let predicted = chain.response_in(place, record.input(), record.dt().unwrap_or(chain.dt));
+        let error = |k: &usize| record.output()[*k] - predicted[*k] - found.fit.fit.output_offsets[place];
+        samples.iter().map(|k| error(k).powi(2)).sum::<f64>()
+    };
+    records.iter().zip(samples).enumerate().filter(|(_, (_, samples))| !samples.is_empty()).map(of_record).sum()
 }
 
 /// What these records leave out, and the glitches of every record in what a fit to the `fitted` ones leaves.

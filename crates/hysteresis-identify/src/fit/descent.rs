@@ -86,7 +86,7 @@ pub(crate) fn search(
         best = Some(found);
     }
     monitor.enter(SearchStage::Finish);
-    let start = best.as_ref().map_or(*all.space().origin(), |fit| fit.point);
+    let start = best.as_ref().or(known).map_or(*all.space().origin(), |fit| fit.point);
     improve(
         all,
         &start,

@@ -119,6 +119,11 @@ fn of_complete(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
     found
 }
 
+/// Whether the position leads the drive in all records.
+pub(crate) fn are_backwards(records: &[Record<'_>]) -> bool {
+    records.iter().all(|record| loops::backwards(record).is_some_and(|found| found.value > found.limit))
+}
+
 /// Whether the position of some record falls where its drive rises.
 pub(crate) fn is_falling(records: &[Record<'_>]) -> bool {
     wrong_sign(records).is_some()

@@ -117,7 +117,7 @@ impl Identification {
         let intervals: Vec<f64> = records.iter().map(interval).collect();
         let own = OwnColumns::new(records, |place| intervals[place], &self.chain.creep_underway);
         let pass = Pass { records, loops, tangent, intervals, own: &own };
-        let problem = LeaveOneOut { own: &own, basis: &basis, penalty: &self.penalty };
+        let problem = LeaveOneOut { own: &own, basis: &basis, penalty: &self.penalty, noise: self.noise };
         let solutions = problem.solutions(&pass.triangles(&basis), |loop_| loops[loop_].0);
         take(&pass, &solutions)
     }
@@ -280,12 +280,17 @@ impl Pass<'_> {
     }
 }
 
-/// What is solved for any loops: the columns that the records have of their own, the law, and the rows that ask for smooth weights.
+/// What is solved for any loops: the columns that the records have of their own, the law, the rows that ask for smooth weights, and the
+/// noise of a sample.
 struct LeaveOneOut<'a> {
     own: &'a OwnColumns,
     basis: &'a WeightBasis,
     penalty: &'a Mat<f64>,
+    noise: f64,
 }
+
+/// Below this share of the data noise is rounding.
+const ROUNDING: f64 = 1e-12;
 
 impl LeaveOneOut<'_> {
     /// The solution of all loops, then those without each of them.
@@ -298,7 +303,7 @@ impl LeaveOneOut<'_> {
         for triangle in triangles.iter().rev() {
             after.push(joined(triangle, &after[after.len() - 1]));
         }
-        let all = self.solve(&after[count], None, &[]);
+        let all = self.solve(&after[count], None, &[], &self.basis.bounds());
         let mut before = Mat::zeros(0, triangles[0].ncols());
         let mut found = vec![all];
         for (number, triangle) in triangles.iter().enumerate() {
@@ -306,15 +311,37 @@ impl LeaveOneOut<'_> {
             let place = record(number);
             let alone = (0..count).all(|other| other == number || record(other) != place);
             let guess = found[0].unknowns.clone();
-            found.push(self.solve(&others, alone.then_some(place), &guess));
+            let bounds = self.bounds(&others, &after[count]);
+            found.push(self.solve(&others, alone.then_some(place), &guess, &bounds));
             before = joined(&before, triangle);
         }
         found
     }
 
+    /// The norms of the columns of the unknowns in a triangle, below those of the records' own.
+    fn norms(&self, factor: &Mat<f64>) -> Vec<f64> {
+        let (a, _) = below_own(factor, self.own.len());
+        a.col_iter().map(|column| column.norm_l2()).collect()
+    }
+
+    /// The bounds of the unknowns: zero for those of which loops show so little of what all show, in `norms`, that noise alone would make them
+    /// larger than the data, as a play has that moves in the largest loop only.
+    fn bounds(&self, factor: &Mat<f64>, all: &Mat<f64>) -> Vec<(f64, f64)> {
+        let (_, b) = below_own(all, self.own.len());
+        let size = b.iter().map(|b| b * b).sum::<f64>().sqrt();
+        let pairs = self.norms(factor).into_iter().zip(self.norms(all));
+        let untold = pairs.map(|(here, all)| here * size < self.noise.max(ROUNDING * size) * all);
+        self.basis
+            .bounds()
+            .into_iter()
+            .zip(untold)
+            .map(|(bounds, untold)| if untold { (0.0, 0.0) } else { bounds })
+            .collect()
+    }
+
     /// The best weights and offsets, without what a record has of its own that has no samples among these.
-    fn solve(&self, factor: &Mat<f64>, without: Option<usize>, like: &[f64]) -> LeftOutSolution {
-        let Self { own, basis, penalty } = *self;
+    fn solve(&self, factor: &Mat<f64>, without: Option<usize>, like: &[f64], bounds: &[(f64, f64)]) -> LeftOutSolution {
+        let Self { own, basis, penalty, .. } = *self;
         let dropped: Vec<usize> = without.map_or_else(Vec::new, |place| own.of_record(place).collect());
         let kept: Vec<usize> = (0..factor.ncols()).filter(|j| !dropped.contains(j)).collect();
         let mut factor = match without {
@@ -325,8 +352,8 @@ impl LeaveOneOut<'_> {
         make_echelon(&mut factor, told);
         let (a, b) = below_own(&factor, told);
         let (a, b) = penalised(&a, &b, penalty);
-        let guess: Vec<usize> = (0..like.len()).filter(|j| like[*j] != 0.0).collect();
-        let unknowns = bounded::solve(a.as_ref(), &b, &basis.bounds(), &guess).x;
+        let guess: Vec<usize> = (0..like.len()).filter(|j| like[*j] != 0.0 && bounds[*j] != (0.0, 0.0)).collect();
+        let unknowns = bounded::solve(a.as_ref(), &b, bounds, &guess).x;
         let mut values = own_values(&factor, told, &unknowns).into_iter();
         let own = (0..own.len()).map(|j| (!dropped.contains(&j)).then(|| values.next()).flatten()).collect();
         LeftOutSolution { weights: basis.weights(&unknowns), unknowns, own }
