@@ -20,7 +20,7 @@ import reference
 from hypothesis import given
 from hypothesis import strategies as st
 from law_stages import DT as LAW_DT
-from law_stages import STAGES, Stage, alike, measured, varied
+from law_stages import STAGES, Stage, alike, lagged, measured, varied
 from law_stages import loops as loops_of
 from mpi_hyst._cli.stage import is_static
 from mpi_hyst._report.models import linear_parts
@@ -228,6 +228,19 @@ def test_what_adds_to_the_drive_is_found_on_like_loops() -> None:
     true = kind.position(other)
     assert found.duhem is not None
     assert np.std(found.predict(other) - true) < 5e-4 * np.ptp(true)
+
+
+def test_an_operator_that_leaves_more_than_noise_of_like_loops_is_left_out() -> None:
+    # Many operators follow loops of one size. That which was taken here missed others by 1.3 %.
+    def position(u: Array) -> Array:
+        x = 75.0 * np.tanh((u + 0.065 * bouc_wen(u, 2.0, 0.25)) / 75.0)
+        return x + 0.05493 * lagged(x, 1.376) + 0.02746 * lagged(x, 0.1476) - 0.0824 * x[0]
+
+    kind = Stage("bent, with creep", 0.0, 100.0, position)
+    u, other = alike(kind), loops_of(kind, [0.95, 0.5, 0.8, 0.35, 0.7])
+    found = mh.identify(u, measured(kind, u, 5), dt=LAW_DT)
+    true = position(other)
+    assert np.std(found.predict(other) - true) < 6e-3 * np.ptp(true)
 
 
 def test_of_both_directions_the_one_that_predicts_better_is_taken() -> None:

@@ -24,6 +24,7 @@ use crate::judge::loops::{judged, turned_positions, with_positions};
 use crate::judge::{findings_of_fit, is_falling, without_interval};
 use crate::options::{Options, Setting};
 use crate::records::record::{Record, check_times, leaving_out};
+use crate::records::signal::sensor_noise;
 use crate::records::signal::{as_f64, bounds_of};
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
@@ -31,7 +32,6 @@ use crate::terms::dynamics::LinearPart;
 use crate::terms::loop_shift::ShiftColumns;
 use crate::terms::operators::ModelKind;
 use crate::terms::weights::{WeightBasis, WeightLaw};
-use crate::uncertainty::band::sensor_noise;
 use crate::uncertainty::root::{ColouredFit, Root};
 use crate::uncertainty::standard_errors::{Covariance, Spread, StandardErrors};
 

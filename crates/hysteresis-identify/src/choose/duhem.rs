@@ -26,7 +26,7 @@ use crate::judge::finding_code::FindingCode;
 use crate::judge::{are_backwards, findings_of_fit};
 use crate::options::Options;
 use crate::records::record::Record;
-use crate::records::signal::as_f64;
+use crate::records::signal::{as_f64, rms, sensor_noise};
 use crate::terms::duhem::{DuhemModel, DuhemTable, shapes};
 use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
@@ -57,6 +57,9 @@ const LEAST_SEEN: f64 = 1e-9;
 
 /// By which share of the flattest slope of the plays an operator falls at most.
 const STEEPEST_FALL: f64 = 0.95;
+
+/// Without noise: the share of what plays leave that the right operator leaves at most, as its knots are few.
+const TOLD: f64 = 0.05;
 
 /// How many passes over selected rows each of these may take.
 const PASSES: usize = 6;
@@ -91,11 +94,25 @@ pub(crate) fn with_duhem(
     };
     let Some((found, predicts)) = best else { return Ok(plays) };
     let is_chosen = match must_gain {
-        Some(must_gain) => is_better(&predicts, &validated(records, &plays)?, must_gain),
+        Some(must_gain) => {
+            is_told(records, &plays, &found) && is_better(&predicts, &validated(records, &plays)?, must_gain)
+        }
         None => found.fit.fit.squares < plays.fit.fit.squares,
     };
     let partial = found.partial;
     Ok(if is_chosen { found } else { Found { partial, ..plays } })
+}
+
+/// Whether an operator is more than one of many that follow loops of one size: the right one leaves their noise.
+fn is_told(records: &[Record<'_>], plays: &Found, found: &Found) -> bool {
+    if Variety::of(records).amplitudes {
+        return true;
+    }
+    let residuals = |found: &Found| found.problem(records).residuals(&found.fit).collect::<Vec<_>>();
+    let (before, after) = (residuals(plays), residuals(found));
+    let noise = sensor_noise(&after);
+    let misfit = |left: &[Vec<f64>]| (rms(&left.concat()).powi(2) - noise * noise).max(0.0).sqrt();
+    misfit(&after) <= noise.max(TOLD * misfit(&before))
 }
 
 /// With an operator that rises or one that falls, whichever predicts better, and how that predicts; none where neither

@@ -301,7 +301,7 @@ fn free(unknowns: &[f64]) -> Vec<usize> {
 pub(crate) const SCAN_SAMPLES_PER_UNKNOWN: usize = 40;
 
 /// Before the descent on all samples, others on about so many: most steps of a long record cost little.
-pub(crate) const REFINE_SAMPLES: [usize; 2] = [8_000, 60_000];
+pub(crate) const REFINE_SAMPLES: [usize; 2] = [20_000, 60_000];
 
 /// How many samples there are, if there are enough for so many unknowns, and the latter.
 pub(crate) fn enough(records: &[Record<'_>], space: &Space, basis: &WeightBasis) -> Result<(usize, usize), Error> {

@@ -298,6 +298,23 @@ pub(crate) fn as_f64(count: usize) -> f64 {
     count as f64
 }
 
+/// The noise of the sensor: the white part of what is left, from second differences, of the record that has least of it.
+///
+/// What the model lacks changes slowly from sample to sample. Records below fifty samples count only if no record is longer.
+pub(crate) fn sensor_noise(left: &[Vec<f64>]) -> f64 {
+    const FEWEST: usize = 50;
+    let white = |values: &Vec<f64>| {
+        let second: Vec<f64> = values.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
+        // A second difference of white noise has the variance 1 + 4 + 1.
+        rms(&second) / 6.0_f64.sqrt()
+    };
+    let least = |fewest: usize| {
+        let long = left.iter().filter(|values| values.len() >= fewest);
+        long.map(white).reduce(f64::min)
+    };
+    least(FEWEST).or_else(|| least(3)).unwrap_or(0.0)
+}
+
 /// Numbers in -1..1 without correlation, from a linear congruential generator.
 #[cfg(test)]
 pub(crate) fn white(samples: usize) -> Vec<f64> {
@@ -311,6 +328,16 @@ pub(crate) fn white(samples: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Noise is told from what the model lacks, however large that is.
+    #[test]
+    fn noise_is_what_neighbours_do_not_share() {
+        let slow = (0..4000).map(|k| 3.0 * (f64::from(k) * 1e-3).sin());
+        let left: Vec<f64> = slow.zip(white(4000)).map(|(slow, noise)| slow + 0.01 * noise).collect();
+        let scale = rms(&white(4000));
+        let noise = sensor_noise(&[left]);
+        assert!((noise / (0.01 * scale) - 1.0).abs() < 0.1, "{noise} {scale}");
+    }
 
     #[test]
     fn correlations_by_hand() {

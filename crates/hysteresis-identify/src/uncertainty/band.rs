@@ -13,7 +13,7 @@
 use hysteresis_control::stage::{Branches, CELLS, ErrorBand, Place};
 
 use crate::records::record::Record;
-use crate::records::signal::{as_f64, rms};
+use crate::records::signal::as_f64;
 use crate::result::identification::Identification;
 
 /// What a stage may lack beside what the table says, as a share of its loop width: where loops were recorded, and two cells
@@ -66,22 +66,6 @@ impl Identification {
         };
         records.iter().enumerate().map(of_record).collect()
     }
-}
-
-/// The noise of the sensor: the white part of what is left, from second differences, of the record that has least of it.
-///
-/// What the model lacks changes slowly from sample to sample. Records below fifty samples count only if no record is longer.
-pub(crate) fn sensor_noise(left: &[Vec<f64>]) -> f64 {
-    let white = |values: &Vec<f64>| {
-        let second: Vec<f64> = values.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
-        // A second difference of white noise has the variance 1 + 4 + 1.
-        rms(&second) / 6.0_f64.sqrt()
-    };
-    let least = |fewest: usize| {
-        let long = left.iter().filter(|values| values.len() >= fewest);
-        long.map(white).reduce(f64::min)
-    };
-    least(FEWEST).or_else(|| least(3)).unwrap_or(0.0)
 }
 
 /// A held-out sample.
@@ -208,16 +192,6 @@ mod tests {
         let leg =
             |ends: &[f64]| (0..100).map(|k| ends[0] + (ends[1] - ends[0]) * f64::from(k) / 100.0).collect::<Vec<_>>();
         peaks.windows(2).flat_map(leg).collect()
-    }
-
-    /// Noise is told from what the model lacks, however large that is.
-    #[test]
-    fn noise_is_what_neighbours_do_not_share() {
-        let slow = (0..4000).map(|k| 3.0 * (f64::from(k) * 1e-3).sin());
-        let left: Vec<f64> = slow.zip(white(4000)).map(|(slow, noise)| slow + 0.01 * noise).collect();
-        let scale = rms(&white(4000));
-        let noise = sensor_noise(&[left]);
-        assert!((noise / (0.01 * scale) - 1.0).abs() < 0.1, "{noise} {scale}");
     }
 
     /// Where nothing was recorded the band is that of other stages, not that of the fit.
