@@ -80,8 +80,10 @@ use crate::convert::errors;
 /// duhem : "auto", None, "fit" or Duhem
 ///     A Duhem operator beside the plays, for loops that do not close or that plays do not describe: f+ and f- at up to five
 ///     knots. "auto" searches one where plays leave 0.03 % of the range and more than white noise, and an operator of a few shapes,
-///     added or subtracted, promises a twentieth of the error; it stays if it predicts held-out stretches better by a tenth. "fit" has one wherever it lowers the error and leaves an inverse, and a
-///     `Duhem` is where the search begins, at its knots: see the finding `no_inverse`.
+///     added or subtracted, promises a twentieth of the error; it stays if it predicts held-out stretches better by a tenth. Of loops that
+///     are all alike it must halve the error, and leave no more beside the noise than the noise: many operators follow such loops. "fit"
+///     has one wherever it lowers the error and leaves an inverse, and a `Duhem` is where the search begins, at its knots: see the finding
+///     `no_inverse`.
 /// amplifier : "auto", None or float
 ///     The amplifier in front of the hysteresis, a first-order lag: of this bandwidth in Hz, beside second-order dynamics or with
 ///     `dynamics=None`. "auto" fits one beside second-order dynamics if the records tell its lag from a dead time. It has one in place
