@@ -32,19 +32,33 @@ pub(crate) fn search_all(
     Ok(found)
 }
 
-/// The same with a number of operators that is known, and with dynamics that may still stand in for what the hysteresis lacks. Where coupled
-/// plays are better than the plays that were asked for first, or these need dynamics that nothing can run, everything is searched once more
-/// with coupled plays.
+/// The same with a number of operators that is known, and with dynamics that may still stand in for what the hysteresis lacks. Where all that
+/// were found lead, which nothing can run, everything is searched once more with a dead time alone.
 fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
+    let found = search_plays(records, asked, monitor)?;
+    if !found.leads(asked) || found.partial {
+        return Ok(found);
+    }
+    begin_anew(monitor);
+    search_plays(records, &Options { dynamics: DynamicsModel::None, ..asked.clone() }, monitor)
+}
+
+/// The same with dynamics that may lead. Where coupled plays are better than the plays that were asked for first, or these need dynamics
+/// that lead, everything is searched once more with coupled plays.
+fn search_plays(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     let plays = search_terms(records, asked, monitor)?;
     let needs_coupling = !plays.options.chooses_coupling() || plays.leads(asked);
     if asked.chooses_coupling() && needs_coupling && !plays.partial {
-        // The part of the work before is done: progress does not go back.
-        monitor.hold();
-        monitor.enter(SearchStage::Scan);
-        return search_fit(records, &asked.with_coupled_plays(), monitor);
+        begin_anew(monitor);
+        return search_plays(records, &asked.with_coupled_plays(), monitor);
     }
     with_duhem(records, asked, plays, monitor)
+}
+
+/// The part of the work before is done: progress does not go back.
+fn begin_anew(monitor: &mut SearchMonitor<'_>) {
+    monitor.hold();
+    monitor.enter(SearchStage::Scan);
 }
 
 /// The same with the plays, and the Duhem operator if there is a first one, that are asked for.
