@@ -25,8 +25,8 @@ use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
 use crate::judge::{are_backwards, findings_of_fit};
 use crate::options::Options;
-use crate::records::record::Record;
-use crate::records::signal::{as_f64, rms, sensor_noise};
+use crate::records::record::{Record, largest_range};
+use crate::records::signal::{as_f64, sensor_noise};
 use crate::terms::duhem::{DuhemModel, DuhemTable, shapes};
 use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
@@ -108,11 +108,10 @@ fn is_told(records: &[Record<'_>], plays: &Found, found: &Found) -> bool {
     if Variety::of(records).amplitudes {
         return true;
     }
-    let residuals = |found: &Found| found.problem(records).residuals(&found.fit).collect::<Vec<_>>();
-    let (before, after) = (residuals(plays), residuals(found));
-    let noise = sensor_noise(&after);
-    let misfit = |left: &[Vec<f64>]| (rms(&left.concat()).powi(2) - noise * noise).max(0.0).sqrt();
-    misfit(&after) <= noise.max(TOLD * misfit(&before))
+    let residuals: Vec<_> = found.problem(records).residuals(&found.fit).collect();
+    let noise = sensor_noise(&residuals) / largest_range(records);
+    let misfit = |found: &Found| (left(records, found).powi(2) - noise * noise).max(0.0).sqrt();
+    misfit(found) <= noise.max(TOLD * misfit(plays))
 }
 
 /// With an operator that rises or one that falls, whichever predicts better, and how that predicts; none where neither
@@ -340,8 +339,7 @@ fn leaves_something(records: &[Record<'_>], plays: &Found) -> bool {
 
 /// What a fit leaves, rms, as a share of the range.
 fn left(records: &[Record<'_>], found: &Found) -> f64 {
-    let range = records.iter().map(Record::output_range).fold(0.0, f64::max);
-    (found.fit.fit.squares / as_f64(found.fit.rows(records))).sqrt() / range
+    (found.fit.fit.squares / as_f64(found.fit.rows(records))).sqrt() / largest_range(records)
 }
 
 /// Operators that rise with the drive, or those that fall.
@@ -359,7 +357,7 @@ fn best_shapes(records: &[Record<'_>], plays: &Found) -> Result<Vec<Direction>, 
     let fit = projection.fit(&plays.fit.fit.point, None);
     let (low, high) = space.input_bounds();
     let half_range = 0.5 * (high - low);
-    let positions = records.iter().map(Record::output_range).fold(0.0, f64::max);
+    let positions = largest_range(records);
     let shapes: Vec<_> = shapes()
         .map(|(rest, back)| DuhemTable::bouc_wen(rest * half_range, back))
         .filter(|shape| shape.operator::<3>().is_ok())

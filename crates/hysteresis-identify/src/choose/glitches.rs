@@ -49,8 +49,8 @@ pub(crate) fn search_without_glitches(
     let (mut found, mut left_out) = settled(records, plain.clone(), given.clone(), limit, monitor)?;
     let mut chosen_without = given.clone();
     for _ in 0..CHOICES {
-        let differ = differences(&left_out, &chosen_without);
-        if found.partial || squares_at(records, &found, &differ) <= MATTERS * found.fit.fit.squares {
+        let differ = squares_between(records, &found, &left_out, &chosen_without);
+        if found.partial || differ <= MATTERS * found.fit.fit.squares {
             break;
         }
         found = search_all(&leaving_out(records, &left_out)?, asked, monitor)?;
@@ -83,24 +83,17 @@ fn settled(
     Ok((found, left_out))
 }
 
-/// The samples that one of both leaves out.
-fn differences(one: &LeftOut, other: &LeftOut) -> LeftOut {
-    let of_record = |(one, other): (&Vec<usize>, &Vec<usize>)| {
-        let of_one = one.iter().filter(|sample| !other.contains(sample));
-        of_one.chain(other.iter().filter(|sample| !one.contains(sample))).copied().collect()
-    };
-    one.iter().zip(other).map(of_record).collect()
-}
-
-/// The sum of squared errors of a fit at samples.
-fn squares_at(records: &[Record<'_>], found: &Found, samples: &LeftOut) -> f64 {
-    let chain = found.fit.chain(found.interval(records));
-    let of_record = |(place, (record, samples)): (usize, (&Record<'_>, &Vec<usize>))| {
-        let predicted = chain.response_in(place, record.input(), record.dt().unwrap_or(chain.dt));
-        let error = |k: &usize| record.output()[*k] - predicted[*k] - found.fit.fit.output_offsets[place];
-        samples.iter().map(|k| error(k).powi(2)).sum::<f64>()
-    };
-    records.iter().zip(samples).enumerate().filter(|(_, (_, samples))| !samples.is_empty()).map(of_record).sum()
+/// The sum of squared errors of a fit at the samples that one of both leaves out.
+fn squares_between(records: &[Record<'_>], found: &Found, one: &LeftOut, other: &LeftOut) -> f64 {
+    let problem = found.problem(records);
+    let residuals = records.iter().zip(problem.residuals(&found.fit));
+    let mut squares = 0.0;
+    for ((record, left), (one, other)) in residuals.zip(one.iter().zip(other)) {
+        let differs = |k: &usize| one.binary_search(k).is_ok() != other.binary_search(k).is_ok();
+        let errors = record.fitted().zip(left).filter(|(k, _)| differs(k));
+        squares += errors.map(|(_, error)| error * error).sum::<f64>();
+    }
+    squares
 }
 
 /// What these records leave out, and the glitches of every record in what a fit to the `fitted` ones leaves.

@@ -21,7 +21,7 @@ use crate::fit::space::Space;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
 use crate::options::Options;
-use crate::records::record::Record;
+use crate::records::record::{Record, largest_range};
 use crate::records::signal::as_f64;
 use crate::terms::creep::CreepModel;
 use crate::terms::dynamics::{DynamicsModel, Order};
@@ -387,7 +387,7 @@ impl TermSearch<'_> {
     }
 
     fn range(&self) -> f64 {
-        self.records.iter().map(Record::output_range).fold(0.0, f64::max)
+        largest_range(self.records)
     }
 
     fn problem<'a>(&'a self, options: &'a Options, basis: &'a WeightBasis) -> JointProblem<'a> {

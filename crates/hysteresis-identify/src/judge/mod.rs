@@ -22,7 +22,7 @@ use crate::judge::finding_code::FindingCode;
 use crate::judge::still::Stays;
 use crate::judge::survey::Survey;
 use crate::options::{Options, Setting};
-use crate::records::record::{Record, check_times};
+use crate::records::record::{Record, check_times, largest_range};
 use crate::records::signal;
 use crate::records::signal::as_f64;
 use crate::terms::dynamics::LinearPart;
@@ -198,10 +198,7 @@ struct Whole {
 impl Whole {
     fn of(records: &[Record<'_>]) -> Self {
         let deviation = |record: &Record<'_>| signal::rms(&signal::centred(&record.output()[record.skip()..]));
-        Self {
-            range: records.iter().map(Record::output_range).fold(0.0, f64::max),
-            deviation: records.iter().map(deviation).fold(0.0, f64::max),
-        }
+        Self { range: largest_range(records), deviation: records.iter().map(deviation).fold(0.0, f64::max) }
     }
 }
 

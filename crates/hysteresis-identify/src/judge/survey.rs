@@ -12,7 +12,7 @@ use crate::fit::response::{Chain, OperatorsAt};
 use crate::fit::tangent::Tangent;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
-use crate::records::record::Record;
+use crate::records::record::{Record, largest_range};
 use crate::records::signal;
 use crate::records::signal::as_f64;
 
@@ -253,7 +253,7 @@ pub(crate) fn change(factor: &Mat<f64>, records: &[Record<'_>], begins_wrong: bo
     const MOST: (f64, f64) = (0.85, 1.25);
     let beside = Beside::of(factor);
     let [time, slow] = beside.amplitudes();
-    let range = records.iter().map(Record::output_range).fold(0.0, f64::max);
+    let range = largest_range(records);
     let moved = range_of(time, slow) / range;
     let value = (1.0 - beside.left_by_slow() / beside.left()).max(0.0).sqrt();
     let (least, most) = if begins_wrong { MOST } else { (LIMIT, SETTLES) };

@@ -315,6 +315,11 @@ impl Intervals {
     }
 }
 
+/// The largest range of positions of some records.
+pub(crate) fn largest_range(records: &[Record<'_>]) -> f64 {
+    records.iter().map(Record::output_range).fold(0.0, f64::max)
+}
+
 /// The same records without these samples.
 ///
 /// # Errors

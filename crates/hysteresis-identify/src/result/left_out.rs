@@ -303,7 +303,8 @@ impl LeaveOneOut<'_> {
         for triangle in triangles.iter().rev() {
             after.push(joined(triangle, &after[after.len() - 1]));
         }
-        let all = self.solve(&after[count], None, &[], &self.basis.bounds());
+        let least = self.least_norms(&after[count]);
+        let all = self.solve(&after[count], None, &[], &vec![0.0; least.len()]);
         let mut before = Mat::zeros(0, triangles[0].ncols());
         let mut found = vec![all];
         for (number, triangle) in triangles.iter().enumerate() {
@@ -311,36 +312,24 @@ impl LeaveOneOut<'_> {
             let place = record(number);
             let alone = (0..count).all(|other| other == number || record(other) != place);
             let guess = found[0].unknowns.clone();
-            let bounds = self.bounds(&others, &after[count]);
-            found.push(self.solve(&others, alone.then_some(place), &guess, &bounds));
+            found.push(self.solve(&others, alone.then_some(place), &guess, &least));
             before = joined(&before, triangle);
         }
         found
     }
 
-    /// The norms of the columns of the unknowns in a triangle, below those of the records' own.
-    fn norms(&self, factor: &Mat<f64>) -> Vec<f64> {
-        let (a, _) = below_own(factor, self.own.len());
-        a.col_iter().map(|column| column.norm_l2()).collect()
-    }
-
-    /// The bounds of the unknowns: zero for those of which loops show so little of what all show, in `norms`, that noise alone would make them
-    /// larger than the data, as a play has that moves in the largest loop only.
-    fn bounds(&self, factor: &Mat<f64>, all: &Mat<f64>) -> Vec<(f64, f64)> {
-        let (_, b) = below_own(all, self.own.len());
+    /// The least norms of the columns of the unknowns that tell them: with less, noise alone would make them larger than the data of all
+    /// loops, as of a play that moves in the largest loop only.
+    fn least_norms(&self, all: &Mat<f64>) -> Vec<f64> {
+        let (a, b) = below_own(all, self.own.len());
         let size = b.iter().map(|b| b * b).sum::<f64>().sqrt();
-        let pairs = self.norms(factor).into_iter().zip(self.norms(all));
-        let untold = pairs.map(|(here, all)| here * size < self.noise.max(ROUNDING * size) * all);
-        self.basis
-            .bounds()
-            .into_iter()
-            .zip(untold)
-            .map(|(bounds, untold)| if untold { (0.0, 0.0) } else { bounds })
-            .collect()
+        let share = (self.noise / size).max(ROUNDING);
+        a.col_iter().map(|column| share * column.norm_l2()).collect()
     }
 
-    /// The best weights and offsets, without what a record has of its own that has no samples among these.
-    fn solve(&self, factor: &Mat<f64>, without: Option<usize>, like: &[f64], bounds: &[(f64, f64)]) -> LeftOutSolution {
+    /// The best weights and offsets, without what a record has of its own that has no samples among these; zero for the unknowns whose
+    /// columns have less than their least norm.
+    fn solve(&self, factor: &Mat<f64>, without: Option<usize>, like: &[f64], least: &[f64]) -> LeftOutSolution {
         let Self { own, basis, penalty, .. } = *self;
         let dropped: Vec<usize> = without.map_or_else(Vec::new, |place| own.of_record(place).collect());
         let kept: Vec<usize> = (0..factor.ncols()).filter(|j| !dropped.contains(j)).collect();
@@ -351,9 +340,12 @@ impl LeaveOneOut<'_> {
         let told = own.len() - dropped.len();
         make_echelon(&mut factor, told);
         let (a, b) = below_own(&factor, told);
+        let is_told: Vec<bool> = a.col_iter().zip(least).map(|(column, least)| column.norm_l2() >= *least).collect();
         let (a, b) = penalised(&a, &b, penalty);
-        let guess: Vec<usize> = (0..like.len()).filter(|j| like[*j] != 0.0 && bounds[*j] != (0.0, 0.0)).collect();
-        let unknowns = bounded::solve(a.as_ref(), &b, bounds, &guess).x;
+        let of_told = |(bounds, is_told): ((f64, f64), &bool)| if *is_told { bounds } else { (0.0, 0.0) };
+        let bounds: Vec<_> = basis.bounds().into_iter().zip(&is_told).map(of_told).collect();
+        let guess: Vec<usize> = (0..like.len()).filter(|j| like[*j] != 0.0 && is_told[*j]).collect();
+        let unknowns = bounded::solve(a.as_ref(), &b, &bounds, &guess).x;
         let mut values = own_values(&factor, told, &unknowns).into_iter();
         let own = (0..own.len()).map(|j| (!dropped.contains(&j)).then(|| values.next()).flatten()).collect();
         LeftOutSolution { weights: basis.weights(&unknowns), unknowns, own }

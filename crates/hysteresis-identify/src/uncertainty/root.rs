@@ -22,7 +22,7 @@ use crate::fit::response::Chain;
 use crate::fit::space::Space;
 use crate::fit::tangent::Tangent;
 use crate::records::course::Course;
-use crate::records::record::Record;
+use crate::records::record::{Record, largest_range};
 use crate::records::signal::as_f64;
 use crate::terms::weights::WeightBasis;
 use crate::uncertainty::lags::{Amplitudes, Generalised, Lags};
@@ -271,7 +271,7 @@ pub(crate) struct ColouredFit<'a> {
 impl ColouredFit<'_> {
     /// The root of the covariance, from that for white residuals; the same where they are white or rounding.
     pub(crate) fn root(&self, white: Root, penalty: &Mat<f64>) -> Root {
-        let range = self.records.iter().map(Record::output_range).fold(0.0, f64::max);
+        let range = largest_range(self.records);
         if white.deviation <= ROUNDING * range || white.free().is_empty() {
             return white;
         }
