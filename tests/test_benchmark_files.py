@@ -117,7 +117,7 @@ def test_files_of_the_mirror_that_lack_something_are_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     script = loaded("steering_mirror")
-    with pytest.raises(ValueError, match=r"expected files u_\*_test\.npy, got none"):
+    with pytest.raises(ValueError, match=r"expected files u_\*_test\.npy in or below it, got none"):
         script.official(tmp_path, "test")
     mirror(tmp_path)
     (tmp_path / "y_200mV_train.npy").unlink()
@@ -134,7 +134,33 @@ def test_files_of_the_mirror_that_lack_something_are_named(
     monkeypatch.setattr(sys, "argv", ["script", "--official", str(tmp_path / "none")])
     with pytest.raises(SystemExit):
         script.main()
-    assert "expected files u_*_train.npy, got none" in capsys.readouterr().err
+    assert "expected files u_*_train.npy in or below it, got none" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["a.npz", "a.mat", "a.csv", "u_100mV_train.npy"])
+def test_a_file_of_the_mirror_that_is_no_such_file_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    path = str(tmp_path / name)
+    for bad in (tmp_path / name, tmp_path / name.replace("u_", "y_")):
+        bad.write_text("no numbers\nhere\n")
+    files = ["--training", path, "--test", path]
+    files = ["--official", str(tmp_path)] if name.endswith("npy") else files
+    monkeypatch.setattr(sys, "argv", ["script", *files])
+    with pytest.raises(SystemExit):
+        loaded("steering_mirror").main()
+    assert f"{path}: expected a file {path[-4:]} as its name says, got:" in capsys.readouterr().err
+
+
+def test_records_of_the_mirror_that_cannot_be_fitted_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.npz"
+    np.savez(path, u=np.ones((200, 3)), y=np.ones((200, 3)))
+    monkeypatch.setattr(sys, "argv", ["script", "--training", str(path), "--test", str(path)])
+    with pytest.raises(SystemExit):
+        loaded("steering_mirror").main()
+    assert "error: u" in capsys.readouterr().err
 
 
 def test_the_mirror_takes_official_files_or_others(

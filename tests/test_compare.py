@@ -111,8 +111,7 @@ def test_an_extension_wins_where_it_is_the_truth(truth: str) -> None:
     assert truth in rows["modified + all"].kept
     assert rows["modified + all"].held_out < 1.1 * best.held_out
     # Of two that are alike to a part in 500 the other one may be taken.
-    assert rows[found.simplest].held_out > 0.998 * best.held_out
-    assert found.simplest == best.model or truth == "duhem"
+    assert rows[found.simplest].held_out == pytest.approx(best.held_out, rel=2e-3)
 
 
 def test_what_is_not_kept_changes_nothing() -> None:

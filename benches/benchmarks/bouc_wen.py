@@ -224,12 +224,20 @@ def run(
         tell(f"      {name}: {error(found, test_u, test_y, settle):.2e} m")
 
 
+def seed_of(text: str) -> int:
+    """Return a seed of random numbers."""
+    number = int(text)
+    if number < 0:
+        raise argparse.ArgumentTypeError(f"expected an integer of at least 0, got {text}")
+    return number
+
+
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3, 4])
+    parser.add_argument("--seeds", type=seed_of, nargs="+", default=[1, 2, 3, 4])
     parser.add_argument("--official", type=Path, help="folder of the official test files")
     options = parser.parse_args()
     try:

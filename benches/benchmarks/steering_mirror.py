@@ -25,6 +25,8 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -51,19 +53,31 @@ class Record(NamedTuple):
     periods: int = 1
 
 
+def loaded(path: Path, load: Callable[[Path], Any]) -> Any:
+    """Return what a library makes of a file, or name the file that it cannot read."""
+    try:
+        return load(path)
+    except OSError:
+        raise
+    # Libraries raise what they like on bytes that are no such file.
+    except Exception as failure:
+        kind = f"expected a file {path.suffix} as its name says"
+        raise ValueError(f"{path}: {kind}, got: {failure}") from failure
+
+
 def read(path: Path) -> list[Record]:
     """Return the realisations of a file."""
     if path.suffix == ".csv":
-        table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+        table = loaded(path, partial(np.loadtxt, delimiter=",", skiprows=1, ndmin=2))
         if table.shape[1] != 2 * CHANNELS:
             raise ValueError(f"{path}: expected {2 * CHANNELS} columns, got {table.shape[1]}")
         return realisations(path, table[:, :CHANNELS], table[:, CHANNELS:])
     if path.suffix == ".mat":
         from scipy.io import loadmat
 
-        arrays: Any = loadmat(path)
+        arrays = loaded(path, loadmat)
     elif path.suffix == ".npz":
-        arrays = np.load(path)
+        arrays = loaded(path, np.load)
     else:
         raise ValueError(f"{path}: expected a file .npz, .mat or .csv, got {path.suffix!r}")
     missing = {"u", "y"} - set(arrays)
@@ -75,21 +89,21 @@ def read(path: Path) -> list[Record]:
 
 def official(folder: Path, part: str) -> list[Record]:
     """Return all realisations of the official files of a part: train or test."""
-    paths = sorted(folder.glob(f"u_*_{part}.npy"))
+    paths = sorted(folder.rglob(f"u_*_{part}.npy"))
     if not paths:
-        raise ValueError(f"{folder}: expected files u_*_{part}.npy, got none")
+        raise ValueError(f"{folder}: expected files u_*_{part}.npy in or below it, got none")
     records = []
     for path in paths:
         other = path.with_name(f"y{path.name[1:]}")
         if not other.exists():
             raise ValueError(f"{other}: expected the positions to {path.name}, got no such file")
-        records += realisations(path, np.load(path), np.load(other))
+        records += realisations(path, loaded(path, np.load), loaded(other, np.load))
     return records
 
 
 def realisations(path: Path, u: Any, y: Any) -> list[Record]:
     """Take arrays apart: samples, channels, realisations if there are any, and their periods."""
-    u, y = (np.asarray(signal, dtype=float) for signal in (u, y))
+    u, y = (loaded(path, lambda _, of=signal: np.asarray(of, dtype=float)) for signal in (u, y))
     if u.shape != y.shape or u.ndim not in (2, 3, 4) or u.shape[1] != CHANNELS:
         expected = f"u and y of one shape (samples, {CHANNELS}, realisations, periods)"
         raise ValueError(
@@ -189,12 +203,12 @@ def main() -> None:
             )
         else:
             training, test, measured = *simulated(arguments.samples), False
+        u, y = [record.u for record in training], [record.y for record in training]
+        wall, start = time.perf_counter(), time.process_time()
+        order: Any = "auto" if arguments.order is None else arguments.order
+        found = mh.identify_axes(u, y, dt=1.0 / RATE, order=order, skip=DROPPED)
     except (OSError, ValueError) as failure:
         parser.error(str(failure))
-    u, y = [record.u for record in training], [record.y for record in training]
-    wall, start = time.perf_counter(), time.process_time()
-    order: Any = "auto" if arguments.order is None else arguments.order
-    found = mh.identify_axes(u, y, dt=1.0 / RATE, order=order, skip=DROPPED)
     seconds, wall = time.process_time() - start, time.perf_counter() - wall
     forward, drive = found.model.forward(), test[0].u
     forward.run(drive)

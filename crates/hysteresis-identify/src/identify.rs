@@ -40,7 +40,7 @@ use crate::uncertainty::standard_errors::{Covariance, Spread, StandardErrors};
 /// point of the search (QR of the regressor, block by block, then non-negative least squares on its triangle).
 /// Plays are fitted first; coupled plays take their place if they predict better ([`RatiosModel::Auto`](crate::RatiosModel::Auto)).
 /// Their ratios and input offset, and the delay, go from the best of several starts on a selection of the samples to Gauss-Newton
-/// steps on all of them. `progress` is called after every pass over the records; [`ControlFlow::Break`] stops, with the
+/// steps on all of them. `progress` is called after a pass over the records; [`ControlFlow::Break`] stops, with the
 /// best so far as the result ([`Stop::KeepBest`]) or without one.
 ///
 /// Starts and terms that need no result of each other are searched on all processors if the records have 10 000 samples or more

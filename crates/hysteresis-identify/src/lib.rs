@@ -2,11 +2,11 @@
 //!
 //! The model is y(k) = `output_offset` + sum_i w_i z_i(k - delay), z_i the coupled play of the core at
 //! u - `input_offset`; every record has its own output offset and starts from the virgin state. Weights and output
-//! offsets enter linearly and follow from non-negative least squares; the three ratios of the thresholds, the input
-//! offset and the delay are searched. See [`identify`].
+//! offsets enter linearly and follow from non-negative least squares; the delay is searched, and for coupled plays the
+//! three ratios of the thresholds and the input offset. See [`identify`].
 //!
 //! After G. Wang, G. Chen, H. Zhou, F. Bai, IEEE/CAA J. Autom. Sinica 4(4), 782-791, 2017, equations (4)-(6).
-//! Results are the same bits on every run on the same machine; only `many` and `axes` run in parallel.
+//! Results are the same bits on every run on the same machine, on any number of threads.
 //!
 //! The way of a record:
 //!

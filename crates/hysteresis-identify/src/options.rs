@@ -63,8 +63,9 @@ pub struct Options {
     /// The ratios of the thresholds. Ignored by the conventional model.
     pub ratios: RatiosModel,
     /// Where the operators have their zero, in the unit of the input: searched in the range of the input and a
-    /// fifth of that range beyond either end. That of plays moves their virgin state alone. It is where the first record begins; or 0, an
-    /// end of the range of the input or its middle, where this lowers the sum of squares of the plays alone to less than half.
+    /// fifth of that range beyond either end. That of the plays of [`RatiosModel::Auto`] moves their virgin state alone. It is where the
+    /// first record begins; or 0, an end of the range of the input or its middle, where this lowers the sum of squares of the plays alone
+    /// to less than half. That of the conventional model is the middle of the range.
     pub input_offset: Setting<f64>,
     /// The sampling interval of the records in seconds, for those that do not have their own
     /// ([`Record::sampled_every`](crate::Record::sampled_every)). Without any, only the hysteresis can be fitted.
@@ -94,7 +95,8 @@ pub struct Options {
     ///
     /// Searched from 0, and with dynamics from -1.5 samples, to a tenth of the shortest record. With dynamics a dead time
     /// that is not told from 0 by more than the noise is 0, and a negative one gives a finding: see
-    /// [`FindingCode::NegativeDeadTime`](crate::FindingCode::NegativeDeadTime).
+    /// [`FindingCode::NegativeDeadTime`](crate::FindingCode::NegativeDeadTime). Dynamics of [`DynamicsModel::Auto`] beside one of half a
+    /// sample or more are left out, and everything is searched without dynamics.
     pub dead_time: Setting<f64>,
     /// How smooth the weights should be, 0 or more; 0 asks for nothing. [`Setting::Fit`], the default, leaves it to
     /// cross-validation over stretches of the records, with all other terms in the model.

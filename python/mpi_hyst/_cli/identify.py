@@ -187,7 +187,7 @@ class Request(Files):
 
     def task(self, records: Records) -> Task:
         """Return what the reports need to know about the request."""
-        given = [name.replace("_", " ") for name in self.fit]
+        given = [name.replace("_", " ") for name, value in self.fit.items() if value != "fit"]
         return Task(records, self.input, self.output, given)
 
     def check(self) -> None:

@@ -96,9 +96,8 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
             with_error(ratio, std, scale=1.0, bounds=(0.0, 1.0, 2.0))
             for ratio, std in zip(found.ratios, found.ratios_std, strict=True)
         )
-        no_better = has_plays(found) and "ratios" not in task.given
-        why = "  (coupled plays predict no better)" if no_better else given("ratios")
-        pairs.append(("ratios ra/r, rb/r, rc/r", ratios + why))
+        plays = "  (plays)" if has_plays(found) else ""
+        pairs.append(("ratios ra/r, rb/r, rc/r", ratios + (given("ratios") or plays)))
     low, high = found.drive_range
     offset = with_error(
         *(found.model.input_offset, found.input_offset_std, task.input.unit), scale=high - low
@@ -109,7 +108,7 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
     if found.duhem is not None:
         pairs.append(("Duhem operator", f"{len(found.duhem.knots)} knots"))
     pairs.append(("dead time", dead_time(found) + given("dead time")))
-    if found.model.not_invertible_because is not None:
+    if found.duhem is None and found.model.not_invertible_because is not None:
         pairs.append(("not invertible", found.model.not_invertible_because))
     return pairs
 

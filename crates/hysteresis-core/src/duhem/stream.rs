@@ -74,6 +74,13 @@ impl<const N: usize> DuhemForward<N> {
         self.motion.state(&self.duhem)
     }
 
+    /// The input at which the output is a target, on the straight way there.
+    pub(crate) fn input_at(&self, target: f64) -> f64 {
+        let mut motion = self.motion;
+        motion.move_sum(&self.duhem, 0.0, motion.output(), target);
+        motion.input()
+    }
+
     /// Goes on from a saved state, bit for bit.
     ///
     /// # Errors

@@ -26,25 +26,41 @@ const ROUNDING: f64 = 2.0 * f64::EPSILON;
 pub(super) struct Beside<H> {
     pub(super) hysteresis: H,
     duhem: Option<Box<DuhemForward<MAX_KNOTS>>>,
-    /// The least slope of the sum, where z falls as the drive rises.
-    least: Option<f64>,
+    /// What says how far the drive may have to go for a target at most.
+    most: Most,
 }
 
-/// The least slope of the sum of a model and an operator whose z falls as the drive rises.
-fn least_where_z_falls(model: &CompiledModel, duhem: &Duhem<MAX_KNOTS>) -> Option<f64> {
-    let z = duhem.min_slope();
-    (z < 0.0).then(|| model.slope_range().0 + z)
+/// How far the drive may have to go for a target of a sum at most.
+#[derive(Clone, Copy, Debug)]
+enum Most {
+    /// To where the hysteresis alone would do the whole way, as both grow with the drive.
+    Hysteresis,
+    /// To where the operator alone would: the hysteresis has no inverse, as where it is flat after a reversal.
+    Operator,
+    /// To where the least slope of the sum leads, as z falls while the drive rises.
+    Slope(f64),
+}
+
+impl Most {
+    fn of(model: &CompiledModel, duhem: Option<&Duhem<MAX_KNOTS>>) -> Self {
+        match duhem.map(Duhem::min_slope) {
+            Some(z) if z < 0.0 => Self::Slope(model.slope_range().0 + z),
+            Some(_) if model.invertible.is_err() => Self::Operator,
+            _ => Self::Hysteresis,
+        }
+    }
 }
 
 /// Checks that the sum rises with the drive.
 pub(super) fn check_rises(model: &CompiledModel, duhem: Option<&Duhem<MAX_KNOTS>>) -> Result<(), Error> {
-    let Some(duhem) = duhem else { return Ok(()) };
-    let flattest = model.slope_range().0;
-    if least_where_z_falls(model, duhem).is_none_or(|least| least > LEAST_SLOPE * flattest) {
-        return Ok(());
+    match Most::of(model, duhem) {
+        Most::Operator if model.negative_weight().is_none() => Ok(()),
+        Most::Slope(least) if model.invertible.is_ok() && least <= LEAST_SLOPE * model.slope_range().0 => {
+            let expected = "a Duhem operator that falls less than the flattest slope of the hysteresis rises";
+            Err(Error::domain("duhem", None, expected, duhem.map_or(0.0, Duhem::min_slope)))
+        }
+        _ => model.invertible,
     }
-    let expected = "a Duhem operator that falls less than the flattest slope of the hysteresis rises";
-    Err(Error::domain("duhem", None, expected, duhem.min_slope()))
 }
 
 /// A drive, and what both put out there.
@@ -74,8 +90,8 @@ impl<H: Process> Beside<H> {
             duhem.step(x);
             Some(Box::new(duhem))
         };
-        let least = model.duhem().and_then(|duhem| least_where_z_falls(model.hysteresis(), duhem));
-        Self { hysteresis, duhem: model.duhem().and_then(at_rest), least }
+        let most = Most::of(model.hysteresis(), model.duhem());
+        Self { hysteresis, duhem: model.duhem().and_then(at_rest), most }
     }
 
     /// z.
@@ -91,7 +107,7 @@ impl<H: Process> Beside<H> {
 
     /// The parameters of the hysteresis have changed: the operators are the same.
     pub(super) fn take_over(&mut self, model: &CompiledModel) {
-        self.least = self.duhem.as_ref().and_then(|duhem| least_where_z_falls(model, duhem.duhem()));
+        self.most = Most::of(model, self.duhem.as_ref().map(|duhem| duhem.duhem()));
     }
 
     /// Both at rest where the hysteresis begins, at `x`.
@@ -177,7 +193,7 @@ impl Beside<Inverse> {
     #[inline]
     pub(super) fn step(&mut self, target: f64) -> f64 {
         let Some(duhem) = &mut self.duhem else { return self.hysteresis.step(target) };
-        let look = look(&self.hysteresis, duhem, self.least, target);
+        let look = look(&self.hysteresis, duhem, self.most, target);
         self.hysteresis.move_to_limit(look.drive, look.saturated);
         duhem.step(look.drive);
         look.drive
@@ -186,7 +202,7 @@ impl Beside<Inverse> {
     #[inline]
     pub(super) fn peek(&self, target: f64) -> f64 {
         match &self.duhem {
-            Some(duhem) => look(&self.hysteresis, duhem, self.least, target).drive,
+            Some(duhem) => look(&self.hysteresis, duhem, self.most, target).drive,
             None => self.hysteresis.peek(target),
         }
     }
@@ -209,11 +225,10 @@ impl Beside<Inverse> {
 
 /// The drive at which the sum is a target, or the limit before it.
 ///
-/// Where both outputs grow with the drive, that for which the hysteresis alone would do the whole way is too far. Where
-/// z falls, that to which the `least` slope of the sum leads is. The present one is not far enough. In between Newton's
-/// method looks, with the exact slope of z and that of the hysteresis between the last two looks: on one of its lines
-/// that is exact, too.
-fn look(hysteresis: &Inverse, duhem: &DuhemForward<MAX_KNOTS>, least: Option<f64>, target: f64) -> Look {
+/// That to which it may have to go at `most` is too far. The present one is not far enough. In between Newton's method
+/// looks, with the exact slope of z and that of the hysteresis between the last two looks: on one of its lines that is
+/// exact, too.
+fn look(hysteresis: &Inverse, duhem: &DuhemForward<MAX_KNOTS>, most: Most, target: f64) -> Look {
     let mut near = At { x: hysteresis.output(), h: hysteresis.reached(), z: duhem.output() };
     let found = |at: At, saturated| Look { drive: at.x, reached: at.h, saturated };
     let rising = target > near.sum();
@@ -222,16 +237,17 @@ fn look(hysteresis: &Inverse, duhem: &DuhemForward<MAX_KNOTS>, least: Option<f64
     }
     let at = |x: f64| At { x, h: hysteresis.look_at_drive(x), z: duhem.peek(x) };
     let is_beyond = |at: At| if rising { at.sum() > target } else { at.sum() < target };
-    let (furthest, at_limit) = match least {
-        None => {
+    let within = |reach: f64| {
+        let (low, high) = hysteresis.limits().unwrap_or((-MAX_MAGNITUDE, MAX_MAGNITUDE));
+        (reach.max(low).min(high), !(low < reach && reach < high))
+    };
+    let (furthest, at_limit) = match most {
+        Most::Hysteresis => {
             let alone = hysteresis.look(target - near.z);
             (alone.drive, alone.saturated)
         }
-        Some(least) => {
-            let reach = near.x + (target - near.sum()) / least;
-            let (low, high) = hysteresis.limits().unwrap_or((-MAX_MAGNITUDE, MAX_MAGNITUDE));
-            (reach.max(low).min(high), !(low < reach && reach < high))
-        }
+        Most::Operator => within(duhem.input_at(target - near.h)),
+        Most::Slope(least) => within(near.x + (target - near.sum()) / least),
     };
     let mut far = at(furthest);
     if !is_beyond(far) {

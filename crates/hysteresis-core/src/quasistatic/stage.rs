@@ -26,8 +26,9 @@ impl QuasiStatic {
     /// A stream from positions to drives, at rest at the input offset of the hysteresis, or at the limit nearest to it.
     ///
     /// # Errors
-    /// [`Error::NotInvertible`] if the hysteresis may not be, [`Error::Domain`] unless limits are finite and low < high,
-    /// or for a Duhem operator whose z falls as steeply as the hysteresis may rise.
+    /// [`Error::NotInvertible`] if the hysteresis may not be, unless a Duhem operator whose z rises stands beside it and no
+    /// weight is negative; [`Error::Domain`] unless limits are finite and low < high, or for an operator whose z falls as
+    /// steeply as the hysteresis may rise.
     pub fn inverse(&self, limits: Option<(f64, f64)>) -> Result<QuasiStaticInverse, Error> {
         QuasiStaticInverse::new(self, limits)
     }
@@ -37,7 +38,6 @@ impl QuasiStatic {
     /// # Errors
     /// As for [`inverse`](Self::inverse) without limits.
     pub fn check_invertible(&self) -> Result<(), Error> {
-        self.hysteresis.invertible?;
         check_rises(&self.hysteresis, self.duhem())
     }
 }
@@ -355,7 +355,8 @@ impl QuasiStaticInverse {
         if mapped_limits[0].0 > mapped_limits[1].0 {
             mapped_limits.reverse();
         }
-        let hysteresis = Inverse::new(&model.hysteresis, limits.map(|_| (mapped_limits[0].0, mapped_limits[1].0)))?;
+        let behind = limits.map(|_| (mapped_limits[0].0, mapped_limits[1].0));
+        let hysteresis = Inverse::in_sum(&model.hysteresis, behind)?;
         let start = hysteresis.output();
         let stage = Stage::new(model, Beside::new(model, hysteresis, start), |map| map.inverse_piece_at(0.0));
         let mut stream = Self { stage, limits: (low, high), mapped_limits };
@@ -494,7 +495,7 @@ impl QuasiStaticInverse {
     /// As there, and [`Error::Domain`] as for [`QuasiStatic::inverse`]; the stream is as before then.
     pub fn set_model(&mut self, hysteresis: &CompiledModel) -> Result<(), Error> {
         check_rises(hysteresis, self.stage.model.duhem())?;
-        self.stage.set_model(hysteresis, Inverse::set_model)
+        self.stage.set_model(hysteresis, Inverse::set_model_in_sum)
     }
 
     /// Everything that the stream remembers. Allocates.

@@ -266,6 +266,12 @@ impl Inverse {
         Self::start(model, limits, model.memory_by(method)?)
     }
 
+    /// The same of a model that need have no inverse, as it stands in a sum that has one: only its drive is moved then.
+    pub(crate) fn in_sum(model: &CompiledModel, limits: Option<(f64, f64)>) -> Result<Self, Error> {
+        let core = InverseCore::new(model.memory_at_rest(), model.offsets.into(), check_limits(limits)?);
+        Ok(Self { core, fingerprint: model.fingerprint() })
+    }
+
     fn start(model: &CompiledModel, limits: Option<(f64, f64)>, memory: HeapMemory) -> Result<Self, Error> {
         model.invertible?;
         let core = InverseCore::new(memory, model.offsets.into(), check_limits(limits)?);
@@ -397,6 +403,11 @@ impl Inverse {
     /// ```
     pub fn set_model(&mut self, model: &CompiledModel) -> Result<(), Error> {
         model.invertible?;
+        self.set_model_in_sum(model)
+    }
+
+    /// The same of a model that need have no inverse, as it stands in a sum that has one.
+    pub(crate) fn set_model_in_sum(&mut self, model: &CompiledModel) -> Result<(), Error> {
         let core = &mut self.core;
         check_same("input_offset", core.origin.input, model.offsets.input)?;
         let input = core.known().input;

@@ -12,6 +12,11 @@ fn bouc_wen() -> Duhem<MAX_KNOTS> {
     Duhem::from_bouc_wen(0.6, 0.02, 0.9, 0.4).unwrap()
 }
 
+/// One that comes to rest further out.
+fn further() -> Duhem<MAX_KNOTS> {
+    Duhem::from_bouc_wen(0.6, 0.005, 0.9, 0.4).unwrap()
+}
+
 fn linear(slope: f64) -> QuasiStatic {
     let model = PrandtlIshlinskii::new(&[slope], &[0.0], Offsets::default()).unwrap();
     QuasiStatic::new(&CompiledModel::new(&(&model).into()))
@@ -38,20 +43,56 @@ fn the_output_is_the_sum_of_both_from_the_input_offset() {
     assert_eq!(whole.output(), alone.settle(50.0) + z.step(50.0));
 }
 
+/// Plays that stand still after a reversal: they have no inverse of their own.
+fn flat_plays() -> QuasiStatic {
+    let (weights, thresholds) = ([0.0, 0.1, 0.05], [0.0, 5.0, 20.0]);
+    let model = PrandtlIshlinskii::new(&weights, &thresholds, Offsets::default()).unwrap();
+    QuasiStatic::new(&CompiledModel::new(&(&model).into()))
+}
+
 #[test]
 fn beside_a_slope_the_inverse_is_that_of_the_operator() {
-    let mut inverse = linear(0.3).with_duhem(bouc_wen()).inverse(None).unwrap();
-    let mut exact = DuhemInverse::new(bouc_wen(), 0.3).unwrap();
-    for target in [20.0, 4.0, -60.0, 35.0, 35.0, 35.1] {
-        let (got, want) = (inverse.step(target), exact.step(target));
-        assert!((got - want).abs() < 1e-12 * 100.0, "{got} {want}");
+    for slope in [0.3, 0.0] {
+        let stage = linear(slope).with_duhem(bouc_wen());
+        let (mut inverse, mut forward) = (stage.inverse(None).unwrap(), stage.forward());
+        let mut exact = DuhemInverse::new(bouc_wen(), slope).unwrap();
+        for target in [20.0, 4.0, -15.0, 12.0, 12.0, 12.1] {
+            let (got, want) = (inverse.step(target), exact.step(target));
+            assert!((got - want).abs() < 1e-12 * 100.0, "{got} {want}");
+            assert!((forward.step(got) - target).abs() < 1e-12 * 100.0);
+        }
     }
+}
+
+/// Where z rises with the drive the sum does, however flat the plays are; not with a weight below zero, nor with an operator that falls.
+#[test]
+fn beside_an_operator_that_rises_the_plays_need_no_inverse() {
+    let stage = flat_plays().with_duhem(further());
+    let (mut inverse, mut forward) = (stage.inverse(None).unwrap(), stage.forward());
+    for k in 0..400 {
+        let target = 25.0 * f64::sin(0.1 * f64::from(k)) * f64::cos(0.013 * f64::from(k));
+        let reached = forward.step(inverse.step(target));
+        assert!((reached - target).abs() < 1e-12 * 100.0, "{reached} {target}");
+        let mut restored = stage.inverse(None).unwrap();
+        restored.set_state(&inverse.state()).unwrap();
+        assert_eq!(restored.peek(3.0), inverse.peek(3.0));
+    }
+    let steep = PrandtlIshlinskii::new(&[0.5, 0.1, 0.05], &[0.0, 5.0, 20.0], Offsets::default()).unwrap();
+    inverse.set_model(&CompiledModel::new(&(&steep).into())).unwrap();
+    inverse.set_model(flat_plays().hysteresis()).unwrap();
+    assert_eq!(forward.step(inverse.step(7.0)) - 7.0, 0.0);
+    let falls = Duhem::from_bouc_wen(-0.5, 0.02, 0.9, -0.4).unwrap();
+    assert!(matches!(flat_plays().with_duhem(falls).inverse(None), Err(Error::NotInvertible { .. })));
+    let negative = PrandtlIshlinskii::new(&[0.0, -0.1], &[0.0, 5.0], Offsets::default()).unwrap();
+    let negative = QuasiStatic::new(&CompiledModel::new(&(&negative).into())).with_duhem(further());
+    assert!(matches!(negative.inverse(None), Err(Error::NotInvertible { .. })));
 }
 
 #[test]
 fn a_target_out_of_reach_holds_the_limit_and_comes_back() {
     let falls = Duhem::from_bouc_wen(-0.5, 0.02, 0.9, -0.4).unwrap();
-    for stage in [plays(0.0).with_duhem(bouc_wen()), linear(0.8).with_duhem(falls)] {
+    let flat = [flat_plays(), linear(0.0)].map(|stage| stage.with_duhem(further()));
+    for stage in [plays(0.0).with_duhem(bouc_wen()), linear(0.8).with_duhem(falls)].into_iter().chain(flat) {
         let (mut inverse, mut forward) = (stage.inverse(Some((0.0, 100.0))).unwrap(), stage.forward());
         for (target, at_limit) in [(30.0, None), (1e3, Some(100.0)), (40.0, None), (-1e3, Some(0.0)), (20.0, None)] {
             let drive = inverse.step(target);
@@ -70,6 +111,7 @@ fn a_target_out_of_reach_holds_the_limit_and_comes_back() {
 #[test]
 fn what_is_refused_moves_nothing() {
     assert_refusals_move_nothing(linear(1.0).with_duhem(bouc_wen()));
+    assert_refusals_move_nothing(flat_plays().with_duhem(further()));
 }
 
 #[test]

@@ -86,7 +86,6 @@ pub(crate) fn with_duhem(
     if !is_forced && must_gain.is_none() {
         return Ok(plays);
     }
-    // The part of the work before is done: progress does not go back.
     monitor.hold();
     let best = match best_of_directions(records, asked, &plays, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
@@ -127,11 +126,14 @@ fn best_of_directions(
     directions.retain(|direction| asked.duhem == DuhemModel::Fit || direction.promise >= MUST_PROMISE);
     let mut best: Option<(Found, CrossValidation)> = None;
     for Direction { starts, .. } in &directions {
-        let found = searched(records, asked, &begun, starts, monitor)?;
-        // What was stopped on its way is compared with nothing.
-        if found.partial {
-            return Err(Error::Interrupted);
-        }
+        let found = match searched(records, asked, &begun, starts, monitor) {
+            // What was stopped on its way is compared with nothing.
+            Ok(Found { partial: true, .. }) | Err(Error::Interrupted) if monitor.keeps_best() => {
+                let stopped = |(found, predicts)| (Found { partial: true, ..found }, predicts);
+                return best.map(stopped).map_or(Err(Error::Interrupted), |best| Ok(Some(best)));
+            }
+            found => found?,
+        };
         if found.leads(asked) || !rises(&found) {
             continue;
         }
@@ -143,11 +145,11 @@ fn best_of_directions(
     Ok(best)
 }
 
-/// Whether the position rises with the drive everywhere, so that there is an inverse: an operator may fall, but by less
-/// than the plays rise right after a reversal.
+/// Whether the position rises with the drive everywhere, so that there is an inverse: an operator rises, or it falls by
+/// less than the plays rise right after a reversal.
 fn rises(found: &Found) -> bool {
     let (rise, fall) = rise_and_fall(&found.fit, &found.basis);
-    fall < STEEPEST_FALL * rise
+    fall == 0.0 || fall < STEEPEST_FALL * rise
 }
 
 /// The flattest slope of the plays, that of their identity, and by how much an operator beside them falls at most.
@@ -225,7 +227,7 @@ fn searched(
     let options = Options { dynamics, ..found.options };
     let found = Found { fit, options, basis: found.basis, linear, told_alone: None, untold_map: None, ..plays.clone() };
     let found = with_more_knots(records, found, monitor)?;
-    if !asked.leaves_structure_open() {
+    if found.partial || !asked.leaves_structure_open() {
         return Ok(found);
     }
     let point = found.fit.fit.point;
@@ -315,7 +317,7 @@ fn lag_in_front(problem: &JointProblem<'_>, asked: &Options, found: &JointFit) -
         return Ok(None);
     }
     let options = Options { dynamics: DynamicsModel::Order(Order::Second), ..problem.options.clone() };
-    let space = Space::new(problem.records, &options)?.with_maps_of(&found.space).with_amplifier();
+    let space = Space::new(problem.records, &options)?.with_maps_of(&found.space).with_amplifier().without_lead();
     let bandwidth = space.nearest(Parameter::LogBandwidth, -(TAU * lag).ln());
     let point = found.fit.point.with(Parameter::LogBandwidth, bandwidth);
     let point = point.with(Parameter::DeadTime, space.nearest(Parameter::DeadTime, 0.0));

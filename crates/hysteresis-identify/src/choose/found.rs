@@ -28,6 +28,8 @@ pub(crate) struct Found {
     pub(crate) linear: Option<LinearEvidence>,
     /// Where one record told the dynamics by itself: a descent to all records would lose them.
     pub(crate) told_alone: Option<ToldAlone>,
+    /// Whether coupled plays predict better than these plays: then everything is to be sought with them.
+    pub(crate) needs_coupling: bool,
     /// A map that may be there, though none is chosen.
     pub(crate) untold_map: Option<UntoldMap>,
     pub(crate) partial: bool,

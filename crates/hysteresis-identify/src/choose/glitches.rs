@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use crate::choose::found::Found;
-use crate::choose::search::{search_again, search_all};
+use crate::choose::search::{anew, search_again, search_all};
 use crate::error::Error;
 use crate::fit::progress::SearchMonitor;
 use crate::fit::response::Chain;
@@ -41,10 +41,6 @@ pub(crate) fn search_without_glitches(
     let plain = search_all(records, asked, monitor)?;
     let given: LeftOut = records.iter().map(|record| record.left_out().to_vec()).collect();
     let Some(limit) = asked.loss.limit() else { return Ok((plain, given)) };
-    if plain.partial || seen(records, records, &plain, limit) == given {
-        return Ok((plain, given));
-    }
-    // The part of the work before is done: progress does not go back.
     monitor.hold();
     let (mut found, mut left_out) = settled(records, plain.clone(), given.clone(), limit, monitor)?;
     let mut chosen_without = given.clone();
@@ -53,7 +49,8 @@ pub(crate) fn search_without_glitches(
         if found.partial || differ <= MATTERS * found.fit.fit.squares {
             break;
         }
-        found = search_all(&leaving_out(records, &left_out)?, asked, monitor)?;
+        let without = leaving_out(records, &left_out)?;
+        found = anew(found, monitor, |monitor| search_all(&without, asked, monitor))?;
         chosen_without.clone_from(&left_out);
         (found, left_out) = settled(records, found, left_out, limit, monitor)?;
     }

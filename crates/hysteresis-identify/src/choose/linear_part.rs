@@ -6,7 +6,7 @@ use core::f64::consts::TAU;
 use crate::choose::found::{LinearEvidence, UntoldModes};
 use crate::error::Error;
 use crate::fit::colour::{Colour, WHITE_LIMIT};
-use crate::fit::joint::{Attempts, JointFit, JointProblem};
+use crate::fit::joint::{Attempts, JointFit, JointProblem, MIN_NEGATIVE_SAMPLES};
 use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::{SearchMonitor, Span};
 use crate::fit::projection::ProjectedFit;
@@ -215,7 +215,6 @@ impl JointSearch<'_> {
     /// A lag of first order and how the dead time beside it was settled, if the records tell one: a resonance that stands for it is damped
     /// without bound, and what is fast in it must be undone by a dead time.
     fn lag_if_told(&self, without: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<Option<Settled>, Error> {
-        // The part of the work before is done: progress does not go back.
         monitor.begin(Span { from: 0.8, to: 0.8 });
         let Some(lag) = to_compare(search_lag(&self.problem, &self.plain, monitor))? else { return Ok(None) };
         let is_told = self.evidence(without, &lag.fit) >= self.needed_evidence(&lag.fit);
@@ -224,7 +223,6 @@ impl JointSearch<'_> {
 
     /// The better of a fit that is worse than one without its dynamics, a minimum among others, and of what a search from there finds.
     fn again(&self, fit: JointFit, without: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
-        // The part of the work before is done: progress does not go back.
         monitor.begin(Span { from: 0.8, to: 0.8 });
         let again = self.problem.search(&without.fit, &without.space, monitor)?;
         Ok(if again.fit.objective < fit.fit.objective { again } else { fit })
@@ -353,9 +351,6 @@ const MIN_EVIDENCE_OF_DEAD_TIME: f64 = 9.0;
 
 /// A dead time of so many standard errors is told without a fit that has none.
 const SURE: f64 = 20.0;
-
-/// A negative dead time that is shorter, in samples, is none: a record that is off by a row has -1.
-const MIN_NEGATIVE_SAMPLES: f64 = 0.5;
 
 /// Below this, in samples, a dead time is rounding.
 const ROUNDING_SAMPLES: f64 = 1e-6;

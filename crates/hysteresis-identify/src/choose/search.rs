@@ -39,26 +39,32 @@ fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonit
     if !found.leads(asked) || found.partial {
         return Ok(found);
     }
-    begin_anew(monitor);
-    search_plays(records, &Options { dynamics: DynamicsModel::None, ..asked.clone() }, monitor)
+    let without = Options { dynamics: DynamicsModel::None, ..asked.clone() };
+    anew(found, monitor, |monitor| search_plays(records, &without, monitor))
 }
 
 /// The same with dynamics that may lead. Where coupled plays are better than the plays that were asked for first, or these need dynamics
 /// that lead, everything is searched once more with coupled plays.
 fn search_plays(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     let plays = search_terms(records, asked, monitor)?;
-    let needs_coupling = !plays.options.chooses_coupling() || plays.leads(asked);
-    if asked.chooses_coupling() && needs_coupling && !plays.partial {
-        begin_anew(monitor);
-        return search_plays(records, &asked.with_coupled_plays(), monitor);
+    let needs_coupling = plays.needs_coupling || asked.chooses_coupling() && plays.leads(asked);
+    if needs_coupling && !plays.partial {
+        return anew(plays, monitor, |monitor| search_plays(records, &asked.with_coupled_plays(), monitor));
     }
     with_duhem(records, asked, plays, monitor)
 }
 
-/// The part of the work before is done: progress does not go back.
-fn begin_anew(monitor: &mut SearchMonitor<'_>) {
+/// What a search that begins anew finds; what was found before it where it was stopped with something worse, unless nothing can run that.
+pub(crate) fn anew(
+    before: Found,
+    monitor: &mut SearchMonitor<'_>,
+    search: impl FnOnce(&mut SearchMonitor<'_>) -> Result<Found, Error>,
+) -> Result<Found, Error> {
     monitor.hold();
     monitor.enter(SearchStage::Scan);
+    let found = search(monitor)?;
+    let is_worse = found.partial && before.fit.fit.objective < found.fit.fit.objective;
+    Ok(if is_worse && !before.fit.leads() { Found { partial: true, ..before } } else { found })
 }
 
 /// The same with the plays, and the Duhem operator if there is a first one, that are asked for.
@@ -232,6 +238,7 @@ fn search_beside(
         structure,
         linear: None,
         told_alone: None,
+        needs_coupling: false,
         untold_map: None,
         partial,
     })

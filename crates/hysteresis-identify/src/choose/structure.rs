@@ -147,8 +147,7 @@ pub(crate) fn with_creep_amplitudes(point: &Point, space: &Space, amplitudes: us
 /// that goes in the last of them has one more.
 const DESCENTS: usize = 3;
 
-/// The same with what cross-validation chooses, fitted anew; what was found as it is, but with coupled plays asked for in its options, where
-/// these are better than plays: then everything before was sought with other hysteresis.
+/// The same with what cross-validation chooses, fitted anew; what was found as it is where it needs coupled plays.
 pub(crate) fn with_structure(
     records: &[Record<'_>],
     asked: &Options,
@@ -167,8 +166,8 @@ pub(crate) fn with_structure(
         let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
         return restructured(records, asked, found, place, monitor);
     };
-    if found.options.chooses_coupling() && !options.chooses_coupling() {
-        return Ok(Found { options, ..found });
+    if search.needs_coupling(&options) {
+        return Ok(Found { needs_coupling: true, ..found });
     }
     // An amplitude for every decade was chosen for good.
     let settled = if options.creep == CreepModel::EveryDecade { options.creep.clone() } else { asked.creep.clone() };
@@ -244,7 +243,7 @@ fn last_descents(
         if options.smoothness != Setting::Fit || descents >= DESCENTS {
             return Ok((fit, false));
         }
-        // It was chosen at ratios that suit another one. The part of the work before is done: progress does not go back.
+        // It was chosen at ratios that suit another one.
         monitor.hold();
         (space, point) = (fit.space.clone(), fit.fit.point);
         let again = StructureProblem { records, asked: options, space: &space, point: &point }.choose()?;
@@ -294,11 +293,10 @@ pub(crate) fn with_operators_chosen(
     if found.partial {
         return Ok(found);
     }
-    monitor.begin(Span { from: BEFORE, to: AFTER });
     // If the chosen weight law is not the one of this fit, everything is fitted with it, and the numbers are judged once more: no other law
     // is left open then.
     for _ in 0..2 {
-        // The part of the work before is done: progress does not go back.
+        monitor.begin(Span { from: BEFORE, to: AFTER });
         monitor.hold();
         let mut choice = Choice { records, asked, found: &found, tried: Vec::new() };
         let chosen = match choice.choose(count, monitor) {
@@ -428,7 +426,7 @@ impl Choice<'_> {
             projection => projection?,
         };
         let fit = projection.fit(&found.fit.point, None);
-        monitor.looked(fraction)?;
+        monitor.counted(fraction)?;
         let stretches = Stretches::spread(&projection, &fit, TURNS);
         let (creep, loop_shift) = (space.creep_amplitudes(), options.loop_shift);
         let terms = Terms { creep, loop_shift, smoothness: *smoothness };

@@ -75,7 +75,9 @@ impl Term for CoupledPlays {
         let options = from.options.with_coupled_plays();
         let space = space.with_coupled_plays(search.records, &options, point, &from.fit.weights);
         let basis = options.weight_basis(space.shift_len());
-        let projection = rough(search.records, &space, &basis, search.smoothness)?;
+        let Some(projection) = to_compare(rough(search.records, &space, &basis, search.smoothness))? else {
+            return Ok(Vec::new());
+        };
         let starts = [space.with_other_ratios(point), space.starts_at(point)].concat();
         monitor.hold();
         let starts = best_points(&projection, &starts, STARTS_OF_COUPLED_PLAYS, Span { from: 0.0, to: 0.0 }, monitor)?;

@@ -156,7 +156,7 @@ impl TermSearch<'_> {
         let end = self.end_of(&first, MOST_CHANGES, &mut way)?;
         // With nothing more the dynamics are those that `linear_part` weighed, unless it was told too little of those that were asked
         // for.
-        let is_kept = |end: &Candidate| end.has_more() || self.is_coupled(end) || first.has_too_little();
+        let is_kept = |end: &Candidate| end.has_more() || self.needs_coupling(&end.options) || first.has_too_little();
         let candidate = end.filter(is_kept).unwrap_or(first);
         let untold = way.untold.filter(|_| !candidate.place.space.has_map());
         Ok(Some(Chosen { candidate, untold }))
@@ -166,7 +166,7 @@ impl TermSearch<'_> {
     /// each is followed that another way did not lead to, and of where they lead the best is taken; of two that are alike, the one of fewer
     /// maps or of the earlier row.
     fn end_of(&self, from: &Candidate, changes: usize, way: &mut Way<'_, '_>) -> Result<Option<Candidate>, Error> {
-        if changes == 0 || self.is_coupled(from) {
+        if changes == 0 || self.needs_coupling(&from.options) {
             return Ok(None);
         }
         let mut ends = Vec::new();
@@ -183,9 +183,9 @@ impl TermSearch<'_> {
         Ok(ends.into_iter().reduce(better))
     }
 
-    /// Whether a candidate has coupled plays in place of the plays that were asked for first: everything is sought with them anew.
-    fn is_coupled(&self, one: &Candidate) -> bool {
-        self.asked.chooses_coupling() && !one.options.chooses_coupling()
+    /// Whether options have coupled plays in place of the plays that were asked for first: everything is sought with them anew.
+    pub(crate) fn needs_coupling(&self, options: &Options) -> bool {
+        self.asked.chooses_coupling() && !options.chooses_coupling()
     }
 
     /// The neighbours that are better than a candidate, those of them left out that another is better than: what is quick to try comes
@@ -227,7 +227,7 @@ impl TermSearch<'_> {
         })?;
         let mut better: Vec<(f64, Candidate)> = Vec::new();
         for (must_gain, one) in tried.into_iter().flatten() {
-            if self.is_coupled(&one)
+            if self.needs_coupling(&one.options)
                 || from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain))
             {
                 better.push((must_gain, one));
@@ -250,7 +250,7 @@ impl TermSearch<'_> {
         span: Span,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Option<Candidate>, Error> {
-        if variant.adds && !self.is_promising(&variant, from) {
+        if variant.adds && !self.is_promising(&variant, from, span.from, monitor)? {
             return Ok(None);
         }
         let one = to_compare(self.tried(variant, PASSES, span, monitor))?;
@@ -365,14 +365,24 @@ impl TermSearch<'_> {
     }
 
     /// Whether a variant lowers the objective by the derivatives where it starts.
-    fn is_promising(&self, variant: &Variant, from: &Candidate) -> bool {
+    fn is_promising(
+        &self,
+        variant: &Variant,
+        from: &Candidate,
+        fraction: f64,
+        monitor: &mut SearchMonitor<'_>,
+    ) -> Result<bool, Error> {
         let basis = variant.options.weight_basis(variant.space.shift_len());
-        let Ok(projection) = rough(self.records, &variant.space, &basis, self.smoothness) else { return false };
-        variant.starts.iter().any(|start| {
+        let Ok(projection) = rough(self.records, &variant.space, &basis, self.smoothness) else { return Ok(false) };
+        for start in &variant.starts {
             let (fit, linearised) = projection.at(start);
+            monitor.counted(fraction)?;
             let step = linearised.step(&variant.space.step_bounds(&fit.point, REACH), &basis);
-            step.objective * MUST_PROMISE < from.fit.objective
-        })
+            if step.objective * MUST_PROMISE < from.fit.objective {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// Whether a fit leaves more than rounding or white noise, which no term explains.
@@ -418,10 +428,13 @@ impl TermSearch<'_> {
         point: &Point,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Point, Error> {
-        // The part of the work before is done: progress does not go back.
         monitor.hold();
         let alone = options.hysteresis_alone();
-        let space = Space::new(self.records, &alone)?.with_maps_of(space);
+        let mut of_maps = Space::new(self.records, &alone)?.with_maps_of(space);
+        if !space.searches(Parameter::InputOffset) {
+            of_maps = of_maps.with_known(Parameter::InputOffset, point.get(Parameter::InputOffset));
+        }
+        let space = of_maps;
         let basis = alone.weight_basis(space.shift_len());
         let levels = levels(self.records, &space, &basis, self.smoothness, true)?;
         let alone = best_of_starts(&levels[0], &ROUNDS, Span { from: 0.0, to: 0.0 }, monitor)?.point;

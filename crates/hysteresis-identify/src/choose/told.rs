@@ -99,7 +99,7 @@ impl Options {
                 *map = MapModel::None;
             }
         }
-        // Where nothing is judged by stretches, no more are coupled plays.
+        // Where no term is judged by stretches, no more are coupled plays.
         Ok(if resolved.leaves_structure_open() { resolved } else { resolved.with_coupled_plays() })
     }
 

@@ -27,6 +27,9 @@ use crate::terms::weights::WeightBasis;
 /// How many passes over the records a start may take before the best of them goes on.
 pub(crate) const PASSES: usize = 10;
 
+/// A dead time that is less than so many samples below zero is none: a record that is off by a row has -1.
+pub(crate) const MIN_NEGATIVE_SAMPLES: f64 = 0.5;
+
 /// How starts are tried: on the rows of which level, and with how many passes over the records each.
 #[derive(Clone, Copy)]
 pub(crate) struct Attempts {
@@ -66,9 +69,9 @@ impl JointFit {
         axis.is_some_and(|axis| axis.is_at_upper(&self.fit.point))
     }
 
-    /// Whether the position would answer before the drive: a dead time below zero beside dynamics.
+    /// Whether the position would answer before the drive: a dead time below zero beside dynamics that is no noise.
     pub(crate) fn leads(&self) -> bool {
-        self.space.order().is_some() && self.dead_time_samples() < 0.0
+        self.space.order().is_some() && self.dead_time_samples() < -MIN_NEGATIVE_SAMPLES
     }
 
     /// The dead time in samples of the fastest record.

@@ -238,7 +238,7 @@ pub(crate) fn map_axes(parameter: fn(usize) -> Parameter) -> impl Iterator<Item 
     (0..COEFFICIENTS).map(move |number| Axis { parameter: parameter(number), lower, upper, scale: 1.0 })
 }
 
-/// How far the amplitude of a Duhem operator is searched either way, and a bold step: further on, knots are chosen anew.
+/// How far the amplitude of a Duhem operator is searched either way, and a bold step. Its knots move with it.
 const DUHEM_LOG_AMPLITUDE: (f64, f64) = (1.5, 0.5);
 
 /// Those of f+ and f- at so many knots, and of the amplitude.

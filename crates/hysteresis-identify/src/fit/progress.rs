@@ -26,7 +26,7 @@ pub enum SearchStage {
     Finish,
 }
 
-/// How far the search is, reported after every evaluation of the model.
+/// How far the search is, reported after evaluations of the model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Progress {
@@ -164,12 +164,6 @@ impl<'a> SearchMonitor<'a> {
         self.now.best_rmse = f64::INFINITY;
     }
 
-    /// Counts a fit that is only judged: it is none of the search.
-    pub(crate) fn looked(&mut self, fraction: f64) -> Result<(), Error> {
-        self.span = WHOLE;
-        self.counted(fraction)
-    }
-
     /// Counts one evaluation.
     pub(crate) fn evaluated(
         &mut self,
@@ -184,7 +178,8 @@ impl<'a> SearchMonitor<'a> {
         self.counted(fraction)
     }
 
-    fn counted(&mut self, fraction: f64) -> Result<(), Error> {
+    /// The same of a fit that is only judged: it is none of the search.
+    pub(crate) fn counted(&mut self, fraction: f64) -> Result<(), Error> {
         self.now.evaluations += 1;
         self.now.fraction = self.whole.within(self.part.within(self.span.within(fraction))).max(self.done);
         match (self.report)(&self.now, self.best.as_ref()) {

@@ -418,8 +418,12 @@ fn shift_columns(
 impl Space {
     /// The same with a parameter that is known.
     pub(crate) fn with_known(&self, parameter: Parameter, value: f64) -> Self {
-        let axes = self.axes.iter().filter(|axis| axis.parameter != parameter).copied().collect();
-        Self { axes, origin: self.origin.with(parameter, value), ..self.clone() }
+        Self { axes: self.axes_but(|one| one == parameter), origin: self.origin.with(parameter, value), ..self.clone() }
+    }
+
+    /// The axes, without those of some parameters.
+    fn axes_but(&self, is_left_out: impl Fn(Parameter) -> bool) -> Vec<Axis> {
+        self.axes.iter().filter(|axis| !is_left_out(axis.parameter)).copied().collect()
     }
 
     /// The same with a dead time that is searched from 0 on.
@@ -505,8 +509,8 @@ impl Space {
 
     /// The same with another Duhem operator, which is searched from there on.
     pub(crate) fn with_duhem(&self, table: &DuhemTable) -> Self {
-        let is_other = |axis: &&Axis| !axis.parameter.is_of_duhem();
-        let axes = self.axes.iter().filter(is_other).copied().chain(duhem_axes(table.knots.len())).collect();
+        let mut axes = self.axes_but(Parameter::is_of_duhem);
+        axes.extend(duhem_axes(table.knots.len()));
         let duhem = Some(DuhemSpace { knots: table.knots.clone(), scale: table.scale() });
         Self { axes, origin: at_duhem(&self.origin, table), duhem, ..self.clone() }
     }
@@ -519,14 +523,12 @@ impl Space {
 
     /// The same with the first mode alone.
     pub(crate) fn with_one_mode(&self) -> Self {
-        let axes = self.axes.iter().filter(|axis| !axis.parameter.is_of_further_mode()).copied().collect();
-        Self { axes, further_modes: 0, ..self.clone() }
+        Self { axes: self.axes_but(Parameter::is_of_further_mode), further_modes: 0, ..self.clone() }
     }
 
     /// The same without an amplifier.
     pub(crate) fn without_amplifier(&self) -> Self {
-        let axes = self.axes.iter().filter(|axis| axis.parameter != Parameter::LogBandwidth).copied().collect();
-        Self { axes, has_amplifier: false, ..self.clone() }
+        Self { axes: self.axes_but(|one| one == Parameter::LogBandwidth), has_amplifier: false, ..self.clone() }
     }
 
     /// The same with an amplifier whose bandwidth is searched.
@@ -546,14 +548,13 @@ impl Space {
 
     /// The same without an input map.
     pub(crate) fn without_input_map(&self) -> Self {
-        let axes = self.axes.iter().filter(|axis| !matches!(axis.parameter, Parameter::InputMap(_))).copied().collect();
+        let axes = self.axes_but(|one| matches!(one, Parameter::InputMap(_)));
         Self { axes, has_input_map: false, ..self.clone() }
     }
 
     /// The same without an output map.
     pub(crate) fn without_output_map(&self) -> Self {
-        let axes =
-            self.axes.iter().filter(|axis| !matches!(axis.parameter, Parameter::OutputMap(_))).copied().collect();
+        let axes = self.axes_but(|one| matches!(one, Parameter::OutputMap(_)));
         Self { axes, output_map: None, ..self.clone() }
     }
 
@@ -618,8 +619,8 @@ impl Space {
     pub(crate) fn with_creep(&self, creep: &CreepModel, point: &Point) -> Result<(Self, Point), Error> {
         let basis = creep.basis(self.intervals.longest_record(), self.intervals.smallest())?;
         let LinearPart { time_constants, amplitudes, .. } = self.linear_part(point);
-        let rest = self.axes.iter().filter(|axis| !matches!(axis.parameter, Parameter::Creep(_)));
-        let axes = rest.copied().chain(creep_axes(&basis, creep.largest())).collect();
+        let mut axes = self.axes_but(|one| matches!(one, Parameter::Creep(_)));
+        axes.extend(creep_axes(&basis, creep.largest()));
         let gathered = basis.gathered(&time_constants, &amplitudes).into_iter().enumerate();
         let point = gathered.fold(*point, |point, (number, amplitude)| {
             point.with(Parameter::Creep(number), amplitude.clamp(0.0, creep.largest()))
@@ -629,8 +630,7 @@ impl Space {
 
     /// The same with the first amplitudes of creep alone.
     pub(crate) fn with_creep_amplitudes(&self, amplitudes: usize) -> Self {
-        let is_kept = |axis: &&Axis| !matches!(axis.parameter, Parameter::Creep(number) if number >= amplitudes);
-        let axes = self.axes.iter().filter(is_kept).copied().collect();
+        let axes = self.axes_but(|one| matches!(one, Parameter::Creep(number) if number >= amplitudes));
         Self { axes, creep: self.creep.first(amplitudes), ..self.clone() }
     }
 }

@@ -109,7 +109,9 @@ pub fn identify_oscillator(
 
 /// The motion of a model left all bounds.
 fn unstable(dt: f64) -> Error {
-    Error::domain("dt", None, "an interval in which the motion of the model stays finite", dt)
+    let expected =
+        "an interval in which the motion of the model stays finite, and y to be that of an oscillator that u drives";
+    Error::domain("dt", None, expected, dt)
 }
 
 /// A linear oscillator, and the fits with ever more knots.
@@ -142,8 +144,8 @@ impl<'a> Search<'a> {
         let start = placed_evenly(&linear.point, data);
         let range = excitation.range(&start).ok_or_else(unstable)?;
         // Enough to tell one hold from another.
-        let first = descend(&excitation, &placed(&start, range, KNOTS[0])?, stiffness, Part::Fitted);
-        let first = first.ok_or_else(unstable)?;
+        let start = placed(&start, range, KNOTS[0]).ok_or_else(unstable)?;
+        let first = descend(&excitation, &start, stiffness, Part::Fitted).ok_or_else(unstable)?;
         let passes = linear.passes + first.passes;
         Ok(Self { excitation, hold, sub_steps, linear, first, passes })
     }
@@ -164,7 +166,7 @@ impl<'a> Search<'a> {
         let mut best: Option<Fit> = None;
         for _ in 0..PLACEMENTS {
             let range = self.excitation.range(&point).ok_or_else(|| unstable(dt))?;
-            point = placed(&point, range, knots)?;
+            point = placed(&point, range, knots).ok_or_else(|| unstable(dt))?;
             let fit = descend(&self.excitation, &point, self.stiffness(), part).ok_or_else(|| unstable(dt))?;
             self.passes += fit.passes;
             let covered = covers(&fit.point.knots, fit.at.range);
@@ -260,18 +262,18 @@ fn placed_evenly(linear: &Point, data: &Data) -> Point {
 }
 
 /// The same f over `count` knots that cover a range of z: one at 0, where Bouc-Wen hysteresis bends, and as many on
-/// each side.
-fn placed(point: &Point, range: (f64, f64), count: usize) -> Result<Point, Error> {
+/// each side; none where there is no operator of these numbers.
+fn placed(point: &Point, range: (f64, f64), count: usize) -> Option<Point> {
     let width = range.1 - range.0;
     let (low, high) = ((range.0 - MARGIN * width).min(-MARGIN * width), (range.1 + MARGIN * width).max(MARGIN * width));
     let side = count / 2;
     let share = |i: usize| as_f64(i) / as_f64(side);
     let below = (0..side).map(|i| low * (1.0 - share(i)));
     let knots: Vec<f64> = below.chain((0..=side).map(|i| high * share(i))).collect();
-    let before = Duhem::<MAX_KNOTS>::new(&point.knots, point.rising(), point.falling())?;
+    let before = Duhem::<MAX_KNOTS>::new(&point.knots, point.rising(), point.falling()).ok()?;
     let slopes = |rising: bool| knots.iter().map(|z| before.slope(*z, rising)).collect::<Vec<_>>();
     let parameters = [&point.parameters[..3], &slopes(true), &slopes(false)].concat();
-    Ok(Point { parameters, offset: point.offset, knots })
+    Some(Point { parameters, offset: point.offset, knots })
 }
 
 /// Whether the knots reach as far as z does, and not much further.

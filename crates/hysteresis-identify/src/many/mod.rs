@@ -29,7 +29,8 @@ use crate::threads::Shared;
 
 /// Fits a model of hysteresis and a dead time to each of many actuators, on up to `threads` threads.
 ///
-/// The model, what is searched and what is minimised are those of [`identify`](crate::identify()) without maps. Actuators with a drive of
+/// The model, what is searched and what is minimised are those of [`identify`](crate::identify()) without maps, and with
+/// [`RatiosModel::Fit`](crate::RatiosModel::Fit) for [`Auto`](crate::RatiosModel::Auto). Actuators with a drive of
 /// their own are searched in the same way and come to the same bits. Actuators with one drive share the work that depends on the drive
 /// alone, and come to as good a fit in a small part of the time; where an objective has several minima of nearly the same
 /// height, it may be another one of them.

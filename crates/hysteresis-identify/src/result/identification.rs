@@ -287,8 +287,9 @@ impl Identification {
         record.dt().unwrap_or(self.chain.dt)
     }
 
-    /// Whether the model has an inverse. Weights are never negative, and an identity has a weight, so the only obstacles are given
-    /// thresholds without zero, and weights that are all zero: the position falls where the drive rises.
+    /// Whether the plays have an inverse. Weights are never negative, and an identity has a weight, so the only obstacles are given
+    /// thresholds without zero, and weights that are all zero: the position falls where the drive rises, or follows a Duhem operator
+    /// alone, beside which they need none.
     ///
     /// # Errors
     /// [`hysteresis_core::Error::NotInvertible`] with the weight at fault.

@@ -340,8 +340,9 @@ impl LeaveOneOut<'_> {
         let told = own.len() - dropped.len();
         make_echelon(&mut factor, told);
         let (a, b) = below_own(&factor, told);
-        let is_told: Vec<bool> = a.col_iter().zip(least).map(|(column, least)| column.norm_l2() >= *least).collect();
         let (a, b) = penalised(&a, &b, penalty);
+        // Smooth weights go on where loops end.
+        let is_told: Vec<bool> = a.col_iter().zip(least).map(|(column, least)| column.norm_l2() >= *least).collect();
         let of_told = |(bounds, is_told): ((f64, f64), &bool)| if *is_told { bounds } else { (0.0, 0.0) };
         let bounds: Vec<_> = basis.bounds().into_iter().zip(&is_told).map(of_told).collect();
         let guess: Vec<usize> = (0..like.len()).filter(|j| like[*j] != 0.0 && is_told[*j]).collect();

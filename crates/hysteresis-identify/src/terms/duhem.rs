@@ -46,7 +46,7 @@ pub enum DuhemModel {
     None,
     /// One that is searched.
     Fit,
-    /// One that is searched, from this one on, at its knots.
+    /// One that is searched, from this one on; its knots move with its amplitude, by a factor of e^1.5 at most.
     Near(DuhemTable),
 }
 

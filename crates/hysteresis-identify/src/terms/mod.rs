@@ -7,7 +7,7 @@
 //! | loop shift | `LoopShiftModel` | none: its amplitudes are linear | columns m and n | `choose::structure` |
 //! | creep | `CreepModel` | amplitudes | a filter behind the operators | `choose::structure` |
 //! | slow gain | `SlowGainModel` | amplitude, time constant | a factor of all columns | `choose::table` |
-//! | Duhem operator | `DuhemModel` | f+ and f- at its knots | a known output beside the columns | `choose::duhem` |
+//! | Duhem operator | `DuhemModel` | amplitude, f+ and f- at its knots | a known output beside the columns | `choose::duhem` |
 //! | maps | `MapModel` | three coefficients each | a curve in front, or behind | `choose::table` |
 //! | dynamics, modes | `DynamicsModel`, `ModesModel` | frequency, damping, gain | a filter behind the creep | `choose::linear_part`, `choose::modes` |
 //! | amplifier | `AmplifierModel` | bandwidth | a lag in front | `choose::linear_part`, `choose::table` |

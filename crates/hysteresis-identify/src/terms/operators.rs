@@ -55,7 +55,8 @@ impl ModelKind {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RatiosModel {
     /// Those of plays, unless coupled plays predict stretches of the records better by a tenth of the error: then everything is searched
-    /// once more with these. [`Fit`](Self::Fit) where nothing else is left to cross-validation.
+    /// once more with these. [`Fit`](Self::Fit) where weight law, smoothness and all terms are given; plays stay beside a Duhem operator
+    /// that is given.
     #[default]
     Auto,
     /// Searched in 2 >= ra/r >= rb/r >= 0, 1 >= rc/r >= 0.

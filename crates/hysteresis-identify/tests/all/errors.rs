@@ -183,7 +183,7 @@ fn progress_goes_forward_through_all_candidates() {
         assert!(pair[1].fraction >= pair[0].fraction);
     }
     assert_eq!(seen.last().unwrap().fraction, 1.0);
-    // The plays scan, and so do the coupled plays, which are better; what comes last begins at what was found.
+    // The coupled plays, which are better than the plays, scan anew, and so does what comes last.
     let scans =
         seen.windows(2).filter(|pair| pair[1].stage == SearchStage::Scan && pair[0].stage != SearchStage::Scan).count();
     assert_eq!(scans, 2);

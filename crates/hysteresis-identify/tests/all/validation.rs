@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 
 use crate::actuators::{decaying_triangle, noise, output, paper_actuator, run, samples, weights};
-use hysteresis_core::{Offsets, Ratios};
+use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};
 use hysteresis_identify::{
-    Error, FindingCode, Identification, Loss, MapModel, Options, Quality, RatiosModel, Record, RecordError, Setting,
-    Stop, Thresholds, WeightLaw, diagnose, identify,
+    Error, FindingCode, Identification, Loss, MapModel, Options, Quality, RatiosModel, Record, RecordError,
+    SearchStage, Setting, Stop, Thresholds, WeightLaw, diagnose, identify,
 };
 
 const NOISE: f64 = 0.015;
@@ -156,6 +156,38 @@ fn a_search_that_is_stopped_hands_over_its_best() {
         }
         assert!(last <= 1.01 * whole.fit.rmse);
     }
+}
+
+/// A search that is stopped where everything begins anew with coupled plays leaves the plays that were found.
+#[test]
+fn what_is_stopped_where_it_begins_anew_leaves_what_was_found() {
+    // Far from all ratios that the search begins with.
+    let (ratios, thresholds) = (Ratios { ra: 1.4, rb: 0.7, rc: 0.1 }, [0.0, 80.0, 160.0, 240.0]);
+    let weights = [4e-3, 1e-3, 2e-3, 2e-3];
+    let actuator = ModifiedPrandtlIshlinskii::from_ratios(&weights, &thresholds, ratios, Offsets::default()).unwrap();
+    let input = decaying_triangle(1_500, 500.0, 8.0, 0.0);
+    let output: Vec<f64> =
+        output(&actuator, &input, 0.0).iter().zip(noise(input.len(), NOISE, 9)).map(|(y, e)| y + e).collect();
+    let record = [Record::new(&input, &output, 0).unwrap()];
+    let options = Options { thresholds: Thresholds::Uniform(6), ..Options::default() };
+    let mut stages = Vec::new();
+    let whole = identify(&record, &options, &mut |now| {
+        stages.push(now.stage);
+        ControlFlow::Continue(())
+    });
+    assert_ne!(whole.unwrap().ratios, Ratios::PLAY);
+    let begins = |pair: &[SearchStage]| pair[1] == SearchStage::Scan && pair[0] != SearchStage::Scan;
+    let anew = stages.windows(2).position(begins).unwrap() + 1;
+    let mut calls = 0;
+    let stopped = identify(&record, &options, &mut |_| {
+        calls += 1;
+        if calls > anew { ControlFlow::Break(Stop::KeepBest) } else { ControlFlow::Continue(()) }
+    });
+    let plays = Options { ratios: RatiosModel::Fixed(Ratios::PLAY), ..options };
+    let (stopped, plays) = (stopped.unwrap(), run(&record, &plays).unwrap());
+    assert!(stopped.partial && calls == anew + 1);
+    assert_eq!(stopped.ratios, Ratios::PLAY);
+    assert!(stopped.fit.rmse < 1.05 * plays.fit.rmse, "{} {}", stopped.fit.rmse, plays.fit.rmse);
 }
 
 /// Many noisy records: how far their predictions lie apart is what each says of itself.

@@ -289,6 +289,6 @@ impl From<DeadTime> for Setting<f64> {
 #[py("Literal['fit'] | float")]
 impl Argument<'_> for DeadTime {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        setting(name, "a number of seconds", value).map(Self)
+        setting(name, "\"fit\" or a number of seconds", value).map(Self)
     }
 }

@@ -52,7 +52,7 @@ use crate::convert::errors;
 /// ratios : "auto", "fit" or (ra, rb, rc)
 ///     Thresholds of the coupled plays as fractions of r. Plays have (1, 1, 1). "auto" takes plays, unless coupled plays predict held-out
 ///     stretches better by a tenth of the error; then everything is searched once more with these. "fit" takes coupled plays. So does
-///     "auto" where nothing else is left to cross-validation.
+///     "auto" where weights, smoothness and all terms are given. Beside a `Duhem` that is given it takes plays.
 /// input_offset : "fit" or float
 ///     In the unit of u. That of plays says where they are virgin: "fit" is where the first record begins, or 0, an end of the range or its
 ///     middle if the plays alone fit far better with that. The conventional model fixes it at the middle of the input range.
@@ -80,10 +80,11 @@ use crate::convert::errors;
 /// duhem : "auto", None, "fit" or Duhem
 ///     A Duhem operator beside the plays, for loops that do not close or that plays do not describe: f+ and f- at up to five
 ///     knots. "auto" searches one where plays leave 0.03 % of the range and more than white noise, and an operator of a few shapes,
-///     added or subtracted, promises a twentieth of the error; it stays if it predicts held-out stretches better by a tenth. Of loops that
-///     are all alike it must halve the error, and leave no more beside the noise than the noise: many operators follow such loops. "fit"
-///     has one wherever it lowers the error and leaves an inverse, and a `Duhem` is where the search begins, at its knots: see the finding
-///     `no_inverse`.
+///     added or subtracted, promises a twentieth of the error; it stays if it predicts held-out stretches better by a tenth. It must halve
+///     the error where loops only decay or are all alike, and where what plays leave looks like a drift. Of loops that are all alike it
+///     must leave no more beside the noise than the noise, too: many operators follow such loops. "fit" has one wherever it lowers the
+///     error and leaves an inverse. A `Duhem` is where the search begins: its knots move with its amplitude, by a factor of 4.5 at most.
+///     See the finding `no_inverse`.
 /// amplifier : "auto", None or float
 ///     The amplifier in front of the hysteresis, a first-order lag: of this bandwidth in Hz, beside second-order dynamics or with
 ///     `dynamics=None`. "auto" fits one beside second-order dynamics if the records tell its lag from a dead time. It has one in place

@@ -100,7 +100,7 @@ fn given(thresholds: Vec<f64>, operators: Option<Operators>) -> PyResult<Thresho
 #[py("Literal['fit'] | float")]
 impl Argument<'_> for Setting<f64> {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        setting(name, "a number", value)
+        setting(name, "\"fit\" or a number", value)
     }
 }
 
@@ -116,10 +116,7 @@ impl<'py> AsArgument<'py> for Setting<f64> {
 #[py("Literal['fit'] | tuple[float, float, float]")]
 impl Argument<'_> for Setting<Ratios> {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        match setting::<(f64, f64, f64)>(name, "three numbers (ra, rb, rc)", value)? {
-            Setting::Fixed((ra, rb, rc)) => Ok(Setting::Fixed(Ratios { ra, rb, rc })),
-            Setting::Fit => Ok(Setting::Fit),
-        }
+        ratios(name, "\"fit\" or three numbers (ra, rb, rc)", value)
     }
 }
 
@@ -127,10 +124,16 @@ impl Argument<'_> for Setting<Ratios> {
 impl Argument<'_> for RatiosModel {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         if is_word(value, "auto") {
-            Ok(Self::Auto)
-        } else {
-            Setting::<Ratios>::from_argument(name, value).map(Self::from)
+            return Ok(Self::Auto);
         }
+        ratios(name, "\"auto\", \"fit\" or three numbers (ra, rb, rc)", value).map(Self::from)
+    }
+}
+
+fn ratios(name: &str, expected: &str, value: &Bound<'_, PyAny>) -> PyResult<Setting<Ratios>> {
+    match setting::<(f64, f64, f64)>(name, expected, value)? {
+        Setting::Fixed((ra, rb, rc)) => Ok(Setting::Fixed(Ratios { ra, rb, rc })),
+        Setting::Fit => Ok(Setting::Fit),
     }
 }
 
@@ -145,7 +148,7 @@ pub(super) fn setting<'py, T: FromPyObjectOwned<'py>>(
     }
     match value.extract::<T>() {
         Ok(value) => Ok(Setting::Fixed(value)),
-        Err(_) => Err(unexpected(name, format_args!("\"fit\" or {expected}"), value)),
+        Err(_) => Err(unexpected(name, expected, value)),
     }
 }
 
