@@ -94,7 +94,7 @@ class Request:
     fast_frequency: float | None = option(
         passed=_EXPERIMENT,
         metavar="HZ",
-        help="Its highest frequency.  [default: 0.4 of the Nyquist frequency]",
+        help="Its highest frequency.  [default: 0.8 of the Nyquist frequency]",
     )
     demagnetize: bool = flag(
         help="Write a sequence that demagnetizes the actuator: it ends in a known state."

@@ -21,8 +21,8 @@ const FOLLOWED_WITHIN: f64 = 1e-3;
 pub enum FeedForwardKind {
     /// The exact inverse of maps, hysteresis, loop shift, slow gain and creep, of the reference of now.
     Inverse,
-    /// The same, of a target made of references that come `ahead` samples early: through the inverse of amplifier, modes and
-    /// dead time too.
+    /// The same, of a target made of references that come `ahead` samples early: through the inverse of modes and dead time
+    /// first, and last through that of the amplifier, which is in front of the hysteresis.
     Preview {
         /// How many samples early references come.
         ahead: usize,
@@ -214,15 +214,15 @@ impl Stage {
         feedforward: FeedForwardKind,
         options: &ControllerOptions,
     ) -> Result<HybridController, Error> {
-        let inverse = || self.inverse(options.dt, Some(options.limits));
+        let limits = Some(options.limits);
         let (source, preview) = match feedforward {
-            FeedForwardKind::Inverse => (inverse()?.into(), None),
+            FeedForwardKind::Inverse => (self.inverse(options.dt, limits)?.into(), None),
             FeedForwardKind::Preview { ahead, smoothing } => {
                 let window = self.preview(options.dt, &PreviewOptions::new(ahead))?;
                 let plain = Preview::new(window.coefficients(), window.ahead())?;
                 let preview =
                     if smoothing == 0.0 { plain } else { plain.smoothed(&smoothing_kernel(smoothing, options.dt)?)? };
-                (inverse()?.into(), Some(preview))
+                (self.inverse_behind_amplifier(options.dt, limits)?.into(), Some(preview))
             }
             FeedForwardKind::Given => (hysteresis_core::FeedForward::Given, None),
         };

@@ -50,6 +50,7 @@ pub use parts::{Identified, LoopShift, RecordSource, SlowGain, StageParts, Stage
 pub use precompensate::{PrecompensateOptions, Precompensated};
 pub use temperature::TemperatureTerm;
 
+use core::f64::consts::TAU;
 use core::fmt;
 
 use hysteresis_core::{
@@ -246,7 +247,8 @@ impl Stage {
     /// The exact inverse of maps, hysteresis, loop shift, slow gain and creep, sample by sample, at rest at
     /// [`rest_drive`](Self::rest_drive).
     ///
-    /// Modes, amplifier and dead time are not part of it: [`precompensate`](Self::precompensate) leads through those.
+    /// Modes, amplifier and dead time are not part of it: [`precompensate`](Self::precompensate) leads through those. With the
+    /// amplifier: [`inverse_behind_amplifier`](Self::inverse_behind_amplifier).
     ///
     /// # Errors
     /// [`Error`] as for [`limits`](Self::limits), unless `dt` is finite and above 0, and for hysteresis without an inverse.
@@ -255,6 +257,17 @@ impl Stage {
         let mut inverse = self.quasi_static(dt)?.inverse(limits)?;
         inverse.settle(rest_drive(limits));
         Ok(inverse)
+    }
+
+    /// The same behind the amplifier of the stage, if it has one: a target is what amplifier and modes are to get, and the lag of the
+    /// amplifier is inverted last, as it comes first ([`QuasiStaticInverse::behind_amplifier`]).
+    ///
+    /// # Errors
+    /// As for [`inverse`](Self::inverse).
+    pub fn inverse_behind_amplifier(&self, dt: f64, limits: Option<(f64, f64)>) -> Result<QuasiStaticInverse, Error> {
+        let inverse = self.inverse(dt, limits)?;
+        let Some(amplifier) = self.parts.amplifier else { return Ok(inverse) };
+        Ok(inverse.behind_amplifier((-TAU * amplifier.frequency() * dt).exp())?)
     }
 
     /// Where the position must lie when nothing is known of the history but its limits: two streams through maps and hysteresis.

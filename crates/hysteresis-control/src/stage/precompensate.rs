@@ -67,9 +67,10 @@ impl Stage {
     /// The drives that move the stage along a reference, sampled at `dt` seconds: the position that is read at t_k is
     /// reference\[k\].
     ///
-    /// The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
-    /// inverse of creep, loop shift, output map, hysteresis and input map. The first drive is the last one before it or
-    /// near it: the stage begins at rest, or where its history has left it. Every drive is within the limits and keeps the
+    /// The reference is led through the inverse of modes and dead time, then sample by sample through the exact inverse of
+    /// creep, loop shift, output map, hysteresis and input map, and last through that of the amplifier, which is in front of
+    /// all. What the modes are to get is chosen with the lag of the amplifier among them, so that no drive need jump. The
+    /// first drive is the last one before it or near it: the stage begins at rest, or where its history has left it. Every drive is within the limits and keeps the
     /// slew rate of the stage. A reference that is in motion at its end is taken to go on.
     ///
     /// # Errors
@@ -103,7 +104,7 @@ impl Stage {
         let limits = self.limits(options.limits)?;
         let start = options.start.unwrap_or_else(|| rest_drive(limits));
         check_start(start, limits)?;
-        let mut inverse = self.quasi_static(dt)?.inverse(limits)?;
+        let mut inverse = self.inverse_behind_amplifier(dt, limits)?;
         inverse.settle(start);
         follow_history(&mut inverse, options.history)?;
         let rest = self.parts().dynamics.static_gain() * inverse.position();
@@ -173,18 +174,14 @@ impl Precompensated {
     /// Turns targets into drives.
     fn walk(&mut self, inverse: &mut QuasiStaticInverse, step: f64) {
         for sample in &mut self.drive {
-            let last = inverse.output();
-            let wanted = inverse.peek(*sample);
-            let allowed = wanted.max(last - step).min(last + step);
-            if allowed == wanted {
-                let target = *sample;
-                *sample = inverse.step(target);
+            let (target, last) = (*sample, inverse.output());
+            let wanted = inverse.peek(target);
+            *sample = inverse.step_between(target, (last - step, last + step));
+            if *sample == wanted {
                 // A target at the very limit is within reach but for rounding.
-                let missed =
-                    inverse.saturated() && (inverse.position() - target).abs() > ROUNDING * (1.0 + target.abs());
+                let missed = inverse.saturated() && inverse.missed(target).abs() > ROUNDING * (1.0 + target.abs());
                 self.saturated_count += u64::from(missed);
             } else {
-                *sample = inverse.follow_drive(allowed);
                 self.slewing_count += 1;
             }
         }

@@ -127,7 +127,8 @@ impl Tuning {
             Structure::Notch => self.of_notches(),
         };
         if self.tried.is_empty() {
-            return format!("{made} No mode has a damping ratio below 0.5, so nothing else was tried.");
+            let untold = "A mode that no record told can make this loop oscillate: record a chirp that reaches it.";
+            return format!("{made} No mode has a damping ratio below 0.5, so nothing else was tried. {untold}");
         }
         let reached = Structure::ALL.iter().filter_map(|structure| {
             let (_, ki) = self.tried.iter().find(|(one, _)| one == structure)?;

@@ -6,6 +6,7 @@
 mod beside;
 mod bracket;
 mod creep;
+mod inverse;
 mod loop_shift;
 mod map;
 mod parts;
@@ -15,8 +16,9 @@ mod stage;
 
 pub use bracket::{Bracket, BracketArray, BracketState};
 pub use creep::CreepTerms;
+pub use inverse::QuasiStaticInverse;
 pub use loop_shift::LoopShiftTerms;
 pub use map::PiecewiseLinearMap;
 pub use parts::{MAX_KNOTS, QuasiStatic};
 pub use slow_gain::SlowGainTerms;
-pub use stage::{QuasiStaticForward, QuasiStaticInverse, QuasiStaticState};
+pub use stage::{QuasiStaticForward, QuasiStaticState};

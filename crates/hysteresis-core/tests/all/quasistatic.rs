@@ -2,8 +2,8 @@
 
 use hysteresis_core::{
     Bracket, CompiledModel, CreepTerms, Duhem, Error, LoopShiftTerms, MAX_KNOTS, ModifiedPrandtlIshlinskii, Offsets,
-    PiecewiseLinearMap, PrandtlIshlinskii, Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios,
-    SlowGainTerms,
+    PiecewiseLinearMap, PrandtlIshlinskii, Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse,
+    QuasiStaticState, Ratios, SlowGainTerms,
 };
 use proptest::prelude::*;
 
@@ -96,6 +96,19 @@ fn drives() -> impl Strategy<Value = Vec<f64>> {
     })
 }
 
+/// An inverse alone, or behind an amplifier of which this is left of a voltage after a sample.
+fn inverse(stage: &QuasiStatic, left: Option<f64>, limits: Option<(f64, f64)>) -> QuasiStaticInverse {
+    let inverse = stage.inverse(limits).unwrap();
+    match left {
+        Some(left) => inverse.behind_amplifier(left).unwrap(),
+        None => inverse,
+    }
+}
+
+fn left() -> impl Strategy<Value = Option<f64>> {
+    proptest::option::weighted(0.6, 0.0..0.9_f64)
+}
+
 fn run(stream: &mut impl Process, input: &[f64]) -> Vec<f64> {
     let mut output = vec![0.0; input.len()];
     stream.run(input, &mut output).unwrap();
@@ -117,23 +130,48 @@ proptest! {
         }
     }
 
+    /// The lag, then the stage, make of its drives what the lag makes of the targets.
     #[test]
-    fn the_drive_never_leaves_the_limits(stage in stage(), targets in proptest::collection::vec(-1e4..1e4, 1..60)) {
-        let (mut inverse, mut forward) = (stage.inverse(Some(LIMITS)).unwrap(), stage.forward());
-        forward.settle(inverse.output());
+    fn behind_an_amplifier_the_lagged_target_is_reached(stage in stage(), left in 0.0..0.9_f64, drives in drives()) {
+        let targets = run(&mut stage.forward(), &drives);
+        let mut inverse = inverse(&stage, Some(left), None);
+        let (mut forward, mut voltage, mut lagged) = (stage.forward(), inverse.output(), inverse.position());
+        forward.settle(voltage);
         for target in targets {
-            let drive = inverse.step(target);
-            prop_assert!((LIMITS.0..=LIMITS.1).contains(&drive));
-            let reached = forward.step(drive);
-            if !inverse.saturated() {
+            voltage = left * voltage + (1.0 - left) * inverse.step(target);
+            lagged = left * lagged + (1.0 - left) * target;
+            let reached = forward.step(voltage);
+            prop_assert!((reached - lagged).abs() < 1e-10 * 200.0, "{reached} for {lagged}");
+            prop_assert!(inverse.missed(target).abs() < 1e-10 * 200.0);
+        }
+    }
+
+    #[test]
+    fn the_drive_never_leaves_the_limits(
+        stage in stage(), left in left(), targets in proptest::collection::vec(-1e4..1e4, 1..60)
+    ) {
+        let (mut inverse, mut forward) = (inverse(&stage, left, Some(LIMITS)), stage.forward());
+        let mut voltage = inverse.output();
+        forward.settle(voltage);
+        for (k, target) in targets.into_iter().enumerate() {
+            let last = inverse.output();
+            let between = (LIMITS.0.max(last - 30.0), LIMITS.1.min(last + 30.0));
+            let is_bound = k % 3 == 2;
+            let drive = if is_bound { inverse.step_between(target, between) } else { inverse.step(target) };
+            prop_assert!((LIMITS.0..=LIMITS.1).contains(&drive) && drive == inverse.output());
+            prop_assert!(!is_bound || (between.0..=between.1).contains(&drive));
+            voltage = left.map_or(drive, |left| left * voltage + (1.0 - left) * drive);
+            let reached = forward.step(voltage);
+            prop_assert!((reached - inverse.position()).abs() < 1e-9);
+            if !inverse.saturated() && !is_bound && left.is_none() {
                 prop_assert!((reached - target).abs() < 1e-9, "{reached} for {target}");
             }
         }
     }
 
     #[test]
-    fn peek_changes_nothing_and_tells_the_next_step(stage in stage(), drives in drives()) {
-        let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some(LIMITS)).unwrap());
+    fn peek_changes_nothing_and_tells_the_next_step(stage in stage(), left in left(), drives in drives()) {
+        let (mut forward, mut inverse) = (stage.forward(), inverse(&stage, left, Some(LIMITS)));
         for drive in drives {
             let (ahead, position) = (forward.peek(drive), forward.step(drive));
             prop_assert_eq!(ahead.to_bits(), position.to_bits());
@@ -143,12 +181,17 @@ proptest! {
     }
 
     #[test]
-    fn a_restored_state_continues_bit_for_bit(stage in stage(), before in drives(), after in drives()) {
-        let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some(LIMITS)).unwrap());
+    fn a_restored_state_continues_bit_for_bit(
+        stage in stage(), left in left(), before in drives(), after in drives()
+    ) {
+        let made = || inverse(&stage, left, Some(LIMITS));
+        let (mut forward, mut inverse) = (stage.forward(), made());
         run(&mut inverse, &run(&mut forward, &before));
-        let (mut other, mut other_inverse) = (stage.forward(), stage.inverse(Some(LIMITS)).unwrap());
+        let (mut other, mut other_inverse) = (stage.forward(), made());
         other.set_state(&forward.state()).unwrap();
         other_inverse.set_state(&inverse.state()).unwrap();
+        prop_assert_eq!(other_inverse.saturated(), inverse.saturated());
+        prop_assert_eq!(other_inverse.output(), inverse.output());
         let positions = run(&mut forward, &after);
         prop_assert_eq!(&run(&mut other, &after), &positions);
         prop_assert_eq!(run(&mut other_inverse, &positions), run(&mut inverse, &positions));
@@ -202,6 +245,37 @@ fn a_sample_that_is_not_finite_holds_and_is_counted() {
     }
     assert_eq!((forward.rejected(), inverse.rejected()), (3, 6));
     assert_eq!(forward.step(30.0), example().forward().step(30.0) + 0.01 * (1.0 - 0.9) * position);
+}
+
+/// What is refused behind an amplifier moves nothing: samples, states, and a lag that is none.
+#[test]
+fn behind_an_amplifier_bad_numbers_and_states_are_refused() {
+    let mut inverse = inverse(&example(), Some(0.5), Some(LIMITS));
+    inverse.step(30.0);
+    let good = inverse.state();
+    for bad in [f64::NAN, f64::INFINITY, -1e101] {
+        let drive = inverse.output();
+        assert_eq!((inverse.step(bad), inverse.peek(bad), inverse.follow_drive(bad)), (drive, drive, drive));
+        assert_eq!(inverse.step_between(bad, LIMITS), drive);
+    }
+    assert_eq!(inverse.rejected(), 9);
+    for (place, wrong) in [(0, f64::NAN), (1, 1e3)] {
+        let mut state = good.clone();
+        state.loop_shift[place] = wrong;
+        assert_eq!(inverse.set_state(&state).unwrap_err().parameter(), Some("state.loop_shift"));
+    }
+    let short = QuasiStaticState { loop_shift: vec![0.0], ..good.clone() };
+    assert!(matches!(inverse.set_state(&short), Err(Error::Length { expected: 3, got: 1, .. })));
+    let mut alone = example().inverse(Some(LIMITS)).unwrap();
+    assert!(matches!(alone.set_state(&good), Err(Error::OtherModel { .. })));
+    inverse.set_state(&good).unwrap();
+    assert_eq!(inverse.state(), good);
+    let slower = example().inverse(Some(LIMITS)).unwrap().behind_amplifier(0.6).unwrap();
+    assert!(matches!(slower.clone().set_state(&good), Err(Error::OtherModel { .. })));
+    for left in [-0.1, 1.0, f64::NAN] {
+        let refused = example().inverse(None).unwrap().behind_amplifier(left).unwrap_err();
+        assert_eq!(refused.parameter(), Some("left"));
+    }
 }
 
 #[test]

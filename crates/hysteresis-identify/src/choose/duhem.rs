@@ -58,6 +58,9 @@ const LEAST_SEEN: f64 = 1e-9;
 /// By which share of the flattest slope of the plays an operator falls at most.
 const STEEPEST_FALL: f64 = 0.95;
 
+/// A record whose drive has a smaller share of the largest range has no loops that a transient could spoil.
+const SMALL_RECORD: f64 = 0.1;
+
 /// Without noise: the share of what plays leave that the right operator leaves at most, as its knots are few.
 const TOLD: f64 = 0.05;
 
@@ -182,10 +185,16 @@ pub(crate) fn no_inverse(rise: f64, fall: f64) -> Option<Finding> {
 fn must_gain(records: &[Record<'_>], plays: &Found) -> Option<f64> {
     let findings = findings_of_fit(records, &plays.fit.chain(plays.interval(records)), &plays.options.thresholds);
     let has = |code: FindingCode| findings.iter().any(|finding| finding.code == code);
+    let range = |record: &Record<'_>| record.input_bounds().1 - record.input_bounds().0;
+    let largest = records.iter().map(range).fold(0.0, f64::max);
+    let is_large = |record: usize| range(&records[record]) > SMALL_RECORD * largest;
+    let has_transient = findings
+        .iter()
+        .any(|finding| finding.code == FindingCode::StartUpTransient && finding.record.is_none_or(is_large));
     // Loops that only decay do not tell an operator from what time does; on others a drift may stand for it.
     let is_apart = Variety::of(records).apart_from_time;
     match has(FindingCode::Drift) || has(FindingCode::Leakage) {
-        _ if has(FindingCode::StartUpTransient) => None,
+        _ if has_transient => None,
         true => (is_apart || are_backwards(records)).then_some(MUST_GAIN_OF_LIKE_LOOPS),
         false => Some(if is_apart { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS }),
     }

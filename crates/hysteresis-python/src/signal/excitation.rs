@@ -354,7 +354,7 @@ impl ExperimentPart {
 /// fast_amplitude : float, optional
 ///     Its largest amplitude (V): 1 % of half the range unless given. At high frequencies the slew rate may ask for less.
 /// fast_frequency : float, optional
-///     Its highest frequency in Hz: 0.4 of the Nyquist frequency unless given.
+///     Its highest frequency in Hz: 0.8 of the Nyquist frequency unless given.
 /// joined : bool
 ///     Whether both parts are one drive, at one rate.
 ///

@@ -14,7 +14,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyString;
 
 use super::stage::{Stage, checked_limits};
-use super::streams::StageInverse;
 use crate::argument::{Argument, Callable, SampleCount, Words};
 use crate::control::controller::HybridController;
 use crate::control::inverse_dynamics::Preview;
@@ -384,8 +383,8 @@ impl Stage {
         let options = options.map_err(raise)?;
         let source = match feedforward {
             Feedforward::Inverse | Feedforward::Preview => {
-                let stream = self.0.inverse(dt, Some(options.limits)).map_err(raise)?;
-                Bound::new(py, StageInverse { stream, stage: self.0.clone(), dt })?.into_any()
+                let inverse = self._inverse(dt, Some(options.limits), feedforward == Feedforward::Preview)?;
+                Bound::new(py, inverse)?.into_any()
             }
             Feedforward::Given => PyString::new(py, feedforward.word()).into_any(),
         };

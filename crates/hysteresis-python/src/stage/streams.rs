@@ -26,19 +26,29 @@ impl Stage {
 
     /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest; `limits` must lie within the
     /// stage's, by default `drive_range`.
+    ///
+    /// With `amplifier=True` that of the amplifier comes last, as its lag is in front of all: a target is then what amplifier
+    /// and modes are to get, as `preview` makes it. The position is at what the lag makes of the targets, a sample later.
     fn inverse(
         &self,
         py: Python<'_>,
         dt: f64,
         #[py("Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
+        #[py(*, = false)] amplifier: bool,
     ) -> PyResult<StageInverse> {
-        let limits = checked_limits(py, &self.0, limits)?;
-        Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
+        self._inverse(dt, checked_limits(py, &self.0, limits)?, amplifier)
     }
 
     /// The inverse for a copy: whoever made the first one has been warned.
-    fn _inverse(&self, dt: f64, limits: Option<(f64, f64)>) -> PyResult<StageInverse> {
-        Ok(StageInverse { stream: self.0.inverse(dt, limits).map_err(raise)?, stage: self.0.clone(), dt })
+    pub(super) fn _inverse(
+        &self,
+        dt: f64,
+        limits: Option<(f64, f64)>,
+        #[py(= false)] amplifier: bool,
+    ) -> PyResult<StageInverse> {
+        let stage = self.0.clone();
+        let stream = if amplifier { stage.inverse_behind_amplifier(dt, limits) } else { stage.inverse(dt, limits) };
+        Ok(StageInverse { stream: stream.map_err(raise)?, stage, dt })
     }
 
     /// The bracket for a copy.
@@ -82,8 +92,8 @@ pub(crate) struct StageForward {
 
 /// The exact inverse of a stage without its fast dynamics, sample by sample: made by `stage.inverse(dt)`.
 ///
-/// It inverts input map, hysteresis, output map, loop shift and creep. The drive never leaves the limits; a target out of
-/// reach puts it at a limit and sets `saturated`.
+/// It inverts input map, hysteresis, output map, loop shift and creep, and with `amplifier=True` the amplifier in front of
+/// all. The drive never leaves the limits; a target out of reach puts it at a limit and sets `saturated`.
 ///
 /// Examples
 /// --------
@@ -263,7 +273,7 @@ impl StageInverse {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
         let stage = Bound::new(py, Stage(this.stage.clone()))?;
-        let arguments = (this.dt, this.stream.limits());
+        let arguments = (this.dt, this.stream.limits(), this.stream.is_behind_amplifier());
         reduce(stage.getattr(intern!(py, "_inverse"))?, arguments, keywords!(py), Some(Self::state(slf)?))
     }
 }

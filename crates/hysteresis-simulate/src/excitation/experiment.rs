@@ -137,7 +137,7 @@ const MIN_FAST_CYCLES: f64 = 8.0;
 
 impl ExperimentOptions {
     /// The defaults: frequencies of 1 and 10 Hz, 20 cycles of triangles about the middle of the limits, rests of 10 s,
-    /// at 0 or the limit nearest to it before and after; a chirp of 1 % of half the range up to 0.4 of the Nyquist
+    /// at 0 or the limit nearest to it before and after; a chirp of 1 % of half the range up to 0.8 of the Nyquist
     /// frequency, at the rate of the loops.
     #[must_use]
     pub fn new(low: f64, high: f64, slew: f64, rate: f64) -> Self {
@@ -160,10 +160,10 @@ impl ExperimentOptions {
         }
     }
 
-    /// 0.4 of the Nyquist frequency: between samples a held drive is a poor sine at frequencies near to it.
+    /// 0.8 of the Nyquist frequency: a mode that no record tells makes a loop that is tuned without it oscillate.
     #[must_use]
     pub fn default_fast_frequency(fast_rate: f64) -> f64 {
-        0.2 * fast_rate
+        0.4 * fast_rate
     }
 
     /// The drives of the experiment: the fast signal, then loops and rests. Each starts and ends at `start`.
