@@ -77,7 +77,7 @@ def test_the_default_experiment_takes_less_than_two_minutes(
     assert (loops.drive.min(), loops.drive.max()) == limits
     assert np.ptp(fast.drive) <= 0.0101 * (limits[1] - limits[0])
     top = next(segment for segment in fast.segments if segment.name == "chirp").frequencies[1]
-    assert top == 0.2 * fast.rate
+    assert top == 0.4 * fast.rate
     rests = next(segment for segment in loops.segments if segment.name == "rests")
     still = np.diff(loops.drive[rests.start : rests.stop]) == 0.0
     assert still.sum() / loops.rate == pytest.approx(40.0, abs=0.01)

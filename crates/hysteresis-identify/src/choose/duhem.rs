@@ -55,6 +55,9 @@ const LEAST_LAG: f64 = 2.0;
 /// An operator that puts out less than this share of the range is rounding.
 const LEAST_SEEN: f64 = 1e-9;
 
+/// Plays whose weights sum to a smaller share of the steepest slope of an operator do nothing beside it.
+const SMALL_PLAYS: f64 = 0.1;
+
 /// By which share of the flattest slope of the plays an operator falls at most.
 const STEEPEST_FALL: f64 = 0.95;
 
@@ -148,11 +151,14 @@ fn best_of_directions(
     Ok(best)
 }
 
-/// Whether the position rises with the drive everywhere, so that there is an inverse: an operator rises, or it falls by
-/// less than the plays rise right after a reversal.
+/// Whether the position rises with the drive everywhere, so that there is an inverse: an operator may fall, but by less
+/// than the plays rise right after a reversal. Beside plays that stand still then it would stand for thresholds that they
+/// lack: there it must do nearly all by itself.
 fn rises(found: &Found) -> bool {
     let (rise, fall) = rise_and_fall(&found.fit, &found.basis);
-    fall == 0.0 || fall < STEEPEST_FALL * rise
+    let plays: f64 = found.fit.space.weights_of_operators(&found.fit.fit.weights).iter().sum();
+    let steepest = found.fit.space.duhem(&found.fit.fit.point).map_or(0.0, |table| table.steepest_rise());
+    fall < STEEPEST_FALL * rise || fall == 0.0 && plays < SMALL_PLAYS * steepest
 }
 
 /// The flattest slope of the plays, that of their identity, and by how much an operator beside them falls at most.

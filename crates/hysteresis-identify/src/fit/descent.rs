@@ -14,14 +14,6 @@ type Rounds = [(usize, usize)];
 /// For a search from nothing.
 const ROUNDS: [(usize, usize); 3] = [(25, 5), (12, 8), (5, 18)];
 
-/// A step of a rough search is worth a pass if it promises this share of the objective: where it finds where to go on, and where models
-/// are compared that must differ by a fifth.
-const MIN_GAIN: f64 = 1e-5;
-const MIN_GAIN_OF_ATTEMPT: f64 = 1e-3;
-
-/// After so many passes from each of several starts the best goes on alone.
-const FIRST_PASSES: usize = 4;
-
 /// How many passes over the records the steps of a descent may take, how many after a descent on fewer rows, and how many
 /// over all samples of a long record: what is left then are steps along directions that the data hardly tell.
 const LONG: usize = 60;
@@ -113,8 +105,7 @@ pub(crate) fn best_of_starts(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<ProjectedFit, Error> {
     let scanned = scan(thinned, &thinned.space().starts(), Span { to: span.at(1, 3), ..span }, monitor)?;
-    monitor.enter(SearchStage::Refine);
-    refine(thinned, rounds, MIN_GAIN, scanned, Span { from: span.at(1, 3), ..span }, monitor)
+    refine(thinned, rounds, scanned, Span { from: span.at(1, 3), ..span }, monitor)
 }
 
 /// The fits at all starts, best first, all at the dead time that suits the best of them.
@@ -172,23 +163,23 @@ pub(crate) fn best_points(
     Ok(fits.iter().take(most).map(|fit| fit.point).collect())
 }
 
-/// Where the best of these fits leads: in every round the better ones go on, as long as a step promises this share of the objective.
+/// Where the best of these fits leads: in every round the better ones go on.
 fn refine(
-    projection: &Projection<'_>,
+    thinned: &Projection<'_>,
     rounds: &Rounds,
-    gain: f64,
     mut fits: Vec<ProjectedFit>,
     whole: Span,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<ProjectedFit, Error> {
+    monitor.enter(SearchStage::Refine);
     let (mut done, total) = (0, rounds.iter().map(|(entering, _)| entering).sum());
     for (entering, passes) in rounds.iter().copied() {
         fits.truncate(entering);
         let round = Span { from: whole.at(done, total), to: whole.at(done + fits.len(), total) };
         done += fits.len();
         fits = monitor.side_by_side(round.shared_by(fits), |fit, span, monitor| {
-            let patience = Patience { gain, passes };
-            Ok(improve(projection, &fit.point, Some(&fit), patience, span, monitor)?.0)
+            let patience = Patience { gain: 1e-5, passes };
+            Ok(improve(thinned, &fit.point, Some(&fit), patience, span, monitor)?.0)
         })?;
         fits.sort_by(by_objective);
     }
@@ -199,7 +190,7 @@ fn by_objective(p: &ProjectedFit, q: &ProjectedFit) -> Ordering {
     p.objective.total_cmp(&q.objective)
 }
 
-/// Where a few steps lead from the best start, of which there is one at least: that which is best after the first of them.
+/// The best of where a few steps lead from each start, of which there is one at least.
 pub(crate) fn best_attempt(
     projection: &Projection<'_>,
     starts: &[Point],
@@ -207,10 +198,11 @@ pub(crate) fn best_attempt(
     span: Span,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<ProjectedFit, Error> {
-    let fits = fits_at(projection, starts, Span { to: span.from, ..span }, monitor)?;
-    let first = if fits.len() > 1 { FIRST_PASSES.min(passes) } else { 0 };
-    let rounds = [(fits.len(), first), (1, passes - first)];
-    refine(projection, &rounds[usize::from(first == 0)..], MIN_GAIN_OF_ATTEMPT, fits, span, monitor)
+    let mut fits = monitor.side_by_side(span.shared_by(starts.iter().collect()), |start, span, monitor| {
+        Ok(improve(projection, start, None, Patience { gain: 1e-4, passes }, span, monitor)?.0)
+    })?;
+    fits.sort_by(by_objective);
+    Ok(fits.swap_remove(0))
 }
 
 /// Descends from a point by Gauss-Newton steps in a box-shaped trust region.

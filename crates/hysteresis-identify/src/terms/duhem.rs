@@ -122,6 +122,11 @@ impl DuhemTable {
         self.rising.iter().chain(&self.falling).fold(f64::NEG_INFINITY, |most, f| most.max(-f))
     }
 
+    /// By how much it rises at most while the drive rises by one.
+    pub(crate) fn steepest_rise(&self) -> f64 {
+        self.rising.iter().chain(&self.falling).fold(f64::NEG_INFINITY, |most, f| most.max(*f))
+    }
+
     /// The same f on other knots.
     pub(crate) fn on(&self, knots: Vec<f64>) -> Result<Self, Error> {
         let duhem = self.operator::<MOST_KNOTS>()?;
