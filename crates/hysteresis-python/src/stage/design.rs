@@ -14,6 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyString;
 
 use super::stage::{Stage, checked_limits};
+use super::streams::StageInverse;
 use crate::argument::{Argument, Callable, SampleCount, Words};
 use crate::control::controller::HybridController;
 use crate::control::inverse_dynamics::Preview;
@@ -383,7 +384,8 @@ impl Stage {
         let options = options.map_err(raise)?;
         let source = match feedforward {
             Feedforward::Inverse | Feedforward::Preview => {
-                let inverse = self._inverse(dt, Some(options.limits), feedforward == Feedforward::Preview)?;
+                let amplifier = feedforward == Feedforward::Preview;
+                let inverse = StageInverse::made(&self.0, dt, Some(options.limits), amplifier)?;
                 Bound::new(py, inverse)?.into_any()
             }
             Feedforward::Given => PyString::new(py, feedforward.word()).into_any(),

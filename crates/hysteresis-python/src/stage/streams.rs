@@ -36,19 +36,12 @@ impl Stage {
         #[py("Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
         #[py(*, = false)] amplifier: bool,
     ) -> PyResult<StageInverse> {
-        self._inverse(dt, checked_limits(py, &self.0, limits)?, amplifier)
+        StageInverse::made(&self.0, dt, checked_limits(py, &self.0, limits)?, amplifier)
     }
 
     /// The inverse for a copy: whoever made the first one has been warned.
-    pub(super) fn _inverse(
-        &self,
-        dt: f64,
-        limits: Option<(f64, f64)>,
-        #[py(= false)] amplifier: bool,
-    ) -> PyResult<StageInverse> {
-        let stage = self.0.clone();
-        let stream = if amplifier { stage.inverse_behind_amplifier(dt, limits) } else { stage.inverse(dt, limits) };
-        Ok(StageInverse { stream: stream.map_err(raise)?, stage, dt })
+    fn _inverse(&self, dt: f64, limits: Option<(f64, f64)>, #[py(= false)] amplifier: bool) -> PyResult<StageInverse> {
+        StageInverse::made(&self.0, dt, limits, amplifier)
     }
 
     /// The bracket for a copy.
@@ -118,6 +111,12 @@ impl StageForward {
 }
 
 impl StageInverse {
+    /// Behind the amplifier of the stage, if that is asked for.
+    pub(super) fn made(stage: &stage::Stage, dt: f64, limits: Option<(f64, f64)>, amplifier: bool) -> PyResult<Self> {
+        let stream = if amplifier { stage.inverse_behind_amplifier(dt, limits) } else { stage.inverse(dt, limits) };
+        Ok(Self { stream: stream.map_err(raise)?, stage: stage.clone(), dt })
+    }
+
     fn sampled(&self) -> Sampled<core::QuasiStaticState> {
         Sampled { dt: self.dt, stream: self.stream.state() }
     }
