@@ -4,7 +4,9 @@
 use core::panic::PanicInfo;
 
 use hysteresis_core::embedded::{Forward, Inverse, Model};
-use hysteresis_core::{ControllerOptions, Error, HybridController, Offsets, Process, Ratios, Real};
+use hysteresis_core::{
+    ControllerOptions, Duhem, DuhemForward, DuhemInverse, Error, HybridController, Offsets, Process, Ratios, Real,
+};
 
 #[panic_handler]
 fn panic(_info: &PanicInfo<'_>) -> ! {
@@ -34,6 +36,21 @@ pub extern "C" fn reached_single(target: f64) -> f64 {
 #[unsafe(no_mangle)]
 pub extern "C" fn reached_double(target: f64) -> f64 {
     reached::<f64>(target).unwrap_or(f64::NAN)
+}
+
+/// A Duhem operator, and a controller over its inverse.
+fn followed(target: f64) -> Result<f64, Error> {
+    let (duhem, limits) = (Duhem::<3>::from_bouc_wen(1.0, 1.0, 0.5, 0.25)?, (-8.0, 8.0));
+    let inverse = DuhemInverse::new(duhem, 0.3)?.within(limits)?;
+    let options = ControllerOptions::new(1.0, 10.0, 1e-4, limits);
+    let mut controller = HybridController::with_source(inverse, None, &options)?;
+    Ok(DuhemForward::new(duhem).step(controller.step(target.into(), 0.0)))
+}
+
+/// With hysteresis that forgets its turning points.
+#[unsafe(no_mangle)]
+pub extern "C" fn reached_duhem(target: f64) -> f64 {
+    followed(target).unwrap_or(f64::NAN)
 }
 
 /// With an allocator: what needs one links without std.

@@ -2,13 +2,14 @@
 
 use core::fmt::Debug;
 
+use crate::duhem::DuhemInverse;
 use crate::embedded::{Holds, Inverse};
 use crate::error::{Error, MAX_MAGNITUDE};
 use crate::process::Process;
 use crate::real::Real;
 
 /// Where the feed-forward of a [`HybridController`](super::HybridController) comes from: [`FeedForward`](super::FeedForward), or the
-/// inverse of a model of fixed size, [`embedded::Inverse`](crate::embedded::Inverse).
+/// inverse of a model of fixed size, [`embedded::Inverse`](crate::embedded::Inverse), or [`DuhemInverse`](crate::DuhemInverse).
 ///
 /// No method allocates, locks or panics. Drives are in volts, targets in the unit of the model's output.
 pub trait DriveSource: Clone + Debug {
@@ -88,6 +89,47 @@ impl<T: Real, const N: usize, M: Holds<T, N>> DriveSource for Inverse<T, N, M> {
 
     fn check_limits(&self, expected: (f64, f64)) -> Result<(), Error> {
         check_same_limits(self.limits().map(|(low, high)| (low.wide(), high.wide())), expected)
+    }
+
+    #[inline]
+    fn is_given(&self) -> bool {
+        false
+    }
+
+    fn reset(&mut self) {
+        Process::reset(self);
+    }
+}
+
+impl<const N: usize> DriveSource for DuhemInverse<N> {
+    #[inline]
+    fn step(&mut self, target: f64) -> f64 {
+        Process::step(self, target)
+    }
+
+    #[inline]
+    fn peek(&self, target: f64) -> f64 {
+        Process::peek(self, target)
+    }
+
+    #[inline]
+    fn wait(&mut self) {}
+
+    #[inline]
+    fn follow_drive(&mut self, drive: f64) {
+        DuhemInverse::follow_drive(self, drive);
+    }
+
+    fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
+        // The controller has checked them against the same limits.
+        for drive in drives {
+            DuhemInverse::follow_drive(self, *drive);
+        }
+        Ok(())
+    }
+
+    fn check_limits(&self, expected: (f64, f64)) -> Result<(), Error> {
+        check_same_limits(self.limits(), expected)
     }
 
     #[inline]

@@ -2,8 +2,9 @@
 
 use crate::duhem::motion::{DuhemState, Motion};
 use crate::duhem::parameters::Duhem;
-use crate::error::{Error, check_finite, is_admissible};
+use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, is_admissible};
 use crate::process::Process;
+use crate::stream::check_limits;
 
 /// The output z of a Duhem operator, sample by sample; x goes straight from one sample to the next.
 ///
@@ -75,6 +76,7 @@ impl<const N: usize> DuhemForward<N> {
     }
 
     /// The input at which the output is a target, on the straight way there.
+    #[cfg(feature = "alloc")]
     pub(crate) fn input_at(&self, target: f64) -> f64 {
         let mut motion = self.motion;
         motion.move_sum(&self.duhem, 0.0, motion.output(), target);
@@ -126,6 +128,9 @@ impl<const N: usize> Process for DuhemForward<N> {
 /// unless x would be beyond 1e100. A target that is not finite, or beyond 1e100, leaves everything as it is and is
 /// counted.
 ///
+/// x may have limits ([`within`](Self::within)). Then it is a source for the feed-forward of a
+/// [`HybridController`](crate::HybridController::with_source), also where nothing may allocate.
+///
 /// ```
 /// use hysteresis_core::{Duhem, DuhemForward, DuhemInverse, Process};
 /// let duhem = Duhem::<3>::from_bouc_wen(1.0, 1.0, 0.5, 0.25)?;
@@ -142,6 +147,7 @@ pub struct DuhemInverse<const N: usize> {
     gain: f64,
     motion: Motion,
     target: f64,
+    limits: (f64, f64),
     rejected: u64,
 }
 
@@ -167,7 +173,47 @@ impl<const N: usize> DuhemInverse<N> {
             let expected = "a number above minus the smallest f, at most 1e50, so that the sum rises with x";
             return Err(Error::domain("gain", None, expected, gain));
         }
-        Ok(Self { duhem, gain, motion: Motion::at(&duhem, 0.0, 0.0), target: 0.0, rejected: 0 })
+        let limits = (-MAX_MAGNITUDE, MAX_MAGNITUDE);
+        Ok(Self { duhem, gain, motion: Motion::at(&duhem, 0.0, 0.0), target: 0.0, limits, rejected: 0 })
+    }
+
+    /// The same whose x never leaves (low, high): a target out of reach holds the limit before it. It begins where x is 0, or at the
+    /// limit nearest to that.
+    ///
+    /// ```
+    /// use hysteresis_core::{Duhem, DuhemInverse, Process};
+    /// let duhem = Duhem::<3>::from_bouc_wen(1.0, 1.0, 0.5, 0.25)?;
+    /// let mut inverse = DuhemInverse::new(duhem, 0.3)?.within((-2.0, 2.0))?;
+    /// assert_eq!(inverse.step(99.0), 2.0);
+    /// assert!(inverse.step(0.5) < 2.0); // and comes back at once
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Domain`] unless both limits are finite and low < high.
+    pub fn within(mut self, limits: (f64, f64)) -> Result<Self, Error> {
+        self.limits = check_limits(Some(limits))?;
+        self.reset();
+        Ok(self)
+    }
+
+    /// The limits of x (low, high), if there are any.
+    #[must_use]
+    pub fn limits(&self) -> Option<(f64, f64)> {
+        (self.limits != (-MAX_MAGNITUDE, MAX_MAGNITUDE)).then_some(self.limits)
+    }
+
+    /// Puts out another x than the one that a target asks for, within the limits, and remembers it. Returns the sum there. An x that is
+    /// not finite is counted and changes nothing else.
+    pub fn follow_drive(&mut self, x: f64) -> f64 {
+        if is_admissible(x) {
+            let (low, high) = self.limits;
+            self.motion.move_to(&self.duhem, x.max(low).min(high));
+            self.target = self.sum(&self.motion);
+        } else {
+            self.rejected += 1;
+        }
+        self.target
     }
 
     /// The last x.
@@ -209,20 +255,37 @@ impl<const N: usize> DuhemInverse<N> {
     /// Goes on from a saved state, bit for bit.
     ///
     /// # Errors
-    /// As [`DuhemForward::set_state`].
+    /// As [`DuhemForward::set_state`], and [`Error::Domain`] for an x outside the limits.
     pub fn set_state(&mut self, state: &DuhemInverseState) -> Result<(), Error> {
         let target = check_finite("state.target", None, state.target)?;
-        self.motion = Motion::restored(&self.duhem, &state.operator)?;
-        self.target = target;
+        let (motion, (low, high)) = (Motion::restored(&self.duhem, &state.operator)?, self.limits);
+        let got = motion.input();
+        if !(low <= got && got <= high) {
+            let expected = Bound::Between { low, high };
+            return Err(Error::Domain { parameter: "state.input", index: None, expected, got });
+        }
+        (self.motion, self.target) = (motion, target);
         Ok(())
     }
 
-    /// The motion to a target.
+    /// `gain` x + z.
+    fn sum(&self, motion: &Motion) -> f64 {
+        self.gain * motion.input() + motion.output()
+    }
+
+    /// The motion to a target, or to the limit before it, and what is reached there.
     #[inline]
-    fn moved(&self, target: f64) -> Motion {
+    fn moved(&self, target: f64) -> (Motion, f64) {
         let mut motion = self.motion;
         motion.move_sum(&self.duhem, self.gain, self.target, target);
-        motion
+        let (low, high) = self.limits;
+        let within = motion.input().max(low).min(high);
+        if within == motion.input() {
+            return (motion, target);
+        }
+        let mut motion = self.motion;
+        motion.move_to(&self.duhem, within);
+        (motion, self.sum(&motion))
     }
 }
 
@@ -230,7 +293,7 @@ impl<const N: usize> Process for DuhemInverse<N> {
     #[inline]
     fn step(&mut self, target: f64) -> f64 {
         if is_admissible(target) {
-            (self.motion, self.target) = (self.moved(target), target);
+            (self.motion, self.target) = self.moved(target);
         } else {
             self.rejected += 1;
         }
@@ -239,11 +302,12 @@ impl<const N: usize> Process for DuhemInverse<N> {
 
     #[inline]
     fn peek(&self, target: f64) -> f64 {
-        if is_admissible(target) { self.moved(target).input() } else { self.motion.input() }
+        if is_admissible(target) { self.moved(target).0.input() } else { self.motion.input() }
     }
 
     fn reset(&mut self) {
         self.motion = Motion::at(&self.duhem, 0.0, 0.0);
-        (self.target, self.rejected) = (0.0, 0);
+        self.follow_drive(0.0);
+        self.rejected = 0;
     }
 }

@@ -1,6 +1,8 @@
 //! The laws of the Duhem operator, under the same names as in the Python tests.
 
-use hysteresis_core::{Duhem, DuhemForward, DuhemInverse, DuhemState, Error, Process};
+use hysteresis_core::{
+    ControllerOptions, Duhem, DuhemForward, DuhemInverse, DuhemState, Error, HybridController, Process,
+};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -299,4 +301,51 @@ fn an_operator_that_falls_keeps_its_parameters_and_has_a_steepest_slope() {
         assert_eq!(subtracted.step(x), -added.step(x));
     }
     assert_eq!(DuhemInverse::new(less, 0.4).unwrap_err().parameter(), Some("gain"));
+}
+
+/// Within limits x holds the limit before a target that is out of reach, comes back at once, and the sum is that of x.
+#[test]
+fn within_limits_a_target_out_of_reach_holds_the_limit() {
+    let duhem = Duhem::<3>::from_bouc_wen(1.0, 1.0, 0.5, 0.25).unwrap();
+    let mut inverse = DuhemInverse::new(duhem, 0.3).unwrap().within((0.5, 2.0)).unwrap();
+    let mut forward = DuhemForward::new(duhem);
+    forward.step(0.5);
+    assert_eq!((inverse.output(), inverse.hysteresis()), (0.5, forward.output()));
+    for (target, limit) in [(1.0, None), (99.0, Some(2.0)), (0.9, None), (-99.0, Some(0.5)), (0.8, None)] {
+        let (ahead, x) = (inverse.peek(target), inverse.step(target));
+        assert_eq!((ahead, x, x == limit.unwrap_or(x)), (x, inverse.output(), true));
+        let reached = 0.3 * x + forward.step(x);
+        assert!(limit.is_some() || (reached - target).abs() < AGREE, "{reached} {target}");
+        assert!((inverse.state().target - reached).abs() < AGREE);
+    }
+    let saved = inverse.state();
+    assert!((inverse.follow_drive(7.0) - (0.6 + forward.step(2.0))).abs() < AGREE);
+    assert_eq!(
+        (inverse.output(), inverse.follow_drive(f64::NAN), inverse.rejected()),
+        (2.0, inverse.state().target, 1)
+    );
+    let mut narrow = DuhemInverse::new(duhem, 0.3).unwrap().within((1.9, 2.0)).unwrap();
+    assert_eq!(narrow.set_state(&saved).unwrap_err().parameter(), Some("state.input"));
+    assert_eq!(DuhemInverse::new(duhem, 0.3).unwrap().within((2.0, 1.0)).unwrap_err().parameter(), Some("limits"));
+}
+
+/// A controller of a stage that is a slope and an operator, as firmware has it: nothing of it allocates.
+#[test]
+fn the_inverse_is_a_source_of_feedforward() {
+    let (duhem, limits) = (Duhem::<3>::from_bouc_wen(1.0, 1.0, 0.5, 0.25).unwrap(), (-3.0, 3.0));
+    let inverse = DuhemInverse::new(duhem, 0.3).unwrap();
+    let options = ControllerOptions { bumpless_time: 0.0, ..ControllerOptions::new(0.1, 10.0, 1e-3, limits) };
+    assert!(HybridController::with_source(inverse.clone(), None, &options).is_err());
+    let mut controller = HybridController::with_source(inverse.within(limits).unwrap(), None, &options).unwrap();
+    let (mut plant, mut position) = (DuhemForward::new(duhem), 0.0);
+    for k in 0..500 {
+        let target = 0.8 * f64::sin(0.05 * f64::from(k));
+        let drive = controller.step(target.into(), position);
+        assert!(drive.abs() <= 3.0);
+        position = 0.3 * drive + plant.step(drive);
+        // It begins with what the feedback makes of the first sample, and the sample before is what it compares with.
+        assert!(k < 20 || (position - target).abs() < 0.01, "{k}: {position} {target}");
+    }
+    controller.follow(&[1.0, -1.0]).unwrap();
+    assert_eq!(controller.drive(), -1.0);
 }
