@@ -96,7 +96,7 @@ def away(here: Path) -> Array:
 
 def test_a_lead_in_goes_from_rest_to_the_reference(here: Path) -> None:
     reference = away(here)
-    assert errors(*STAGE) > 0.8  # um: most of the jump
+    assert errors(*STAGE) > 0.5  # um: half of the jump and more
     result = run(*SIMULATE, *STAGE, "--noise", "0", "--lead-in", "0.05", "-o", "run.csv")
     assert result.exit_code == 0, result.output
     assert "500 rows in front of the samples" in result.stdout and "2000 at" in result.stdout

@@ -127,7 +127,8 @@ def test_zeros_in_the_right_half_plane_get_a_longer_preview() -> None:
     zero = mh.plant.StateSpace.from_transfer_function(
         [-1.0 / w0, 1.0], [1.0 / w**2, 2 * 0.3 / w, 1.0]
     )
-    assert stage().preview(DT).ahead == 4
+    # Behind a mode of 400 Hz eight samples halve the drives that four make of a corner.
+    assert stage().preview(DT).ahead == 8
     reference = mh.signals.sine(1.0, 10.0, seconds=0.5, rate=1 / DT)
     run = stage(dynamics=zero).simulate(reference, DT, period=1000)
     assert run.settled is not None and run.settled.max_position_error < 0.01

@@ -114,7 +114,8 @@ impl Stage {
     ///     Gains and filters that `tune` of this stage gave for this dt, in the place of those of `tune(dt)`.
     /// ahead : int, optional
     ///     How many samples early references come, for "preview"; by default as many as
-    ///     the dynamics need: 4 more than the dead time, and more for zeros in the right half plane. Smooth references need not come
+    ///     the dynamics need: 4 more than the dead time; 8, 16 or 32 for a mode far below the sampling rate, where a shorter window makes
+    ///     of a corner drives that no slew rate allows; and more for zeros in the right half plane. Smooth references need not come
     ///     early where the stage has no dead time: with 0 the window looks back alone. Then corners and steps make large drives.
     /// smoothing : float or "modes", optional
     ///     References with steps and corners, for "preview": they are smoothed over so many seconds, and come half of that
