@@ -92,7 +92,7 @@ def test_too_few_samples_for_the_operators_are_counted() -> None:
     assert refusal(ValueError, u[:51], y[:51], ratios="fit") == expected
     assert refusal(ValueError, u[:71], y[:71], skip=20, ratios="fit") == expected
     assert mh.identify(u[:52], y[:52], ratios="fit").fit.samples == 52
-    # Plays have neither ratios nor an input offset to search: what is left out of the search is no reason to fail.
+    # Plays have neither ratios nor an input offset to search.
     assert mh.identify(u[:44], y[:44], operators=20).ratios == (1.0, 1.0, 1.0)
 
 

@@ -103,7 +103,7 @@ def official(folder: Path, part: str) -> list[Record]:
 
 def realisations(path: Path, u: Any, y: Any) -> list[Record]:
     """Take arrays apart: samples, channels, realisations if there are any, and their periods."""
-    u, y = (loaded(path, lambda _, of=signal: np.asarray(of, dtype=float)) for signal in (u, y))
+    u, y = loaded(path, lambda _: [np.asarray(signal, dtype=float) for signal in (u, y)])
     if u.shape != y.shape or u.ndim not in (2, 3, 4) or u.shape[1] != CHANNELS:
         expected = f"u and y of one shape (samples, {CHANNELS}, realisations, periods)"
         raise ValueError(

@@ -266,7 +266,7 @@ class Scanner:
 
 
 class _Axis:
-    """A stage with its memory: behind the inverse of its fast part the inverse of the slow one, and last the amplifier's."""
+    """A stage with its memory: inverses of its fast part, of the slow one, of the amplifier."""
 
     def __init__(self, name: str, stage: Stage, dt: float, start: float | None) -> None:
         if not isinstance(stage, Stage):
@@ -347,7 +347,7 @@ class _Axis:
         return drives
 
     def _lagged(self, targets: Samples) -> Samples:
-        """Return what the amplifier makes of targets: the position of each row, read before its drive acts."""
+        """Return what the amplifier makes of targets: each row is read before its drive acts."""
         if self._left == 0.0:
             return targets
         lagged = np.empty_like(targets)
