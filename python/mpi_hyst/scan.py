@@ -287,9 +287,9 @@ class _Axis:
             units=stage.units,
         )
         self._inverse, self._forward = slow.inverse(dt, amplifier=True), slow.forward(dt)
-        lag = stage.amplifier_bandwidth
-        # What of a voltage is left behind the amplifier after a sample.
-        self._left = 0.0 if lag is None else float(np.exp(-2.0 * np.pi * lag * dt))
+        # What the amplifier makes of targets, each read before its drive acts.
+        lag = Stage(PrandtlIshlinskii([1.0], [0.0]), amplifier_bandwidth=stage.amplifier_bandwidth)
+        self._lag = lag.forward(dt)
         if stage.position_range is None:
             raise ValueError(
                 f"stages[{name!r}]: expected a stage that reaches positions after any loops,"
@@ -318,7 +318,7 @@ class _Axis:
         if not low <= rest <= high:
             raise ValueError(f"start[{name!r}]: expected a drive in [{low}, {high}], got {rest!r}")
         self._inverse.settle(rest)
-        self._aim = self._forward.settle(rest)
+        self._lag.settle(self._forward.settle(rest))
         self.drive = float(rest)
 
     @property
@@ -328,7 +328,7 @@ class _Axis:
     def run(self, wanted: ArrayLike | Any, lead_in: float | None) -> Samples:
         targets, before = self._targets(wanted, lead_in)
         drives = self._inverse.run(targets)
-        far = np.abs(self._forward.run(drives) - self._lagged(targets))
+        far = np.abs(self._forward.run(drives) - self._lag.run(targets))
         missed = far > _ROUNDING * (1.0 + np.abs(targets))
         # On its way a lead-in may miss what modes and lags ask for at the very end of the range.
         missed[:before] = far[:before] > self._tolerance
@@ -345,16 +345,6 @@ class _Axis:
             raise self._refused(f"{many} move faster than the slew rate of the stage: {advice}")
         self.drive = float(drives[-1])
         return drives
-
-    def _lagged(self, targets: Samples) -> Samples:
-        """Return what the amplifier makes of targets: each row is read before its drive acts."""
-        if self._left == 0.0:
-            return targets
-        lagged = np.empty_like(targets)
-        for row, target in enumerate(targets.tolist()):
-            lagged[row] = self._aim
-            self._aim = self._left * self._aim + (1.0 - self._left) * target
-        return lagged
 
     def _targets(self, wanted: ArrayLike | Any, lead_in: float | None) -> tuple[Samples, int]:
         """Return what the slow part is to reach, from where it is, and how much is lead-in."""
@@ -400,7 +390,7 @@ class _Axis:
         put_out = np.asarray(drives, dtype=np.float64)
         self._inverse.follow(put_out)
         self._forward.follow(put_out)
-        self._aim = self._forward.position
+        self._lag.settle(self._forward.position)
         if put_out.size:
             self.drive = float(put_out[-1])
 
@@ -417,7 +407,7 @@ class _Axis:
             self._forward.state = state["forward"]
         except (ValueError, TypeError) as error:
             raise ValueError(f"axes[{self._name!r}]: {error}") from error
-        self._aim = self._forward.position
+        self._lag.settle(self._forward.position)
         self.drive = float(state["drive"])
 
     def _refused(self, why: str) -> ValueError:

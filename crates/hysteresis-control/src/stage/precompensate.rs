@@ -70,8 +70,9 @@ impl Stage {
     /// The reference is led through the inverse of modes and dead time, then sample by sample through the exact inverse of
     /// creep, loop shift, output map, hysteresis and input map, and last through that of the amplifier, which is in front of
     /// all. What the modes are to get is chosen with the lag of the amplifier among them, so that no drive need jump. The
-    /// first drive is the last one before it or near it: the stage begins at rest, or where its history has left it. Every drive is within the limits and keeps the
-    /// slew rate of the stage. A reference that is in motion at its end is taken to go on.
+    /// first drive is the last one before it or near it: the stage begins at rest, or where its history has left it. Every
+    /// drive is within the limits and keeps the slew rate of the stage. A reference that is in motion at its end is taken to
+    /// go on.
     ///
     /// # Errors
     /// [`Error::Start`] for a reference that begins elsewhere than the stage is, without a lead-in; otherwise [`Error`] that
@@ -175,9 +176,9 @@ impl Precompensated {
     fn walk(&mut self, inverse: &mut QuasiStaticInverse, step: f64) {
         for sample in &mut self.drive {
             let (target, last) = (*sample, inverse.output());
-            let wanted = inverse.peek(target);
-            *sample = inverse.step_between(target, (last - step, last + step));
-            if *sample == wanted {
+            let is_free = inverse.step_between(target, (last - step, last + step));
+            *sample = inverse.output();
+            if is_free {
                 // A target at the very limit is within reach but for rounding.
                 let missed = inverse.saturated() && inverse.missed(target).abs() > ROUNDING * (1.0 + target.abs());
                 self.saturated_count += u64::from(missed);

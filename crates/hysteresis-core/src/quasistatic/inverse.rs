@@ -161,13 +161,14 @@ impl QuasiStaticInverse {
     }
 
     /// As [`step`](Process::step), and the drive besides within `low` and `high`, which lie within the limits: as a slew
-    /// rate allows.
+    /// rate allows. Whether they did not hold it back.
     #[inline]
-    pub fn step_between(&mut self, target: f64, (low, high): (f64, f64)) -> f64 {
+    pub fn step_between(&mut self, target: f64, (low, high): (f64, f64)) -> bool {
         let wanted = self.peek(target);
         let allowed = wanted.max(low).min(high);
         if allowed == wanted {
-            return self.step(target);
+            self.step(target);
+            return true;
         }
         let aim = self.amplifier.map(|amplifier| amplifier.behind(amplifier.target, target));
         self.follow_drive(allowed);
@@ -175,7 +176,7 @@ impl QuasiStaticInverse {
             // The next target makes up for what was held back.
             amplifier.target = aim;
         }
-        self.output()
+        false
     }
 
     /// The drive for an input of the hysteresis: at a limit the very limit, never beyond.

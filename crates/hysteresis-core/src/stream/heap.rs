@@ -268,12 +268,15 @@ impl Inverse {
 
     /// The same of a model that need have no inverse, as it stands in a sum that has one: only its drive is moved then.
     pub(crate) fn in_sum(model: &CompiledModel, limits: Option<(f64, f64)>) -> Result<Self, Error> {
-        let core = InverseCore::new(model.memory_at_rest(), model.offsets.into(), check_limits(limits)?);
-        Ok(Self { core, fingerprint: model.fingerprint() })
+        Self::unchecked(model, limits, model.memory_at_rest())
     }
 
     fn start(model: &CompiledModel, limits: Option<(f64, f64)>, memory: HeapMemory) -> Result<Self, Error> {
         model.invertible?;
+        Self::unchecked(model, limits, memory)
+    }
+
+    fn unchecked(model: &CompiledModel, limits: Option<(f64, f64)>, memory: HeapMemory) -> Result<Self, Error> {
         let core = InverseCore::new(memory, model.offsets.into(), check_limits(limits)?);
         Ok(Self { core, fingerprint: model.fingerprint() })
     }
