@@ -1,6 +1,6 @@
 //! The drive for a reference that is known beforehand.
 
-use hysteresis_core::{Bound, Error as CoreError, Process, QuasiStaticInverse, check_all_finite};
+use hysteresis_core::{Bound, Error as CoreError, QuasiStaticInverse, check_all_finite};
 
 use super::{Error, Stage, rest_drive};
 use crate::checks::check_positive;
