@@ -252,6 +252,20 @@ def test_what_is_not_modelled_colours_the_residual() -> None:
     hum = 0.03 * np.sin(2 * np.pi * 50.0 * DT * np.arange(u.size))
     found = mh.identify_dynamics(u, y + hum, MODEL, dt=DT)
     assert codes(found) == ["residual_coloured"]
+    coloured = found.warnings[0]
+    assert coloured.value == pytest.approx(0.03 / np.sqrt(2.0) / np.ptp(y), rel=0.1)
+    # Far below the noise a long record tells it as surely, and it does not matter.
+    assert coloured.value > coloured.limit
+    faint = mh.identify_dynamics(u, y + 0.3 * coloured.limit / coloured.value * hum, MODEL, dt=DT)
+    assert codes(faint) == []
+
+
+@pytest.mark.parametrize("time_constant", [5.0, 0.01])
+def test_creep_that_a_record_is_too_short_for_is_not_told(time_constant: float) -> None:
+    u = chirp(3000)
+    y = plant(u, mh.plant.SecondOrder(800.0, 0.1), 0.0, seed=6)
+    found = mh.identify_dynamics(u, y, MODEL, dt=DT, creep=[time_constant])
+    assert codes(found) == ["creep_undetermined"]
 
 
 # ---- wrong input

@@ -139,6 +139,8 @@ def test_an_experiment_is_told_whatever_the_thresholds(seed: int) -> None:
         told[name] = [found.fit.rmse, float(np.std(off))]
     assert told["default"][0] < 1.1 * noise and told["default"][1] < noise
     assert told["default"] == pytest.approx(told["offset"], rel=0.02)
+    # What is left beside the noise is far below it, and no doubt.
+    assert found.verdict == "green"
 
 
 @pytest.mark.slow

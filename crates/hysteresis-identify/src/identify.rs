@@ -154,7 +154,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
     match &linear {
         Some(linear) => {
             let told: Vec<_> = warnings.iter().map(|finding| finding.code).collect();
-            let found = joint_findings(&space, &fit, &standard_errors, linear);
+            let found = joint_findings(records, &space, &fit, &standard_errors, linear);
             warnings.extend(found.into_iter().filter(|finding| !told.contains(&finding.code)));
         }
         None => warnings.extend(untold_dead_time(&space, &fit, &standard_errors)),

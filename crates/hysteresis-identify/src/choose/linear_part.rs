@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 
 use crate::choose::found::{LinearEvidence, UntoldModes};
 use crate::error::Error;
-use crate::fit::colour::{Colour, WHITE_LIMIT};
+use crate::fit::colour::Colour;
 use crate::fit::joint::{Attempts, JointFit, JointProblem, MIN_NEGATIVE_SAMPLES};
 use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::{SearchMonitor, Span};
@@ -14,7 +14,7 @@ use crate::fit::space::Space;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
 use crate::options::{Options, Setting};
-use crate::records::record::Record;
+use crate::records::record::{Record, largest_range};
 use crate::records::signal::as_f64;
 use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Mode, ModesModel, Order};
 use crate::uncertainty::root::{Gradients, Quantity, Root, log_damping, log_frequency};
@@ -408,6 +408,8 @@ impl JointProblem<'_> {
 const MAX_FREQUENCY_ERROR: f64 = 0.05;
 const MAX_DAMPING_ERROR: f64 = 0.25;
 const MAX_CREEP_ERROR: f64 = 0.5;
+/// A smaller standard error of an amplitude of creep does not matter, as a share of a move.
+const CREEP_MATTERS: f64 = 1e-3;
 const MAX_DEAD_TIME_ERROR: f64 = 0.1;
 
 /// A lag of the amplifier that is shorter, in samples, is told from a dead time by the fastest motion alone, which errors of
@@ -419,6 +421,7 @@ const NEGATIVE_SAMPLES: f64 = -MIN_NEGATIVE_SAMPLES;
 
 /// What the records do not tell of dynamics, dead time and creep.
 pub(crate) fn joint_findings(
+    records: &[Record<'_>],
     space: &Space,
     fit: &ProjectedFit,
     errors: &StandardErrors,
@@ -455,25 +458,33 @@ pub(crate) fn joint_findings(
             .or_else(|| with_amplifier(space, fit, errors, evidence)),
         negative(space, fit),
     ]);
+    let is_none = |number| fit.point.get(Parameter::Creep(number)) == 0.0;
+    let has_creep = !(0..errors.creep.len()).all(is_none);
     for (number, error) in errors.creep.iter().enumerate() {
-        let amplitude = fit.point.get(Parameter::Creep(number));
-        let code = FindingCode::CreepUndetermined;
-        let what = space.name_of_creep(number);
-        found.push(doubtful(code, &what, Parameter::Creep(number), amplitude, *error, MAX_CREEP_ERROR));
+        let (parameter, what) = (Parameter::Creep(number), space.name_of_creep(number));
+        let amplitude = fit.point.get(parameter);
+        // Beside creep of other time constants none is an amplitude, too; what is told to a thousandth of a move is told.
+        if !(has_creep && is_none(number)) && (error.is_nan() || *error >= CREEP_MATTERS) {
+            found.push(doubtful(FindingCode::CreepUndetermined, &what, parameter, amplitude, *error, MAX_CREEP_ERROR));
+        }
     }
-    found.push(coloured(evidence.colour));
+    found.push(coloured(evidence.colour, largest_range(records)));
     found.into_iter().flatten().collect()
 }
 
-/// Residuals that are not white.
-fn coloured(colour: Colour) -> Option<Finding> {
+/// Residuals that are not white, where that matters beside the `range` of the position in all records: a long record tells what
+/// is far below its noise.
+fn coloured(colour: Colour, range: f64) -> Option<Finding> {
+    const MATTERS: f64 = 1e-3;
+    let share = colour.correlated / range;
     let message = format!(
-        "the residual is correlated in time, statistic {:.0} of Ljung and Box: the noise is coloured or \
-         something is not modelled; the standard errors allow for it",
-        colour.statistic
+        "the residual is correlated in time (statistic {:.0} of Ljung and Box), {:.2} % of the range rms is no white noise: the \
+         noise is coloured or something is not modelled; the standard errors allow for it",
+        colour.statistic,
+        100.0 * share
     );
     let code = FindingCode::ResidualColoured;
-    colour.is_coloured().then(|| Finding::new(code, colour.statistic, WHITE_LIMIT, message))
+    (colour.is_coloured() && share > MATTERS).then(|| Finding::new(code, share, MATTERS, message))
 }
 
 /// A mode or a lag: which one it is, where frequency and damping are searched, and their standard errors.

@@ -1,11 +1,11 @@
 //! How residuals follow from each other: whether they are white, and an autoregressive model of those that are not.
 
-use crate::records::signal::as_f64;
+use crate::records::signal::{as_f64, noise};
 
 /// Autocorrelations that the test for white residuals looks at (Ljung and Box), and the statistic that white noise
 /// exceeds once in ten thousand records: 20 + 5 sqrt(40), five standard deviations beyond its mean.
 const TESTED_LAGS: usize = 20;
-pub(crate) const WHITE_LIMIT: f64 = 51.6;
+const WHITE_LIMIT: f64 = 51.6;
 
 /// The longest correlation time that is looked for, in samples.
 const MAX_LAGS: usize = 200;
@@ -21,21 +21,25 @@ pub(crate) struct Colour {
     /// 1 + 2 sum of the autocorrelations up to the first that is not positive: by how much the variance of a slow mean
     /// exceeds that for white noise.
     pub(crate) correlation_time: f64,
+    /// The root mean square of what is left beside white noise, in the unit of the residuals.
+    pub(crate) correlated: f64,
 }
 
 impl Default for Colour {
     /// White.
     fn default() -> Self {
-        Self { statistic: 0.0, correlation_time: 1.0 }
+        Self { statistic: 0.0, correlation_time: 1.0, correlated: 0.0 }
     }
 }
 
 impl Colour {
-    /// Of several records: the largest statistic, and the mean correlation time, each record counting by its weight.
+    /// Of several records: the largest of each number, but the mean correlation time, each record counting by its weight.
     pub(crate) fn pooled(records: &[(Self, f64)]) -> Self {
         let total: f64 = records.iter().map(|(_, weight)| weight).sum();
+        let largest = |of: fn(&Self) -> f64| records.iter().map(|(colour, _)| of(colour)).fold(0.0, f64::max);
         Self {
-            statistic: records.iter().map(|(colour, _)| colour.statistic).fold(0.0, f64::max),
+            statistic: largest(|colour| colour.statistic),
+            correlated: largest(|colour| colour.correlated),
             correlation_time: records.iter().map(|(colour, weight)| colour.correlation_time * weight / total).sum(),
         }
     }
@@ -48,7 +52,7 @@ impl Colour {
         let n = as_f64(residuals.len());
         let variance = residuals.iter().map(|e| e * e).sum::<f64>() / n;
         if variance.sqrt() <= ROUNDING * range {
-            return Self { statistic: 0.0, correlation_time: 1.0 };
+            return Self::default();
         }
         let lags = MAX_LAGS.min(residuals.len() / 4);
         let correlation =
@@ -57,7 +61,8 @@ impl Colour {
         let tested = correlations.iter().take(TESTED_LAGS);
         let statistic: f64 = tested.zip(1_u32..).map(|(r, lag)| n * (n + 2.0) * r * r / (n - f64::from(lag))).sum();
         let positive: f64 = correlations.iter().take_while(|r| **r > 0.0).sum();
-        Self { statistic, correlation_time: 1.0 + 2.0 * positive }
+        let correlated = (variance - noise(residuals).powi(2)).max(0.0).sqrt();
+        Self { statistic, correlation_time: 1.0 + 2.0 * positive, correlated }
     }
 }
 

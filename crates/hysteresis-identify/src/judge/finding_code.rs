@@ -157,15 +157,16 @@ pub enum FindingCode {
     /// The record does not tell the damping: its standard error exceeds 25 %, or the search ended at the edge of its
     /// domain. Value: the relative standard error, widened for correlated residuals; limit 0.25.
     DampingUndetermined,
-    /// The records do not tell the creep: its standard error exceeds half of it, or it is at a bound. Value: the relative
-    /// standard error, widened for correlated residuals; limit 0.5.
+    /// The records do not tell the creep: its standard error exceeds half of it and a thousandth of a move, or it is at its bound.
+    /// Value: the relative standard error, widened for correlated residuals; limit 0.5.
     CreepUndetermined,
     /// The gain between the hysteresis model and the output is not 1: the model is not that of this record, or the two
     /// were measured in other units. Value: the distance of the gain from 1; limit 0.05.
     GainNotOne,
-    /// The residuals are correlated in time: the noise is coloured, or something is not modelled. The standard errors allow
-    /// for it. Value: the statistic of Ljung and Box over 20 lags; limit 51.6, five standard deviations
-    /// beyond its mean for white noise.
+    /// The residuals are correlated in time, and what of them is no white noise matters: the noise is coloured, or something is not
+    /// modelled. The standard errors allow for it. Value: the root mean square of what is left beside white noise, over the range of the
+    /// position; limit 0.001. Told where the statistic of Ljung and Box over 20 lags is above 51.6, five standard deviations beyond its
+    /// mean for white noise.
     ResidualColoured,
     /// All loops have one amplitude and one speed: the records do not tell how the hysteresis depends on the rate. Value: the largest
     /// over the smallest speed of the drive on its way from turn to turn, the slowest and the fastest twentieth of the time left out, or the
