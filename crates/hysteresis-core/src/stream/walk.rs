@@ -411,7 +411,7 @@ pub(crate) struct InverseCore<T, M> {
 
 /// Where a target would bring an inverse.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(not(feature = "alloc"), expect(dead_code, reason = "controllers of arrays ask for all of it"))]
+#[cfg_attr(not(feature = "alloc"), expect(dead_code, unreachable_pub, reason = "for controllers of arrays"))]
 pub struct Look<T = f64> {
     pub(crate) drive: T,
     /// The output of the model there.

@@ -200,6 +200,7 @@ impl<P: ArrayInverse> ArrayController<P> {
     }
 
     /// Where the models are at the present drives; with creep or a loop shift, where they were at the last sample.
+    #[must_use]
     pub fn positions(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
         let each = self.lanes.inverse.streams().iter().zip(&self.lanes.now.positions);
         each.map(|(stream, last)| if P::DRIFTS { *last } else { stream.reached() })
