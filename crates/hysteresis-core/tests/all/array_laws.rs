@@ -77,7 +77,8 @@ macro_rules! laws {
             fn the_memory_is_that_of_the_drives_that_went_out((setup, events) in case()) {
                 let mut controller = setup.make::<$inverse>();
                 let mut saved = None;
-                for event in events.iter().filter(|event| !matches!(event, Event::Model(..) | Event::Reset | Event::Load)) {
+                let unchanged = |event: &&Event| !matches!(event, Event::Model(..) | Event::Reset | Event::Load);
+                for event in events.iter().filter(unchanged) {
                     let mut mirror: Vec<$inverse> = controller.state().streams.iter().enumerate().map(|(i, state)| {
                         let mut stream = <$inverse>::made(i, 1.0, setup.limits[i]);
                         stream.set_state(state).unwrap();
@@ -137,7 +138,11 @@ macro_rules! laws {
             }
 
             #[test]
-            fn a_block_is_its_samples(setup in setup(), rows in vec((references(), vec(wild(), M)), 0..40), fed in any::<bool>()) {
+            fn a_block_is_its_samples(
+                setup in setup(),
+                rows in vec((references(), vec(wild(), M)), 0..40),
+                fed in any::<bool>(),
+            ) {
                 let (mut stepped, mut ran) = (setup.make::<$inverse>(), setup.make::<$inverse>());
                 let sensors = stepped.sensors();
                 let reference: Vec<f64> = rows.iter().flat_map(|(r, _)| *r).collect();
@@ -175,8 +180,14 @@ macro_rules! laws {
             }
 
             #[test]
-            fn the_integral_follows_its_equation(rows in vec((vec(-0.3..0.3, M), vec(-0.2..0.2, S)), 1..40), matrix in vec(-1.0..1.0, M * S), ki in 0.0..200.0, leak in 0.0..200.0) {
-                let set = ArrayOptions { ki, leak, reconstruction: Some(matrix.clone()), bumpless_time: 0.0, ..ArrayOptions::new(DT) };
+            fn the_integral_follows_its_equation(
+                rows in vec((vec(-0.3..0.3, M), vec(-0.2..0.2, S)), 1..40),
+                matrix in vec(-1.0..1.0, M * S),
+                ki in 0.0..200.0,
+                leak in 0.0..200.0,
+            ) {
+                let reconstruction = Some(matrix.clone());
+                let set = ArrayOptions { ki, leak, reconstruction, bumpless_time: 0.0, ..ArrayOptions::new(DT) };
                 let mut controller = Setup { options: set, limits: vec![(-500.0, 500.0); M] }.make::<$inverse>();
                 let (mut integral, mut drives) = ([0.0; M], [0.0; M]);
                 for (k, (r, y)) in rows.iter().enumerate() {

@@ -25,10 +25,10 @@ use crate::model::methods::{forward_at_rest, inverse_at_rest, method_asked_for};
 use crate::model::models::{compiled_if_model, model_of, object};
 use crate::stage::stage::{Stage, checked_limits};
 
-/// Many actuators side by side, as in a deformable mirror: actuator m has the model or stage models[m] and its own memory.
+/// Many actuators side by side, as in a deformable mirror: actuator m is models[m], with its own memory.
 ///
-/// Equal ones are kept once, so `[model] * 4096` costs little more than one. Stages are for actuators with a Duhem operator, maps,
-/// creep, loop shift or slow gain: what runs then goes by time, and asks for `dt`.
+/// Equal ones are kept once, so `[model] * 4096` costs little more than one. Stages are for actuators with a Duhem
+/// operator, maps, creep, loop shift or slow gain: what runs then goes by time, and asks for `dt`.
 ///
 /// Parameters
 /// ----------
@@ -127,7 +127,7 @@ impl ActuatorArray {
         of_kind!(&self.actuators, each => each.len())
     }
 
-    /// The exact inverses at rest, within `limits`: of models by `method` if one is asked for, of stages at a sampling interval.
+    /// The exact inverses at rest, within `limits`: of models by `method` if one is asked for, of stages at `dt`.
     pub(crate) fn inverses(
         &self,
         py: Python<'_>,
@@ -237,7 +237,8 @@ impl ActuatorArray {
 
     /// The forward models as one stream of arrays, at rest.
     ///
-    /// `dt`, the sampling interval in seconds, is for stages, and needed there: each is its whole chain, as `stage.forward(dt)`.
+    /// `dt`, the sampling interval in seconds, is for stages, and needed there: each is its whole chain, as
+    /// `stage.forward(dt)`.
     ///
     /// `method` for all actuators, as for a single model: "bank" where every command jumps by about a tenth of the range or more
     /// and operators are few. None chooses for each one, as stages do.
@@ -278,11 +279,11 @@ impl ActuatorArray {
 
     /// The exact inverses as one stream of arrays, at rest.
     ///
-    /// `limits` of the drives: (low, high) for all, or an array of shape (M, 2), a row for each actuator. Stages have theirs by
-    /// default, their `drive_range`; limits lie within these.
+    /// `limits` of the drives: (low, high) for all, or an array of shape (M, 2), a row for each actuator. Stages have
+    /// theirs by default, their `drive_range`. Others must lie within those of the stages.
     ///
-    /// `dt`, the sampling interval in seconds, is for stages, and needed there: each is inverted without amplifier, modes and dead time, as
-    /// by `stage.inverse(dt, limits)`.
+    /// `dt`, the sampling interval in seconds, is for stages, and needed there: each is inverted without amplifier,
+    /// modes and dead time, as by `stage.inverse(dt, limits)`.
     ///
     /// `method` as in `forward`. Inverses gain by "bank" only where thousands of actuators, each with a model of its own, jump over
     /// the whole range.
@@ -367,7 +368,7 @@ impl ActuatorArray {
         Self::new(each.as_any()).map_err(|error| errors::file(&path, error.value(py)))
     }
 
-    /// The model, or stage, of one actuator, which counts from the end if it is negative; an array of those that a slice names.
+    /// The model, or stage, of one actuator, from the end if it is negative; an array of those that a slice names.
     #[overload("(self, actuator: SupportsIndex, /) -> Model | Stage")]
     #[overload("(self, actuator: slice, /) -> ActuatorArray")]
     fn __getitem__<'py>(&self, py: Python<'py>, actuator: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
@@ -432,8 +433,11 @@ fn file_text<M: PartialEq>(models: &[M], to_json: impl Fn(&M) -> String) -> Stri
     serde_json::to_string(&file).expect("numbers and names") + "\n"
 }
 
+/// What a file keeps once.
+type Kept = OfKind<Model, stage::Stage>;
+
 /// What a file has of models and stages, and the place of that of each actuator among them; or what is wrong with it.
-fn models_of(text: &str) -> Result<(Vec<OfKind<Model, stage::Stage>>, Vec<usize>), String> {
+fn models_of(text: &str) -> Result<(Vec<Kept>, Vec<usize>), String> {
     let file: File = serde_json::from_str(text).map_err(|error| format!("not a file of an array: {error}"))?;
     if file.schema != SCHEMA {
         return Err(format!("schema: expected {SCHEMA:?}, got {:?}", file.schema));

@@ -21,8 +21,8 @@ use crate::stage::stage::Stage;
 
 /// How uncertain the outputs of many actuators are when their history is unknown: made by `array.bracket(limits)`.
 ///
-/// For each actuator what `Bracket` is for one, bit for bit. All weights must be 0 or more. Maps of stages are part of it, their loop
-/// shift, slow gain, creep and dynamics are not.
+/// For each actuator what `Bracket` is for one, bit for bit. All weights must be 0 or more. Maps of stages are part of
+/// it, their loop shift, slow gain, creep and dynamics are not.
 ///
 /// Examples
 /// --------
@@ -209,11 +209,11 @@ fn check_limits((low, high): (f64, f64)) -> Result<(), core::Error> {
 impl ActuatorArray {
     /// How uncertain the outputs are when the history of the drives, between `limits`, is unknown.
     ///
-    /// `limits` of the drives: (low, high) for all, or an array of shape (M, 2), a row for each actuator. Stages have theirs by
-    /// default.
+    /// `limits` of the drives: (low, high) for all, or an array of shape (M, 2), a row for each actuator. Stages have
+    /// theirs by default.
     ///
-    /// Raises ValueError that names the first actuator whose model has a negative weight, or whose stage has a Duhem operator: what drifts
-    /// from loop to loop is not bracketed.
+    /// Raises ValueError that names the first actuator whose model has a negative weight, or whose stage has a Duhem
+    /// operator: what drifts from loop to loop is not bracketed.
     fn bracket(
         slf: &Bound<'_, Self>,
         #[py("ArrayLike | None" = None)] limits: Option<&Bound<'_, PyAny>>,
@@ -251,10 +251,11 @@ impl ActuatorArray {
     /// -------
     /// drives : array of shape (samples, M)
     /// left : array of shape (M,)
-    ///     How far, at most, the output at the end is from that of the model at rest, which goes straight to its start: whatever was
-    ///     driven before between the limits, in the unit of the models' output. It is small if `center` is the input offset of the
-    ///     model, in the middle of its limits. NaN for a model with a negative weight or a Duhem operator: nothing is guaranteed then. (How far the
-    ///     outputs of two histories can be apart is the width of `array.bracket(limits)` behind its `follow(drives)`.)
+    ///     How far, at most, the output at the end is from that of the model at rest, which goes straight to its start:
+    ///     whatever was driven before between the limits, in the unit of the models' output. It is small if `center` is
+    ///     the input offset of the model, in the middle of its limits. NaN for a model with a negative weight or a
+    ///     Duhem operator: nothing is guaranteed then. (How far the outputs of two histories can be apart is the width
+    ///     of `array.bracket(limits)` behind its `follow(drives)`.)
     ///
     /// Examples
     /// --------

@@ -29,7 +29,8 @@ use crate::stage::streams::{state_at, with_hysteresis};
 
 /// The outputs of many models, sample by sample: made by `array.forward()`.
 ///
-/// Bit for bit what M streams of the single models, or stages, give. A sample that is not finite holds its own actuator only.
+/// Bit for bit what M streams of the single models, or stages, give. A sample that is not finite holds its own actuator
+/// only.
 ///
 /// Examples
 /// --------
@@ -51,8 +52,8 @@ pub(crate) struct ForwardArray {
 
 /// The exact inverses of many models, sample by sample: made by `array.inverse(limits)`.
 ///
-/// Bit for bit what M streams of the single models, or stages, give. A target out of reach puts the drive of its actuator at the
-/// limit and sets its `saturated`.
+/// Bit for bit what M streams of the single models, or stages, give. A target out of reach puts the drive of its
+/// actuator at the limit and sets its `saturated`.
 ///
 /// Examples
 /// --------
@@ -384,6 +385,7 @@ impl ForwardArray {
 }
 
 #[methods]
+#[allow(clippy::redundant_closure_for_method_calls, reason = "the streams of two kinds")]
 impl InverseArray {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let this = shared(slf)?;

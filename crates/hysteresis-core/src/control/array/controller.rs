@@ -43,9 +43,9 @@ use crate::stream::{Inverse, StreamArray, StreamState};
 /// targets as far as all limits allow. The promise holds as far as rounding errors of positions are below 1e-9 of the
 /// difference, which is kept as a margin.
 ///
-/// Creep and loop shift of a stage move its position also while its drive stays. The controller counters that in every motion and
-/// every stop. Only in samples in which the drives stay, and where limits or slew hold a drive back, may a pair creep
-/// apart; the next motion does not let it grow.
+/// Creep and loop shift of a stage move its position also while its drive stays. The controller counters that in every
+/// motion and every stop. Only in samples in which the drives stay, and where limits or slew hold a drive back, may a
+/// pair creep apart; the next motion does not let it grow.
 ///
 /// **No jumps.** A motion starts from the present drives: at the first sample, after [`reset`](Self::reset), a hold or a stop,
 /// and after samples that were rejected. The first drives are the last ones, to the bit. `bumpless` is the difference, and goes

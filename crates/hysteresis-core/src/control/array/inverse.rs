@@ -8,8 +8,8 @@ use crate::process::Process;
 use crate::quasistatic::{QuasiStaticInverse, QuasiStaticState};
 use crate::stream::{Inverse, Look, StreamState};
 
-/// The inverse of an actuator in an [`ArrayController`](super::ArrayController): [`Inverse`], or [`QuasiStaticInverse`] where there are a
-/// Duhem operator, maps, loop shift, slow gain or creep beside the plays.
+/// The inverse of an actuator in an [`ArrayController`](super::ArrayController): [`Inverse`], or [`QuasiStaticInverse`]
+/// where there are a Duhem operator, maps, loop shift, slow gain or creep beside the plays.
 ///
 /// Only what the library has implements it: what is not shown is how the controller looks for a drive.
 ///
@@ -36,7 +36,8 @@ pub trait ArrayInverse: Process + Clone + Debug {
     /// What the inverse remembers.
     type State: Clone + Debug + PartialEq;
 
-    /// Whether the position goes on by itself from sample to sample, as by creep, so that samples in which the drive stays count.
+    /// Whether the position goes on by itself from sample to sample, as by creep, so that samples in which the drive
+    /// stays count.
     #[doc(hidden)]
     const DRIFTS: bool;
 
