@@ -172,12 +172,13 @@ NO_MODELS: list[tuple[Any, type[Exception], str]] = [
     (
         [MODELS[0], None],
         TypeError,
-        "models[1]: expected a PrandtlIshlinskii or ModifiedPrandtlIshlinskii, got NoneType",
+        "models[1]: expected a PrandtlIshlinskii or ModifiedPrandtlIshlinskii,"
+        " as models[0] is one, got NoneType",
     ),
     (
         [MODELS[0].forward()],
         TypeError,
-        "models[0]: expected a PrandtlIshlinskii or ModifiedPrandtlIshlinskii, got Forward",
+        "models[0]: expected a PrandtlIshlinskii, ModifiedPrandtlIshlinskii or Stage, got Forward",
     ),
 ]
 

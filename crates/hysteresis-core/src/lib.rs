@@ -51,8 +51,9 @@ pub use control::{
 };
 #[cfg(feature = "alloc")]
 pub use control::{
-    ArrayController, ArrayControllerState, ArrayCounters, ArrayOptions, ArraySample, ArrayStop, AxesCommand,
-    AxisMatrix, ControllerState, DriveLimits, FeedForwardState, MultiAxisController, MultiAxisState, PreviewState,
+    ArrayController, ArrayControllerState, ArrayCounters, ArrayInverse, ArrayOptions, ArraySample, ArrayStop,
+    AxesCommand, AxisMatrix, ControllerState, DriveLimits, FeedForwardState, MultiAxisController, MultiAxisState,
+    PreviewState,
 };
 pub use duhem::{Duhem, DuhemForward, DuhemInverse, DuhemInverseState, DuhemState};
 #[cfg(feature = "alloc")]

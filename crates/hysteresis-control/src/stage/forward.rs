@@ -3,8 +3,8 @@
 use core::f64::consts::TAU;
 
 use hysteresis_core::{
-    CompiledModel, Error as CoreError, Fingerprint, MAX_MAGNITUDE, Process, QuasiStaticForward, QuasiStaticState,
-    check_all_finite, check_model, is_admissible,
+    CompiledModel, Error as CoreError, Fingerprint, Forward, MAX_MAGNITUDE, Process, QuasiStaticForward,
+    QuasiStaticState, check_all_finite, check_model, is_admissible,
 };
 use serde::{Deserialize, Serialize};
 
@@ -206,6 +206,12 @@ impl StageForward {
     #[must_use]
     pub fn sub_steps(&self) -> u32 {
         self.sub_steps
+    }
+
+    /// The hysteresis inside.
+    #[must_use]
+    pub fn hysteresis(&self) -> &Forward {
+        self.quasi_static.hysteresis()
     }
 
     /// How many drives were not finite (or beyond 1e100) and left position and memory as they were.

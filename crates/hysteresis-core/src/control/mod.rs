@@ -34,7 +34,9 @@ mod source;
 mod without_alloc;
 
 #[cfg(feature = "alloc")]
-pub use array::{ArrayController, ArrayControllerState, ArrayCounters, ArrayOptions, ArraySample, ArrayStop};
+pub use array::{
+    ArrayController, ArrayControllerState, ArrayCounters, ArrayInverse, ArrayOptions, ArraySample, ArrayStop,
+};
 #[cfg(feature = "alloc")]
 pub use axes::{AxesCommand, AxisMatrix, MultiAxisController, MultiAxisState};
 pub use controller::{Command, HybridController};

@@ -207,6 +207,22 @@ impl Beside<Inverse> {
         }
     }
 
+    /// Where [`step`](Self::step) would come to.
+    #[inline]
+    pub(super) fn look(&self, target: f64) -> Look {
+        match &self.duhem {
+            Some(duhem) => look(&self.hysteresis, duhem, self.most, target),
+            None => self.hysteresis.look(target),
+        }
+    }
+
+    /// The sum that [`follow_drive`](Self::follow_drive) would come to.
+    #[inline]
+    pub(super) fn look_at_drive(&self, x: f64) -> f64 {
+        let h = self.hysteresis.look_at_drive(x);
+        self.duhem.as_ref().map_or(h, |duhem| h + duhem.peek(x))
+    }
+
     #[inline]
     pub(super) fn follow_drive(&mut self, x: f64) {
         self.hysteresis.follow_drive(x);
@@ -230,7 +246,7 @@ impl Beside<Inverse> {
 /// exact, too.
 fn look(hysteresis: &Inverse, duhem: &DuhemForward<MAX_KNOTS>, most: Most, target: f64) -> Look {
     let mut near = At { x: hysteresis.output(), h: hysteresis.reached(), z: duhem.output() };
-    let found = |at: At, saturated| Look { drive: at.x, reached: at.h, saturated };
+    let found = |at: At, saturated| Look { drive: at.x, reached: at.sum(), saturated };
     let rising = target > near.sum();
     if near.is_at(target) {
         return found(near, false);

@@ -172,10 +172,32 @@ impl BracketArray {
     /// # Errors
     /// As [`Bracket::new`], with the index of the first actuator that cannot be made.
     pub fn new(models: &[CompiledModel], limits: impl Fn(usize) -> (f64, f64)) -> Result<Self, ActuatorError> {
-        let bracket = |(actuator, model)| {
-            Bracket::new(model, limits(actuator)).map_err(|error| ActuatorError { actuator, error })
-        };
-        Ok(Self { brackets: models.iter().enumerate().map(bracket).collect::<Result<_, _>>()? })
+        Self::collected(models, |m, model| Bracket::new(model, limits(m)))
+    }
+
+    /// The same of hysteresis between maps.
+    ///
+    /// ```
+    /// use hysteresis_core::{BracketArray, CompiledModel, Offsets, PiecewiseLinearMap, PrandtlIshlinskii, QuasiStatic};
+    /// let model = PrandtlIshlinskii::new(&[1.0, 0.5], &[0.0, 2.0], Offsets::default())?;
+    /// let twice = PiecewiseLinearMap::new(&[0.0, 1.0], &[0.0, 2.0])?;
+    /// let stage = QuasiStatic::new(&CompiledModel::new(&(&model).into())).with_output_map(twice);
+    /// let mut brackets = BracketArray::of_stages(&[stage], |_| (-10.0, 10.0))?;
+    /// let (mut low, mut high) = ([0.0], [0.0]);
+    /// brackets.step(&[3.0], &mut low, &mut high)?;
+    /// assert_eq!((low, high), ([7.0], [11.0]));
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Bracket::of_stage`], with the index of the first actuator that cannot be made.
+    pub fn of_stages(stages: &[QuasiStatic], limits: impl Fn(usize) -> (f64, f64)) -> Result<Self, ActuatorError> {
+        Self::collected(stages, |m, stage| Bracket::of_stage(stage, limits(m)))
+    }
+
+    fn collected<A>(each: &[A], of: impl Fn(usize, &A) -> Result<Bracket, Error>) -> Result<Self, ActuatorError> {
+        let bracket = |(actuator, each)| of(actuator, each).map_err(|error| ActuatorError { actuator, error });
+        Ok(Self { brackets: each.iter().enumerate().map(bracket).collect::<Result<_, _>>()? })
     }
 
     /// The bracket of every actuator.

@@ -10,7 +10,7 @@ use crate::error::{Error, MAX_MAGNITUDE, check_finite, check_length, check_model
 use crate::fingerprint::Fingerprint;
 use crate::process::Process;
 use crate::real::check_within_limits;
-use crate::stream::{Inverse, check_limits};
+use crate::stream::{Inverse, Look, check_limits};
 
 impl QuasiStatic {
     /// A stream from positions to drives, at rest at the input offset of the hysteresis, or at the limit nearest to it.
@@ -194,7 +194,12 @@ impl QuasiStaticInverse {
 
     /// The position without creep, from what the hysteresis puts out now.
     fn reached(&self) -> f64 {
-        let z = self.stage.hysteresis.reached();
+        self.behind(self.stage.hysteresis.reached())
+    }
+
+    /// The position without creep behind an output of the hysteresis.
+    #[inline]
+    fn behind(&self, z: f64) -> f64 {
         let h = self.stage.model.output_map.as_ref().map_or(z, |map| map.at(z));
         self.stage.past.as_ref().map_or(h, |past| past.added(h))
     }
@@ -283,8 +288,33 @@ impl QuasiStaticInverse {
 
     fn move_to(&mut self, drive: f64) {
         self.stage.output = within(drive, self.limits);
-        let x = self.stage.model.input_map.as_ref().map_or(self.stage.output, |map| map.at(self.stage.output));
-        self.stage.hysteresis.follow_drive(x);
+        self.stage.hysteresis.follow_drive(self.in_front(self.stage.output));
+    }
+
+    /// The input of the hysteresis at a drive.
+    #[inline]
+    fn in_front(&self, drive: f64) -> f64 {
+        self.stage.model.input_map.as_ref().map_or(drive, |map| map.at(drive))
+    }
+
+    /// Where [`step`](Process::step) would come to without an amplifier; for a target that it would not take, where the
+    /// drive is.
+    #[inline]
+    pub(crate) fn look(&self, target: f64) -> Look {
+        let mut on_gamma = self.stage.on_gamma;
+        let Some(z) = self.asked(target) else {
+            return Look { drive: self.stage.output, reached: self.position(), saturated: true };
+        };
+        let Look { drive, reached, saturated } = self.stage.hysteresis.look(z);
+        let reached = self.behind(reached) + self.stage.creep.crept();
+        Look { drive: self.drive_at(drive, &mut on_gamma), reached, saturated }
+    }
+
+    /// The position that [`follow_drive`](Self::follow_drive) would come to without an amplifier.
+    #[inline]
+    pub(crate) fn look_at_drive(&self, drive: f64) -> f64 {
+        let z = self.stage.hysteresis.look_at_drive(self.in_front(within(drive, self.limits)));
+        self.behind(z) + self.stage.creep.crept()
     }
 
     /// Puts out another drive than the one that a target asks for, and remembers it: what a controller does that adds
@@ -411,16 +441,21 @@ impl QuasiStaticInverse {
         self.stage.output
     }
 
+    /// The output of the hysteresis that is asked for with a target, unless it would not be taken.
     #[inline]
-    fn peek_voltage(&self, target: f64) -> f64 {
-        let (mut on_gamma, mut on_phi) = (self.stage.on_gamma, self.stage.on_phi);
+    fn asked(&self, target: f64) -> Option<f64> {
+        let mut on_phi = self.stage.on_phi;
         let h = target - self.stage.creep.crept();
         let rigid = self.stage.past.as_ref().map_or(h, |past| past.removed(h));
         let z = unmapped(self.stage.model.output_map.as_ref(), rigid, &mut on_phi);
-        if !(is_admissible(target) && is_admissible(z)) {
-            return self.stage.output;
-        }
-        self.drive_at(self.stage.hysteresis.peek(z), &mut on_gamma)
+        (is_admissible(target) && is_admissible(z)).then_some(z)
+    }
+
+    #[inline]
+    fn peek_voltage(&self, target: f64) -> f64 {
+        let mut on_gamma = self.stage.on_gamma;
+        let to = |z| self.drive_at(self.stage.hysteresis.peek(z), &mut on_gamma);
+        self.asked(target).map_or(self.stage.output, to)
     }
 }
 

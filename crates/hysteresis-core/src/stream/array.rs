@@ -63,20 +63,20 @@ pub struct StreamArray<P> {
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ActuatorError {
+pub struct ActuatorError<E = Error> {
     /// The index of the actuator.
     pub actuator: usize,
     /// What is wrong with it.
-    pub error: Error,
+    pub error: E,
 }
 
-impl fmt::Display for ActuatorError {
+impl<E: fmt::Display> fmt::Display for ActuatorError<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "actuator {}: {}", self.actuator, self.error)
     }
 }
 
-impl core::error::Error for ActuatorError {}
+impl<E: fmt::Debug + fmt::Display> core::error::Error for ActuatorError<E> {}
 
 impl StreamArray<Forward> {
     /// Forward models at rest, one for each model, each by the method of [`Forward::new`].

@@ -411,8 +411,8 @@ pub(crate) struct InverseCore<T, M> {
 
 /// Where a target would bring an inverse.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(not(feature = "alloc"), expect(dead_code, reason = "controllers of arrays ask for all of it"))]
-pub(crate) struct Look<T = f64> {
+#[cfg_attr(not(feature = "alloc"), expect(dead_code, unreachable_pub, reason = "for controllers of arrays"))]
+pub struct Look<T = f64> {
     pub(crate) drive: T,
     /// The output of the model there.
     pub(crate) reached: T,

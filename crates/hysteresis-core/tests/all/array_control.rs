@@ -1,13 +1,24 @@
 //! The controller of an array: anti-windup, neighbours, missing measurements, other models, refusals.
 
-use crate::support::array::{DT, M, S, Setup, model, positions, shown};
-use hysteresis_core::{ArrayController, ArrayOptions, ArraySample, Error, Mode, StreamArray};
+use crate::support::array::{Actuator, DT, M, S, Setup, model, positions, shown, stage};
+use hysteresis_core::{
+    ArrayController, ArrayInverse, ArrayOptions, ArraySample, Error, Mode, Process, QuasiStaticForward,
+    QuasiStaticInverse, StreamArray,
+};
 
-fn plain(options: ArrayOptions) -> ArrayController {
-    Setup { options: ArrayOptions { bumpless_time: 0.0, ..options }, limits: vec![(-500.0, 500.0); M] }.make()
+fn setup(options: ArrayOptions) -> Setup {
+    Setup { options: ArrayOptions { bumpless_time: 0.0, ..options }, limits: vec![(-500.0, 500.0); M] }
 }
 
-fn settle(controller: &mut ArrayController, reference: [f64; M], samples: usize) -> Vec<f64> {
+fn plain(options: ArrayOptions) -> ArrayController {
+    setup(options).make()
+}
+
+fn of_stages(options: ArrayOptions) -> ArrayController<QuasiStaticInverse> {
+    setup(options).make()
+}
+
+fn settle<P: ArrayInverse>(controller: &mut ArrayController<P>, reference: [f64; M], samples: usize) -> Vec<f64> {
     for _ in 0..samples {
         controller.step(&ArraySample::of(&reference), &mut [0.0; M]).unwrap();
     }
@@ -82,7 +93,8 @@ fn a_missing_measurement_rests_what_it_belongs_to() {
     let sample = ArraySample { sensor_reference: Some(&given), ..sample };
     direct.step(&sample, &mut [0.0; M]).unwrap();
     assert_eq!(direct.integral()[0], change + 100.0 * DT * (1.0 - 0.1));
-    let mut all = plain(ArrayOptions { ki: 1.0, reconstruction: Some(vec![1.0; M * S]), ..ArrayOptions::new(DT) });
+    let mut all: ArrayController =
+        plain(ArrayOptions { ki: 1.0, reconstruction: Some(vec![1.0; M * S]), ..ArrayOptions::new(DT) });
     settle(&mut all, [0.0; M], 1);
     let sample = ArraySample { measurement: Some(&[0.1, f64::NAN, 0.1]), ..ArraySample::of(&[0.5; M]) };
     all.step(&sample, &mut [0.0; M]).unwrap();
@@ -92,7 +104,8 @@ fn a_missing_measurement_rests_what_it_belongs_to() {
 
 #[test]
 fn another_model_is_no_jump() {
-    let mut controller = Setup { options: ArrayOptions::new(DT), limits: vec![(-500.0, 500.0); M] }.make();
+    let mut controller: ArrayController =
+        Setup { options: ArrayOptions::new(DT), limits: vec![(-500.0, 500.0); M] }.make();
     settle(&mut controller, [1.0; M], 20);
     let before = controller.drives().to_vec();
     controller.set_model(2, &model(2, 2.0)).unwrap();
@@ -215,4 +228,111 @@ fn a_reset_forgets_all_but_the_drives() {
     controller.reset();
     assert_eq!((controller.integral(), controller.mode()), (&[0.0; M][..], Mode::Run));
     assert_eq!(controller.counters().saturated_count, 0);
+}
+
+/// Stages that have moved from rest to 0 V, as a controller begins.
+fn forwards() -> Vec<QuasiStaticForward> {
+    let mut stages: Vec<_> = (0..M).map(|i| stage(i, 1.0).forward()).collect();
+    driven(&mut stages, &[0.0; M]);
+    stages
+}
+
+/// The positions of stages at these drives.
+fn driven(stages: &mut [QuasiStaticForward], drives: &[f64]) -> Vec<f64> {
+    stages.iter_mut().zip(drives).map(|(stage, drive)| stage.step(*drive)).collect()
+}
+
+#[test]
+fn stages_go_where_they_are_asked_to() {
+    let mut controller = of_stages(ArrayOptions::new(DT));
+    let (mut stages, mut drives) = (forwards(), [0.0; M]);
+    for k in 0..400 {
+        let reference = [0.1, 0.3, 0.5, 0.2].map(|at| 0.5 * (at * f64::from(k)).sin());
+        controller.step(&ArraySample::of(&reference), &mut drives).unwrap();
+        let at = driven(&mut stages, &drives);
+        let aims = if k == 0 { positions(&controller) } else { reference.to_vec() };
+        assert!(at.iter().zip(&aims).all(|(p, aim)| (p - aim).abs() < 1e-12), "{k}: {at:?} and {aims:?}");
+        assert!(positions(&controller).iter().zip(&aims).all(|(p, aim)| (p - aim).abs() < 1e-12));
+    }
+    assert_eq!(controller.counters().saturated_count, 0);
+}
+
+/// Creep goes on while the drives are held: by a hold, by rejected references, by a stop that has ended, and where a
+/// motion starts.
+#[test]
+fn creep_goes_on_while_the_drives_stay() {
+    let after = |end: fn(&mut ArrayController<QuasiStaticInverse>), reference: [f64; M], samples: usize| {
+        let (mut controller, mut stages, mut drives) = (of_stages(ArrayOptions::new(DT)), forwards(), [0.0; M]);
+        let mut play = |controller: &mut ArrayController<_>, reference: [f64; M], samples| {
+            let mut at = vec![];
+            for _ in 0..samples {
+                controller.step(&ArraySample::of(&reference), &mut drives).unwrap();
+                at = driven(&mut stages, &drives);
+                assert!(at.iter().zip(positions(controller)).all(|(p, q)| (p - q).abs() < 1e-12));
+            }
+            at
+        };
+        play(&mut controller, [0.6; M], 20);
+        end(&mut controller);
+        play(&mut controller, reference, samples);
+        controller.release();
+        play(&mut controller, [0.4; M], 1); // a motion starts
+        play(&mut controller, [0.4; M], 1)
+    };
+    let stay = |controller: &mut ArrayController<_>| controller.hold();
+    let stop = |controller: &mut ArrayController<_>| controller.stop(1e9, &[30.0; M]).unwrap();
+    for at in [after(stay, [0.6; M], 50), after(|_| {}, [f64::NAN; M], 50), after(stop, [0.6; M], 50)] {
+        assert!(at.iter().all(|p| (p - 0.4).abs() < 1e-12), "{at:?}");
+    }
+}
+
+/// A pair at its limit would creep apart if its drives stayed.
+#[test]
+fn neighbours_do_not_creep_apart() {
+    let chain =
+        ArrayOptions { neighbours: vec![(0, 1), (1, 2), (2, 3)], max_difference: vec![0.25], ..ArrayOptions::new(DT) };
+    let mut controller = of_stages(chain);
+    let (mut stages, mut drives) = (forwards(), [0.0; M]);
+    for k in 0..600 {
+        // So steep that all pairs are at their limits.
+        let reference = if k < 50 { [0.0; M] } else { [-3.0, -1.5, 1.5, 3.0] };
+        controller.step(&ArraySample::of(&reference), &mut drives).unwrap();
+        let at = driven(&mut stages, &drives);
+        if k > 50 {
+            assert!(at.windows(2).all(|pair| (pair[0] - pair[1]).abs() <= 0.25), "{k}: {at:?}");
+        }
+    }
+    assert!(controller.counters().pair_limited_count > 500);
+    assert!(driven(&mut stages, &drives).windows(2).any(|pair| (pair[0] - pair[1]).abs() > 0.25), "creep goes on");
+}
+
+#[test]
+fn an_inverse_behind_an_amplifier_is_refused() {
+    let limits = (-500.0, 500.0);
+    let lagging = QuasiStaticInverse::made(1, 1.0, limits).behind_amplifier(0.5).unwrap();
+    let inverse: StreamArray<_> = [QuasiStaticInverse::made(0, 1.0, limits), lagging].into_iter().collect();
+    let error = ArrayController::new(inverse, &ArrayOptions::new(DT)).unwrap_err();
+    let expected = "inverses of which none is behind an amplifier, unlike that of actuator";
+    assert_eq!(error, Error::whole("inverse", None, expected, 1));
+}
+
+#[test]
+fn the_state_of_stages_has_their_positions() {
+    let mut controller = of_stages(ArrayOptions::new(DT));
+    settle(&mut controller, [0.5; M], 3);
+    let saved = controller.state();
+    assert_eq!(saved.positions, positions(&controller));
+    for (positions, message) in [
+        (vec![], "state.positions: expected 4 elements, got 0"),
+        (
+            vec![0.0, f64::NAN, 0.0, 0.0],
+            "state.positions[1]: expected a finite number (at most 1e100 in magnitude), got NaN",
+        ),
+    ] {
+        let wrong = hysteresis_core::ArrayControllerState { positions, ..saved.clone() };
+        assert_eq!(controller.set_state(&wrong).unwrap_err().to_string(), message);
+        assert_eq!(controller.state(), saved);
+    }
+    let of_models = plain(ArrayOptions::new(DT));
+    assert!(of_models.state().positions.is_empty());
 }

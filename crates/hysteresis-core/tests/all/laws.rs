@@ -5,8 +5,8 @@ use crate::support::{
     output_range, run, slopes, unnested_model,
 };
 use hysteresis_core::{
-    CompiledModel, CoupledPlay, Forward, Inverse, Method, Offsets, Play, PrandtlIshlinskii, Process, StreamArray,
-    Tracked,
+    CompiledModel, CoupledPlay, CreepTerms, Duhem, Forward, Inverse, Method, Offsets, Play, PrandtlIshlinskii, Process,
+    QuasiStatic, StreamArray, Tracked,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -326,6 +326,14 @@ proptest! {
         let singles: Vec<Inverse> = compiled.iter().map(|k| Inverse::new(k, limits).unwrap()).collect();
         assert_alike(StreamArray::inverse(&compiled, limits).unwrap(), singles, &samples, probe)?;
         assert_alike(StreamArray::forward(&compiled), compiled.iter().map(Forward::new).collect(), &samples, probe)?;
+        let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99]).unwrap();
+        let duhem = Duhem::from_bouc_wen(0.5, 0.02, 0.9, 0.4).unwrap();
+        let stage = |k| QuasiStatic::new(k).with_creep(creep.clone()).with_duhem(duhem);
+        let stages: Vec<QuasiStatic> = compiled.iter().map(stage).collect();
+        let inverses: Vec<_> = stages.iter().map(|stage| stage.inverse(limits).unwrap()).collect();
+        assert_alike(inverses.iter().cloned().collect(), inverses, &samples, probe)?;
+        let forwards: Vec<_> = stages.iter().map(QuasiStatic::forward).collect();
+        assert_alike(forwards.iter().cloned().collect(), forwards, &samples, probe)?;
     }
 }
 

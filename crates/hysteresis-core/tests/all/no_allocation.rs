@@ -2,9 +2,9 @@
 
 use crate::support::models::{actuator, parametric_inverse};
 use hysteresis_core::{
-    ArrayController, ArrayOptions, ArraySample, Biquad, Command, CompiledModel, ControllerOptions, CreepTerms, Duhem,
-    FeedForward, Forward, HybridController, Inverse, LoopShiftTerms, Mode, MultiAxisController, PiecewiseLinearMap,
-    Preview, Process, QuasiStatic, Sections, SlowGainTerms, StreamArray,
+    ArrayController, ArrayInverse, ArrayOptions, ArraySample, Biquad, Command, CompiledModel, ControllerOptions,
+    CreepTerms, Duhem, FeedForward, Forward, HybridController, Inverse, LoopShiftTerms, Mode, MultiAxisController,
+    PiecewiseLinearMap, Preview, Process, QuasiStatic, Sections, SlowGainTerms, StreamArray,
 };
 
 /// Jumps, reversals, plateaus, samples out of reach and samples that are rejected.
@@ -84,8 +84,15 @@ fn an_array_never_allocates_while_it_runs() {
 
 #[test]
 fn the_controller_of_an_array_never_allocates_while_it_runs() {
-    let compiled = vec![CompiledModel::new(&actuator()); 10];
-    let inverse = StreamArray::inverse(&compiled, Some((-500.0, 500.0))).unwrap();
+    let (model, limits) = (CompiledModel::new(&actuator()), Some((-500.0, 500.0)));
+    let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99]).unwrap();
+    let duhem = Duhem::from_bouc_wen(2e-3, 0.1, 0.9, 0.4).unwrap();
+    let stage = QuasiStatic::new(&model).with_creep(creep).with_loop_shift(loop_shift()).with_duhem(duhem);
+    assert_never_allocates(vec![Inverse::new(&model, limits).unwrap(); 10].into_iter().collect(), &model);
+    assert_never_allocates(vec![stage.inverse(limits).unwrap(); 10].into_iter().collect(), &model);
+}
+
+fn assert_never_allocates<P: ArrayInverse>(inverse: StreamArray<P>, model: &CompiledModel) {
     let set = ArrayOptions { ki: 100.0, leak: 1.0, slew: vec![1e5], ..ArrayOptions::new(1e-3) };
     let neighbours = (1..10).map(|i| (i - 1, i)).collect();
     let paired = ArrayOptions { neighbours, max_difference: vec![0.5], reconstruction: Some(vec![0.1; 50]), ..set };
@@ -103,7 +110,7 @@ fn the_controller_of_an_array_never_allocates_while_it_runs() {
                 40 => controller.hold(),
                 70 => controller.stop(1e4, &[10.0; 10]).unwrap(),
                 50 | 80 => controller.release(),
-                90 => controller.set_model(k % 10, &compiled[0]).unwrap(),
+                90 => controller.set_model(k % 10, model).unwrap(),
                 _ => {}
             }
         }

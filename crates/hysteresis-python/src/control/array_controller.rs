@@ -1,6 +1,6 @@
 //! The controller of an array of actuators: rows of references and measurements in, rows of drives out.
 
-use hysteresis_core::{self as core, ArrayOptions, ArraySample, Mode};
+use hysteresis_core::{self as core, ArrayOptions, ArraySample, MAX_MAGNITUDE, Mode, QuasiStaticInverse};
 use hysteresis_python_macros::methods;
 use numpy::ndarray::{Array2, Dimension, Ix1, Ix2, IxDyn};
 use numpy::{IntoPyArray, PyArray, PyArray1, PyArray2, PyReadonlyArray, PyReadonlyArray2, PyUntypedArrayMethods};
@@ -13,9 +13,9 @@ use crate::control::shared_by_controllers::mode_name;
 use crate::convert::arrays::{array, each, one_or_more};
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{Reduced, exclusive, keywords, saved, shared};
-use crate::model::models::compiled_of;
 use crate::stream::actuators::{ActuatorArray, Limits};
 use crate::stream::blocks::{BLOCK, Block, apply};
+use crate::stream::of_kind::{OfKind, map_kind, of_kind};
 use crate::stream::stream_arrays::{MadeOf, columns};
 
 /// Feed-forward through the exact inverses of M actuators and an integral behind a reconstruction matrix, within limits at every
@@ -38,6 +38,10 @@ use crate::stream::stream_arrays::{MadeOf, columns};
 /// A reference that is not finite (or beyond 1e100) holds all drives. A measurement that is not finite lets the integral rest:
 /// that of its actuator without a matrix, all of them with one. Feed-forward goes on.
 ///
+/// In an array of stages H_i^-1 inverts Duhem operator, maps, loop shift, slow gain and creep too, not the dynamics.
+/// These go on also while the drives stay. The controller counters what creeps in every motion and stop; only where
+/// drives stay, or limits or slew hold one back, may neighbours creep apart.
+///
 /// Examples
 /// --------
 /// >>> import mpi_hyst as mh
@@ -55,8 +59,8 @@ use crate::stream::stream_arrays::{MadeOf, columns};
 /// array([ 0.5, -0.2,  0.1])
 #[pyclass(module = "mpi_hyst.control")]
 pub(crate) struct ArrayController {
-    pub(super) controller: core::ArrayController,
-    pub(super) made: MadeOf,
+    controller: OfKind<core::ArrayController, core::ArrayController<QuasiStaticInverse>>,
+    made: MadeOf,
 }
 
 /// What comes with a sample, or with a block of samples, beside the references.
@@ -128,7 +132,8 @@ impl ArrayController {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (reference, beside) = Self::one(slf, reference, measurement, sensor_reference)?;
         sample(reference, out, |reference, drives| {
-            exclusive(slf)?.controller.step(&beside.with(reference)?, drives).map_err(raise)
+            let sample = beside.with(reference)?;
+            of_kind!(&mut exclusive(slf)?.controller, of => of.step(&sample, drives)).map_err(raise)
         })
     }
 
@@ -137,7 +142,8 @@ impl ArrayController {
     fn peek<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (reference, beside) = Self::one(slf, reference, measurement, sensor_reference)?;
         sample(reference, out, |reference, drives| {
-            exclusive(slf)?.controller.peek(&beside.with(reference)?, drives).map_err(raise)
+            let sample = beside.with(reference)?;
+            of_kind!(&mut exclusive(slf)?.controller, of => of.peek(&sample, drives)).map_err(raise)
         })
     }
 
@@ -166,7 +172,7 @@ impl ArrayController {
                 let (from, to) = (k * rows * sensors, (k + 1) * rows * sensors);
                 let (measurement, sensor_reference) = (part(measurement, from, to), part(sensor_reference, from, to));
                 let block = ArraySample { reference, measurement, sensor_reference };
-                this.controller.run(&block, drives).map_err(raise)?;
+                of_kind!(&mut this.controller, of => of.run(&block, drives)).map_err(raise)?;
             }
             Ok(())
         })
@@ -175,96 +181,98 @@ impl ArrayController {
     /// The present drives: what the amplifiers have.
     #[getter]
     fn drive<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, self.controller.drives())
+        PyArray1::from_slice(py, of_kind!(&self.controller, of => of.drives()))
     }
 
-    /// Where the models are at the present drives.
+    /// Where the models are at the present drives; stages, where they were at the last sample.
     #[getter]
     fn position<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_iter(py, self.controller.positions())
+        of_kind!(&self.controller, of => PyArray1::from_iter(py, of.positions()))
     }
 
     /// The integral of every actuator, a displacement.
     #[getter]
     fn integral<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, self.controller.integral())
+        PyArray1::from_slice(py, of_kind!(&self.controller, of => of.integral()))
     }
 
     /// The limits (low, high) of the drives, an array of shape (M, 2).
     #[getter]
     fn limits<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        let rows: Vec<[f64; 2]> = self.controller.limits().iter().map(|limits| (*limits).into()).collect();
+        let rows: Vec<[f64; 2]> =
+            of_kind!(&self.controller, of => of.limits()).iter().map(|limits| (*limits).into()).collect();
         Array2::from(rows).into_pyarray(py)
     }
 
     /// The number of sensors S.
     #[getter]
     fn sensors(&self) -> usize {
-        self.controller.sensors()
+        of_kind!(&self.controller, of => of.sensors())
     }
 
     /// The sampling interval in seconds.
     #[getter]
     fn dt(&self) -> f64 {
-        self.controller.options().dt
+        of_kind!(&self.controller, of => of.options()).dt
     }
 
     /// The integral gain per second.
     #[getter]
     fn ki(&self) -> f64 {
-        self.controller.options().ki
+        of_kind!(&self.controller, of => of.options()).ki
     }
 
     /// How fast the integral goes to zero by itself, per second.
     #[getter]
     fn leak(&self) -> f64 {
-        self.controller.options().leak
+        of_kind!(&self.controller, of => of.options()).leak
     }
 
     /// "run"; "hold": the drives stay; "stop", which `stop` begins.
     #[getter]
     #[py(-> "Literal['run', 'hold', 'stop']")]
     fn mode(&self) -> &'static str {
-        mode_name(self.controller.mode())
+        mode_name(of_kind!(&self.controller, of => of.mode()))
     }
 
     /// How many samples had a reference that is not finite, or beyond 1e100: all drives were held.
     #[getter]
     fn rejected_count(&self) -> u64 {
-        self.controller.counters().rejected_count
+        of_kind!(&self.controller, of => of.counters()).rejected_count
     }
 
     /// How many samples had a measurement that is not finite, or beyond 1e100.
     #[getter]
     fn missing_count(&self) -> u64 {
-        self.controller.counters().missing_count
+        of_kind!(&self.controller, of => of.counters()).missing_count
     }
 
     /// How many drives a target out of reach brought to a limit: of all actuators together.
     #[getter]
     fn saturated_count(&self) -> u64 {
-        self.controller.counters().saturated_count
+        of_kind!(&self.controller, of => of.counters()).saturated_count
     }
 
     /// How many drives the slew held back: of all actuators together.
     #[getter]
     fn slewing_count(&self) -> u64 {
-        self.controller.counters().slewing_count
+        of_kind!(&self.controller, of => of.counters()).slewing_count
     }
 
     /// In how many samples the limits of differences moved at least one target.
     #[getter]
     fn pair_limited_count(&self) -> u64 {
-        self.controller.counters().pair_limited_count
+        of_kind!(&self.controller, of => of.counters()).pair_limited_count
     }
 
     fn __len__(&self) -> usize {
-        self.controller.len()
+        of_kind!(&self.controller, of => of.len())
     }
 
     fn __repr__(&self) -> String {
-        let (actuators, sensors) = (self.controller.len(), self.controller.sensors());
-        let ArrayOptions { ki, leak, .. } = self.controller.options();
+        let (actuators, sensors) =
+            (of_kind!(&self.controller, of => of.len()), of_kind!(&self.controller, of => of.sensors()));
+        let ArrayOptions { ki, leak, .. } = of_kind!(&self.controller, of => of.options());
         format!(
             "<ArrayController of {actuators} actuators, {sensors} sensors, ki {ki}, leak {leak}, mode {}>",
             self.mode()
@@ -273,7 +281,7 @@ impl ArrayController {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let (py, this) = (slf.py(), shared(slf)?);
-        let options = this.controller.options();
+        let options = of_kind!(&this.controller, of => of.options());
         let keywords = keywords!(
             py,
             dt = options.dt,
@@ -286,7 +294,7 @@ impl ArrayController {
             keywords.set_item("neighbours", &options.neighbours)?;
         }
         if let Some(matrix) = &options.reconstruction {
-            let shape = (this.controller.len(), this.controller.sensors());
+            let shape = (of_kind!(&this.controller, of => of.len()), of_kind!(&this.controller, of => of.sensors()));
             let matrix = Array2::from_shape_vec(shape, matrix.clone()).expect("whole rows");
             keywords.set_item("reconstruction", matrix.into_pyarray(py))?;
         }
@@ -295,13 +303,9 @@ impl ArrayController {
 }
 
 impl ArrayController {
-    pub(super) fn new(controller: core::ArrayController, made: MadeOf) -> Self {
-        Self { controller, made }
-    }
-
     fn widths(slf: &Bound<'_, Self>) -> PyResult<(usize, usize)> {
         let this = shared(slf)?;
-        Ok((this.controller.len(), this.controller.sensors()))
+        Ok((of_kind!(&this.controller, of => of.len()), of_kind!(&this.controller, of => of.sensors())))
     }
 
     /// One sample, converted and checked.
@@ -326,6 +330,16 @@ fn part(given: Option<&[f64]>, from: usize, to: usize) -> Option<&[f64]> {
 /// Numbers, or None if there are none.
 fn some(numbers: &[f64]) -> Option<&[f64]> {
     (!numbers.is_empty()).then_some(numbers)
+}
+
+/// The slew of every stage; one that has none may move by any step. None if all may.
+fn own_slew(array: &ActuatorArray) -> Vec<f64> {
+    let OfKind::Stages(stages) = array.actuators() else { return Vec::new() };
+    let each: Vec<_> = stages.iter().map(|stage| stage.get().0.parts().slew).collect();
+    if each.iter().all(Option::is_none) {
+        return Vec::new();
+    }
+    each.into_iter().map(|slew| slew.unwrap_or(MAX_MAGNITUDE)).collect()
 }
 
 /// Pairs of actuators, P rows of two whole numbers.
@@ -356,7 +370,7 @@ impl ActuatorArray {
     /// dt : float
     ///     The sampling interval in seconds.
     /// limits : (low, high) or array of shape (M, 2)
-    ///     Of the drives, in volts.
+    ///     Of the drives, in volts. Stages have theirs by default.
     /// ki : float
     ///     The integral gain per second. With direct sensors and one sample of delay the loop is stable below ki dt = 1, and calm
     ///     at 0.3.
@@ -366,7 +380,7 @@ impl ActuatorArray {
     /// leak : float
     ///     How fast the integral goes to zero by itself, per second: at most 1 / dt.
     /// slew : float or array of shape (M,), optional
-    ///     How fast the drives may move, in V/s.
+    ///     How fast the drives may move, in V/s. Stages have theirs by default.
     /// neighbours : array of shape (P, 2), optional
     ///     Pairs of actuators, by their numbers, whose positions must not be too far apart.
     /// max_difference : float or array of shape (P,), optional
@@ -402,7 +416,7 @@ impl ActuatorArray {
     fn controller(
         slf: &Bound<'_, Self>,
         dt: f64,
-        #[py("ArrayLike")] limits: &Bound<'_, PyAny>,
+        #[py("ArrayLike | None" = None)] limits: Option<&Bound<'_, PyAny>>,
         #[py(*, field = 0.0)] ki: f64,
         #[py("ArrayLike | None" = None)] reconstruction: Option<&Bound<'_, PyAny>>,
         #[py(field = 0.0)] leak: f64,
@@ -412,8 +426,8 @@ impl ActuatorArray {
         #[py(field = 0.005)] bumpless_time: f64,
         #[py("ArrayLike | None" = None)] start_drive: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<ArrayController> {
-        let actuators = slf.get().compiled().len();
-        let given = Limits::from_python(Some(limits), actuators)?;
+        let (this, actuators) = (slf.get(), slf.get().count());
+        let given = Limits::from_python(limits, actuators)?;
         let matrix = |given: &Bound<'_, PyAny>| {
             let expected = format!("an array of shape ({actuators}, sensors)");
             let rows = array::<Ix2>("reconstruction", given, format_args!("{expected}"))?;
@@ -430,7 +444,7 @@ impl ActuatorArray {
         let max_difference = max_difference.map_or(Ok(Vec::new()), differences)?;
         let options = ArrayOptions {
             reconstruction: reconstruction.map(matrix).transpose()?,
-            slew: slew.map_or(Ok(Vec::new()), |slew| {
+            slew: slew.map_or(Ok(own_slew(this)), |slew| {
                 one_or_more("slew", slew, format_args!("a number or an array of shape ({actuators},)"))
             })?,
             neighbours,
@@ -438,9 +452,9 @@ impl ActuatorArray {
             start_drive: start_drive.map(|drive| each("start_drive", drive, actuators)).transpose()?,
             ..options
         };
-        let inverse = slf.get().inverses(&given, None)?;
-        let controller = core::ArrayController::new(inverse, &options).map_err(raise)?;
-        Ok(ArrayController::new(controller, MadeOf::new(slf.as_any(), Some(limits))))
+        let inverse = this.inverses(slf.py(), &given, None, this.interval(dt))?;
+        let controller = map_kind!(inverse, of => core::ArrayController::new(of, &options).map_err(raise)?);
+        Ok(ArrayController { controller, made: MadeOf::new(slf.as_any(), limits) })
     }
 }
 
@@ -449,35 +463,33 @@ impl ArrayController {
     /// Changes the gains, per second, without a jump. The leak stays unless it is given.
     fn set_gains(slf: &Bound<'_, Self>, ki: f64, #[py(= None)] leak: Option<f64>) -> PyResult<()> {
         let mut this = exclusive(slf)?;
-        let leak = leak.unwrap_or(this.controller.options().leak);
-        this.controller.set_gains(ki, leak).map_err(raise)
+        let leak = leak.unwrap_or(of_kind!(&this.controller, of => of.options()).leak);
+        of_kind!(&mut this.controller, of => of.set_gains(ki, leak)).map_err(raise)
     }
 
     /// One actuator goes on with the weights and the output offset of another model of the same thresholds and input offset,
-    /// without a jump.
+    /// without a jump. In an array of stages the model is the hysteresis of the stage.
     ///
     /// Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; the controller is
     /// as before then.
     fn set_model(slf: &Bound<'_, Self>, actuator: usize, #[py("Model")] model: &Bound<'_, PyAny>) -> PyResult<()> {
-        let compiled = compiled_of("model", model)?;
         let mut this = exclusive(slf)?;
-        this.controller.set_model(actuator, &compiled).map_err(raise)?;
-        this.made.set_model(actuator, model);
-        Ok(())
+        let Self { controller, made } = &mut *this;
+        made.set_model(actuator, model, |compiled| of_kind!(controller, of => of.set_model(actuator, compiled)))
     }
 
     /// Whether the drives are held. An attribute: set it to True to hold, to False to go on, also after a stop.
     #[getter]
     fn hold(&self) -> bool {
-        self.controller.mode() == Mode::Hold
+        of_kind!(&self.controller, of => of.mode()) == Mode::Hold
     }
 
     #[setter]
     fn set_hold(slf: &Bound<'_, Self>, hold: bool) -> PyResult<()> {
         if hold {
-            exclusive(slf)?.controller.hold();
+            of_kind!(&mut exclusive(slf)?.controller, of => of.hold());
         } else {
-            exclusive(slf)?.controller.release();
+            of_kind!(&mut exclusive(slf)?.controller, of => of.release());
         }
         Ok(())
     }
@@ -488,30 +500,31 @@ impl ArrayController {
     /// From the next sample on every `step` puts out the next drives of the ramp, for any reference and measurement. `hold =
     /// False` starts a motion from the drives that are reached then.
     fn stop(slf: &Bound<'_, Self>, rate: f64, #[py("ArrayLike" = 0.0)] rest_drive: Object) -> PyResult<()> {
-        let rest = each("rest_drive", rest_drive.0.bind(slf.py()), shared(slf)?.controller.len())?;
-        exclusive(slf)?.controller.stop(rate, &rest).map_err(raise)
+        let rest = each("rest_drive", rest_drive.0.bind(slf.py()), of_kind!(&shared(slf)?.controller, of => of.len()))?;
+        of_kind!(&mut exclusive(slf)?.controller, of => of.stop(rate, &rest)).map_err(raise)
     }
 
     /// Back to the start, in mode "run", with the memory of a move from rest to the present drives and all counters at zero. The
     /// drives stay as they are, or are `drive`, one for all or one for each, if the amplifiers have others now.
     fn reset(slf: &Bound<'_, Self>, #[py("ArrayLike | None" = None)] drive: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let actuators = shared(slf)?.controller.len();
+        let actuators = of_kind!(&shared(slf)?.controller, of => of.len());
         let drive = drive.map(|drive| each("drive", drive, actuators)).transpose()?;
         let mut this = exclusive(slf)?;
         if let Some(drives) = drive {
-            return this.controller.reset_at(&drives).map_err(raise);
+            return of_kind!(&mut this.controller, of => of.reset_at(&drives)).map_err(raise);
         }
-        this.controller.reset();
+        of_kind!(&mut this.controller, of => of.reset());
         Ok(())
     }
 
     /// Takes over what was driven before, an array of shape (samples, M), oldest drives first; the next motion starts from the
     /// last row.
     fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
-        let actuators = shared(slf)?.controller.len();
+        let actuators = of_kind!(&shared(slf)?.controller, of => of.len());
         let expected = format!("an array of shape (samples, {actuators})");
         let drives = columns::<Ix2>("drives", drives, actuators, format_args!("{expected}"))?;
-        exclusive(slf)?.controller.follow(drives.as_slice()?).map_err(raise)
+        let drives = drives.as_slice()?;
+        of_kind!(&mut exclusive(slf)?.controller, of => of.follow(drives)).map_err(raise)
     }
 
     /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
@@ -519,13 +532,15 @@ impl ArrayController {
     #[getter]
     #[py(-> "dict[str, Any]")]
     pub(super) fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let state = shared(slf)?.controller.state();
-        Ok(pythonize(slf.py(), &state)?)
+        Ok(of_kind!(&shared(slf)?.controller, of => pythonize(slf.py(), &of.state()))?)
     }
 
     #[setter]
     pub(super) fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
-        let state = saved(state)?;
-        exclusive(slf)?.controller.set_state(&state).map_err(raise)
+        match &mut exclusive(slf)?.controller {
+            OfKind::Models(of) => of.set_state(&saved(state)?),
+            OfKind::Stages(of) => of.set_state(&saved(state)?),
+        }
+        .map_err(raise)
     }
 }

@@ -164,7 +164,7 @@ impl Refusal for core::Error {
     }
 }
 
-impl Refusal for ActuatorError {
+impl<E: Refusal> Refusal for ActuatorError<E> {
     fn parameter(&self) -> Option<&str> {
         self.error.parameter()
     }

@@ -9,6 +9,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use pythonize::pythonize;
+use serde::Deserialize;
 
 use super::stage::{Stage, checked_limits};
 use crate::convert::errors::{Place, raise, value};
@@ -122,6 +123,22 @@ impl StageInverse {
     }
 }
 
+/// A saved state of a stream that runs at this sampling interval.
+pub(crate) fn state_at<T>(state: &Bound<'_, PyAny>, dt: f64) -> PyResult<T>
+where
+    Sampled<T>: Binary + for<'de> Deserialize<'de>,
+{
+    let state: Sampled<T> = saved_or_bytes(state)?;
+    let place = Place::part("state", "state.dt");
+    state.at(dt).map_err(|got| value(place, format_args!("expected {dt:?}, got {got:?}")))
+}
+
+/// The same stage around another hysteresis.
+pub(crate) fn with_hysteresis(stage: &stage::Stage, model: &Bound<'_, PyAny>) -> PyResult<stage::Stage> {
+    let hysteresis = model_of("model", model)?.into();
+    stage::Stage::new(StageParts { hysteresis, ..stage.parts().clone() }).map_err(raise)
+}
+
 // What both streams of a stage offer.
 #[methods(StageForward, StageInverse)]
 impl Each {
@@ -146,12 +163,8 @@ impl Each {
 
     #[setter]
     fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any] | bytes")] state: &Bound<'_, PyAny>) -> PyResult<()> {
-        let state: Sampled<_> = saved_or_bytes(state)?;
-        let mut this = exclusive(slf)?;
-        let dt = this.dt;
-        let place = Place::part("state", "state.dt");
-        let state = state.at(dt).map_err(|got| value(place, format_args!("expected {dt:?}, got {got:?}")))?;
-        this.stream.set_state(&state).map_err(raise)
+        let state = state_at(state, shared(slf)?.dt)?;
+        exclusive(slf)?.stream.set_state(&state).map_err(raise)
     }
 
     /// Takes over what was driven before, oldest drive first, one per sampling interval.
@@ -230,9 +243,9 @@ impl StageInverse {
     ///
     /// Raises ValueError that names what differs; the stream is as before then.
     fn set_model(slf: &Bound<'_, Self>, #[py("Model")] model: &Bound<'_, PyAny>) -> PyResult<()> {
-        let (compiled, hysteresis) = (compiled_of("model", model)?, model_of("model", model)?.into());
+        let compiled = compiled_of("model", model)?;
         let mut this = exclusive(slf)?;
-        let stage = stage::Stage::new(StageParts { hysteresis, ..this.stage.parts().clone() }).map_err(raise)?;
+        let stage = with_hysteresis(&this.stage, model)?;
         this.stream.set_model(&compiled).map_err(raise)?;
         this.stage = stage;
         Ok(())

@@ -1,6 +1,7 @@
 //! How uncertain the outputs of an array are when its history is unknown, and the sequence that makes them certain.
 
-use hysteresis_core::{self as core, ActuatorError, Bound as Domain, BracketState, CompiledModel, Process};
+use hysteresis_control::stage;
+use hysteresis_core::{self as core, ActuatorError, Bound as Domain, BracketState, Process, QuasiStatic};
 use hysteresis_python_macros::methods;
 use hysteresis_simulate::excitation::{ActuatorDrive, Shape, demagnetizing_array};
 use numpy::ndarray::{Array2, Ix1, Ix2};
@@ -10,15 +11,18 @@ use pyo3::types::PyList;
 use pythonize::pythonize;
 
 use super::actuators::{ActuatorArray, Limits};
+use super::of_kind::OfKind;
 use super::stream_arrays::{MadeOf, columns, in_state, states};
 use crate::convert::arrays::{each, zeros};
-use crate::convert::errors::{self, raise};
+use crate::convert::errors::{self, raise, wrong_type};
 use crate::convert::objects::{Reduced, exclusive, saved, shared};
 use crate::signal::excitation::Cycles;
+use crate::stage::stage::Stage;
 
 /// How uncertain the outputs of many actuators are when their history is unknown: made by `array.bracket(limits)`.
 ///
-/// For each actuator what `Bracket` is for one, bit for bit. All weights must be 0 or more.
+/// For each actuator what `Bracket` is for one, bit for bit. All weights must be 0 or more. Maps of stages are part of
+/// it, their loop shift, slow gain, creep and dynamics are not.
 ///
 /// Examples
 /// --------
@@ -145,23 +149,51 @@ fn rows<'py>(drives: &Bound<'py, PyAny>, actuators: usize) -> PyResult<numpy::Py
     columns("drives", drives, actuators, format_args!("an array of shape (samples, {actuators})"))
 }
 
-/// The limits of all actuators, which must be given.
-fn limits_of(limits: &Bound<'_, PyAny>, actuators: usize) -> PyResult<(Limits, Vec<(f64, f64)>)> {
-    let given = Limits::from_python(Some(limits), actuators)?;
-    let each = (0..actuators).map(|m| given.of(m).expect("limits that are given")).collect();
+/// The limits of all actuators, which must be given, unless stages have some.
+fn limits_of(array: &ActuatorArray, limits: Option<&Bound<'_, PyAny>>) -> PyResult<(Limits, Vec<(f64, f64)>)> {
+    let given = Limits::from_python(limits, array.count())?;
+    let each = (0..array.count()).map(|actuator| {
+        let own = match array.actuators() {
+            OfKind::Models(_) => return given.of(actuator).ok_or_else(|| missing(array)),
+            OfKind::Stages(stages) => stages[actuator].get().0.limits(given.of(actuator)),
+        };
+        own.and_then(|limits| limits.ok_or(stage::Error::NoLimits))
+            .map_err(|error| raise(ActuatorError { actuator, error }))
+    });
+    let each = each.collect::<PyResult<_>>()?;
     Ok((given, each))
 }
 
+/// Models have no limits of their own.
+fn missing(array: &ActuatorArray) -> PyErr {
+    let expected = format!("two numbers (low, high) or an array of shape ({}, 2)", array.count());
+    wrong_type("limits", format_args!("expected {expected}, got None"))
+}
+
+/// What is bracketed of every actuator: hysteresis and maps.
+fn without_time(array: &ActuatorArray) -> PyResult<Vec<QuasiStatic>> {
+    match array.actuators() {
+        OfKind::Models(models) => Ok(models.iter().map(QuasiStatic::new).collect()),
+        OfKind::Stages(stages) => {
+            let rigid = |stage: &Py<Stage>| {
+                let sampled = stage.get().0.quasi_static(1.0).map_err(raise)?;
+                Ok(sampled.without_creep().without_loop_shift().without_slow_gain())
+            };
+            stages.iter().map(rigid).collect()
+        }
+    }
+}
+
 /// How far the output behind these drives can be from that of the model at rest, which goes straight to the last of them.
-fn left_by(model: &CompiledModel, limits: (f64, f64), drives: impl Iterator<Item = f64>) -> f64 {
-    let Ok(mut bracket) = core::Bracket::new(model, limits) else { return f64::NAN };
+fn left_by(stage: &QuasiStatic, limits: (f64, f64), drives: impl Iterator<Item = f64>) -> f64 {
+    let Ok(mut bracket) = core::Bracket::of_stage(stage, limits) else { return f64::NAN };
     let mut outputs = bracket.outputs();
     let mut last = 0.0;
     for drive in drives {
         outputs = bracket.step(drive);
         last = drive;
     }
-    let rest = core::Forward::new(model).step(last);
+    let rest = stage.forward().step(last);
     (outputs.1 - rest).abs().max((outputs.0 - rest).abs())
 }
 
@@ -177,15 +209,19 @@ fn check_limits((low, high): (f64, f64)) -> Result<(), core::Error> {
 impl ActuatorArray {
     /// How uncertain the outputs are when the history of the drives, between `limits`, is unknown.
     ///
-    /// `limits` of the drives: (low, high) for all, or an array of shape (M, 2), a row for each actuator.
+    /// `limits` of the drives: (low, high) for all, or an array of shape (M, 2), a row for each actuator. Stages have
+    /// theirs by default.
     ///
-    /// Raises ValueError that names the first actuator whose model has a negative weight.
-    fn bracket(slf: &Bound<'_, Self>, #[py("ArrayLike")] limits: &Bound<'_, PyAny>) -> PyResult<BracketArray> {
-        let compiled = slf.get().compiled();
-        let (given, each) = limits_of(limits, compiled.len())?;
+    /// Raises ValueError that names the first actuator whose model has a negative weight, or whose stage has a Duhem
+    /// operator: what drifts from loop to loop is not bracketed.
+    fn bracket(
+        slf: &Bound<'_, Self>,
+        #[py("ArrayLike | None" = None)] limits: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<BracketArray> {
+        let (given, each) = limits_of(slf.get(), limits)?;
         let wrong = |ActuatorError { actuator, error }| given.error(actuator, error);
-        let brackets = core::BracketArray::new(compiled, |m| each[m]).map_err(wrong)?;
-        Ok(BracketArray { brackets, made: MadeOf::new(slf.as_any(), Some(limits)) })
+        let brackets = core::BracketArray::of_stages(&without_time(slf.get())?, |m| each[m]).map_err(wrong)?;
+        Ok(BracketArray { brackets, made: MadeOf::new(slf.as_any(), limits) })
     }
 
     /// One decaying alternation for all actuators, and what it leaves of their memory.
@@ -215,10 +251,11 @@ impl ActuatorArray {
     /// -------
     /// drives : array of shape (samples, M)
     /// left : array of shape (M,)
-    ///     How far, at most, the output at the end is from that of the model at rest, which goes straight to its start: whatever was
-    ///     driven before between the limits, in the unit of the models' output. It is small if `center` is the input offset of the
-    ///     model, in the middle of its limits. NaN for a model with a negative weight: nothing is guaranteed then. (How far the
-    ///     outputs of two histories can be apart is the width of `array.bracket(limits)` behind its `follow(drives)`.)
+    ///     How far, at most, the output at the end is from that of the model at rest, which goes straight to its start:
+    ///     whatever was driven before between the limits, in the unit of the models' output. It is small if `center` is
+    ///     the input offset of the model, in the middle of its limits. NaN for a model with a negative weight or a
+    ///     Duhem operator: nothing is guaranteed then. (How far the outputs of two histories can be apart is the width
+    ///     of `array.bracket(limits)` behind its `follow(drives)`.)
     ///
     /// Examples
     /// --------
@@ -239,9 +276,9 @@ impl ActuatorArray {
         #[py("ArrayLike | None" = None)] center: Option<&Bound<'py, PyAny>>,
         #[py("ArrayLike | None" = None)] start: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<DrivesAndLeft<'py>> {
-        let (py, compiled) = (slf.py(), slf.get().compiled());
-        let actuators = compiled.len();
-        let (given, limits) = limits_of(limits, actuators)?;
+        let (py, actuators) = (slf.py(), slf.get().count());
+        let (given, limits) = limits_of(slf.get(), Some(limits))?;
+        let rigid = without_time(slf.get())?;
         let slew = each("slew", slew, actuators)?;
         let center = center.map(|center| each("center", center, actuators)).transpose()?;
         let start = start.map(|start| each("start", start, actuators)).transpose()?;
@@ -259,8 +296,8 @@ impl ActuatorArray {
         }
         let made = py.detach(|| demagnetizing_array(&plan, rate, cycles.0, shape)).map_err(raise)?;
         let left = py.detach(|| {
-            let of = |(m, model)| left_by(model, limits[m], made.iter().skip(m).step_by(actuators).copied());
-            compiled.iter().enumerate().map(of).collect::<Vec<f64>>()
+            let of = |(m, stage)| left_by(stage, limits[m], made.iter().skip(m).step_by(actuators).copied());
+            rigid.iter().enumerate().map(of).collect::<Vec<f64>>()
         });
         let shape = (made.len() / actuators, actuators);
         let drives = Array2::from_shape_vec(shape, made).map_err(|error| errors::value("rate", error))?;

@@ -6,17 +6,22 @@ use alloc::vec::Vec;
 use super::super::law::{Mode, check_terms};
 use super::super::limiter::Limiter;
 use super::super::options::{bumpless_samples, check_stop, check_unchanged};
-use super::law::{ArrayCounters, ArraySample, Feedback, Lanes, LoopState, Work, copy};
+use super::inverse::ArrayInverse;
+use super::law::{ArrayCounters, ArraySample, Feedback, Lanes, LoopState, Work, advance, copy};
 use super::options::{ArrayOptions, Gains};
 use super::pairs::Pairs;
 use crate::engine::CompiledModel;
 use crate::error::{
-    Bound, Error, check_each_between, check_length, check_positive, check_rows, check_rows_between, no_such,
+    Bound, Error, check_all_finite, check_each_between, check_length, check_positive, check_rows, check_rows_between,
+    no_such,
 };
 use crate::stream::{Inverse, StreamArray, StreamState};
 
 /// Feed-forward through the exact inverses of M actuators, and an integral behind a reconstruction matrix, within limits at
 /// every sample.
+///
+/// The inverses are those of models of plays, [`Inverse`], or of stages without their fast dynamics,
+/// [`QuasiStaticInverse`](crate::QuasiStaticInverse).
 ///
 /// ```text
 /// a_i(k) = a_i(k-1) + dt (ki e_i(k) - leak a_i(k-1)),   e = R (sensor reference - measurement)
@@ -37,6 +42,10 @@ use crate::stream::{Inverse, StreamArray, StreamState};
 /// far apart are drawn together; then the actuators go from the present positions, which satisfy all limits, towards these
 /// targets as far as all limits allow. The promise holds as far as rounding errors of positions are below 1e-9 of the
 /// difference, which is kept as a margin.
+///
+/// Creep and loop shift of a stage move its position also while its drive stays. The controller counters that in every
+/// motion and every stop. Only in samples in which the drives stay, and where limits or slew hold a drive back, may a
+/// pair creep apart; the next motion does not let it grow.
 ///
 /// **No jumps.** A motion starts from the present drives: at the first sample, after [`reset`](Self::reset), a hold or a stop,
 /// and after samples that were rejected. The first drives are the last ones, to the bit. `bumpless` is the difference, and goes
@@ -70,20 +79,21 @@ use crate::stream::{Inverse, StreamArray, StreamState};
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct ArrayController {
-    lanes: Lanes,
+pub struct ArrayController<P = Inverse> {
+    lanes: Lanes<P>,
     limits: Box<[(f64, f64)]>,
     options: ArrayOptions,
 }
 
-impl ArrayController {
+impl<P: ArrayInverse> ArrayController<P> {
     /// A controller that goes on from the memory of the inverses, each of which has its limits.
     ///
     /// The inverses then take over the start drives, as a move from where they are.
     ///
     /// # Errors
-    /// [`Error::Domain`], [`Error::Length`] or [`Error::Empty`] that name the option, what was expected and what came.
-    pub fn new(inverse: StreamArray<Inverse>, options: &ArrayOptions) -> Result<Self, Error> {
+    /// [`Error::Domain`], [`Error::Length`] or [`Error::Empty`] that name the option, what was expected and what came;
+    /// [`Error::Whole`] for an inverse behind an amplifier, whose position at a sample is that of earlier drives too.
+    pub fn new(inverse: StreamArray<P>, options: &ArrayOptions) -> Result<Self, Error> {
         let actuators = inverse.len();
         if actuators == 0 {
             return Err(Error::Empty { parameter: "inverse" });
@@ -105,7 +115,7 @@ impl ArrayController {
         let (work, options) = (Work::new(actuators), options.clone());
         let lanes = Lanes { inverse, limiters, gains, feedback, pairs, dt, bumpless_samples, now, work };
         let mut made = Self { lanes, limits, options };
-        made.follow_present_drives();
+        made.move_to_present_drives();
         Ok(made)
     }
 
@@ -189,9 +199,11 @@ impl ArrayController {
         &self.lanes.now.drives
     }
 
-    /// Where the models are at the present drives.
+    /// Where the models are at the present drives; with creep or a loop shift, where they were at the last sample.
+    #[must_use]
     pub fn positions(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
-        self.lanes.inverse.streams().iter().map(Inverse::reached)
+        let each = self.lanes.inverse.streams().iter().zip(&self.lanes.now.positions);
+        each.map(|(stream, last)| if P::DRIFTS { *last } else { stream.reached() })
     }
 
     /// The integral of every actuator, in the unit of the models' output.
@@ -237,9 +249,13 @@ fn row(given: Option<&[f64]>, k: usize, width: usize) -> Option<&[f64]> {
     given.and_then(|all| all.chunks_exact(width.max(1)).nth(k))
 }
 
-/// The limits of every inverse, which must have them.
-fn limits(inverse: &StreamArray<Inverse>) -> Result<Box<[(f64, f64)]>, Error> {
-    let of = |(actuator, stream): (usize, &Inverse)| {
+/// The limits of every inverse, which must have them, and lead to a position at once.
+fn limits<P: ArrayInverse>(inverse: &StreamArray<P>) -> Result<Box<[(f64, f64)]>, Error> {
+    if let Some(actuator) = inverse.streams().iter().position(P::lags) {
+        let expected = "inverses of which none is behind an amplifier, unlike that of actuator";
+        return Err(Error::whole("inverse", None, expected, actuator));
+    }
+    let of = |(actuator, stream): (usize, &P)| {
         stream.limits().ok_or(Error::Domain {
             parameter: "limits",
             index: Some(actuator),
@@ -250,7 +266,7 @@ fn limits(inverse: &StreamArray<Inverse>) -> Result<Box<[(f64, f64)]>, Error> {
     inverse.streams().iter().enumerate().map(of).collect::<Result<Vec<_>, _>>().map(Vec::into_boxed_slice)
 }
 
-impl ArrayController {
+impl<P: ArrayInverse> ArrayController<P> {
     /// Holds all drives, for any reference and measurement.
     pub fn hold(&mut self) {
         self.lanes.now.end_motion();
@@ -295,16 +311,18 @@ impl ArrayController {
     /// [`Error::Whole`] for an actuator that does not exist, and as [`Inverse::set_model`]; the controller is as before then.
     pub fn set_model(&mut self, actuator: usize, model: &CompiledModel) -> Result<(), Error> {
         let actuators = self.len();
-        let bumpless = self.lanes.now.bumpless.get_mut(actuator);
-        let (Some(stream), Some(bumpless)) = (self.lanes.inverse.streams_mut().get_mut(actuator), bumpless) else {
+        let Lanes { inverse, now, bumpless_samples, .. } = &mut self.lanes;
+        let terms = now.bumpless.get_mut(actuator).zip(now.positions.get_mut(actuator));
+        let Some((stream, (bumpless, position))) = inverse.streams_mut().get_mut(actuator).zip(terms) else {
             return Err(no_such("actuator", None, actuator, actuators));
         };
         let before = stream.reached();
         stream.set_model(model)?;
         let difference = stream.reached() - before;
-        if self.lanes.now.started && difference != 0.0 {
+        *position += difference;
+        if now.started && difference != 0.0 {
             *bumpless += difference;
-            self.lanes.now.bumpless_samples = self.lanes.bumpless_samples;
+            now.bumpless_samples = *bumpless_samples;
         }
         Ok(())
     }
@@ -314,7 +332,7 @@ impl ArrayController {
     pub fn reset(&mut self) {
         self.lanes.inverse.reset();
         self.lanes.now.reset();
-        self.follow_present_drives();
+        self.move_to_present_drives();
     }
 
     /// [`reset`](Self::reset), the amplifiers being at other drives now.
@@ -337,33 +355,38 @@ impl ArrayController {
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
         check_rows_between("drives", drives, &self.limits.iter().copied())?;
         for row in drives.chunks_exact(self.len().max(1)) {
+            for (stream, drive) in self.lanes.inverse.streams_mut().iter_mut().zip(row) {
+                advance(stream, stream.output(), *drive);
+            }
             copy(&mut self.lanes.now.drives, row);
-            self.follow_present_drives();
+            self.lanes.note_positions();
             self.lanes.now.end_motion();
         }
         Ok(())
     }
 
-    /// The inverses move to the present drives.
-    fn follow_present_drives(&mut self) {
+    /// The inverses that are at other drives move to the present ones.
+    fn move_to_present_drives(&mut self) {
         for (stream, drive) in self.lanes.inverse.streams_mut().iter_mut().zip(&self.lanes.now.drives) {
             if stream.output() != *drive {
                 stream.follow_drive(*drive);
             }
         }
+        self.lanes.note_positions();
     }
 
     /// Everything that the controller remembers. Allocates.
     #[must_use]
-    pub fn state(&self) -> ArrayControllerState {
+    pub fn state(&self) -> ArrayControllerState<P::State> {
         let now = &self.lanes.now;
         ArrayControllerState {
             setup: self.options.fingerprint(),
             dt: self.options.dt,
             ki: self.options.ki,
             leak: self.options.leak,
-            streams: self.lanes.inverse.streams().iter().map(Inverse::state).collect(),
+            streams: self.lanes.inverse.streams().iter().map(P::state).collect(),
             drives: now.drives.to_vec(),
+            positions: if P::DRIFTS { now.positions.to_vec() } else { Vec::new() },
             integral: now.integral.to_vec(),
             bumpless: now.bumpless.to_vec(),
             started: now.started,
@@ -382,7 +405,7 @@ impl ArrayController {
     /// [`Error::Domain`] that names the field for a state of a controller with other gains or sampling interval;
     /// [`Error::State`], [`Error::Domain`], [`Error::Length`] or [`Error::OtherModel`] for one that this controller cannot be in.
     /// The controller is as before then.
-    pub fn set_state(&mut self, state: &ArrayControllerState) -> Result<(), Error> {
+    pub fn set_state(&mut self, state: &ArrayControllerState<P::State>) -> Result<(), Error> {
         let own = &self.options;
         check_unchanged([
             ("state.dt", own.dt, state.dt),
@@ -394,11 +417,13 @@ impl ArrayController {
             return Err(Error::State { expected });
         }
         state.check(&self.limits)?;
+        check_length("state.positions", if P::DRIFTS { self.len() } else { 0 }, state.positions.len())?;
+        check_all_finite("state.positions", &state.positions)?;
         let mut restored = self.lanes.inverse.clone();
         for (stream, saved) in restored.streams_mut().iter_mut().zip(&state.streams) {
             stream.set_state(saved)?;
         }
-        let remembered: Vec<f64> = restored.streams().iter().map(Inverse::output).collect();
+        let remembered: Vec<f64> = restored.streams().iter().map(P::output).collect();
         let actuators = remembered.iter().zip(&state.drives).zip(&self.limits);
         for ((remembered, drive), (low, high)) in actuators {
             if (remembered - drive).abs() > SAME_DRIVE * (high - low) {
@@ -408,6 +433,7 @@ impl ArrayController {
         self.lanes.inverse = restored;
         let now = &mut self.lanes.now;
         now.drives.copy_from_slice(&state.drives);
+        copy(&mut now.positions, &state.positions);
         now.integral.copy_from_slice(&state.integral);
         now.bumpless.copy_from_slice(&state.bumpless);
         now.started = state.started;
@@ -460,7 +486,7 @@ pub struct ArrayStop {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
-pub struct ArrayControllerState {
+pub struct ArrayControllerState<S = StreamState> {
     /// The fingerprint of reconstruction, pairs, slew and bumpless time.
     pub setup: u64,
     /// The sampling interval in seconds.
@@ -470,9 +496,12 @@ pub struct ArrayControllerState {
     /// The leak per second.
     pub leak: f64,
     /// What each inverse remembers.
-    pub streams: Vec<StreamState>,
+    pub streams: Vec<S>,
     /// The present drives.
     pub drives: Vec<f64>,
+    /// The positions at the last sample, where they go on by themselves as by creep; none of plays alone.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Vec::is_empty"))]
+    pub positions: Vec<f64>,
     /// The integral of every actuator, in the unit of the models' output.
     pub integral: Vec<f64>,
     /// What is left of the differences at a start or a change, in the same unit.
@@ -491,7 +520,7 @@ pub struct ArrayControllerState {
     pub counters: ArrayCounters,
 }
 
-impl ArrayControllerState {
+impl<S> ArrayControllerState<S> {
     /// Whether a controller with these limits can be in this state, as far as the streams do not say it.
     pub(super) fn check(&self, limits: &[(f64, f64)]) -> Result<(), Error> {
         let actuators = limits.len();

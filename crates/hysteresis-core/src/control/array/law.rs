@@ -6,11 +6,11 @@ use alloc::vec::Vec;
 
 use super::super::law::{Mode, add, bumpless_share};
 use super::super::limiter::{Limiter, approach};
+use super::inverse::ArrayInverse;
 use super::options::Gains;
 use super::pairs::Pairs;
 use crate::error::{MAX_MAGNITUDE, is_admissible};
-use crate::process::Process;
-use crate::stream::{Inverse, StreamArray};
+use crate::stream::{Look, StreamArray};
 
 /// How many samples, or drives, of an [`ArrayController`](super::ArrayController) were unusual.
 ///
@@ -69,6 +69,8 @@ impl<'a> ArraySample<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct LoopState {
     pub(super) drives: Box<[f64]>,
+    /// The positions at the last sample, of inverses whose positions drift.
+    pub(super) positions: Box<[f64]>,
     pub(super) integral: Box<[f64]>,
     pub(super) bumpless: Box<[f64]>,
     pub(super) started: bool,
@@ -85,6 +87,7 @@ impl LoopState {
     pub(super) fn at(drives: Vec<f64>) -> Self {
         let zeros = || vec![0.0; drives.len()].into_boxed_slice();
         Self {
+            positions: zeros(),
             integral: zeros(),
             bumpless: zeros(),
             rest_drives: zeros(),
@@ -180,7 +183,7 @@ fn difference(reference: &[f64], measurement: &[f64], errors: &mut [f64]) {
 /// What a sample needs while it is decided upon: allocated once.
 #[derive(Clone, Debug)]
 pub(super) struct Work {
-    /// The modelled positions before the sample.
+    /// The modelled positions from which the sample goes on.
     pub(super) present: Box<[f64]>,
     /// The changes of the integral.
     changes: Box<[f64]>,
@@ -217,8 +220,8 @@ impl Work {
 /// two have in common what stands around a loop: modes, limiter, counts, the way a bumpless term goes to zero, checks of options and
 /// states. A step of the law is a loop of its own over plain arrays, as a processor takes those as vectors.
 #[derive(Clone, Debug)]
-pub(super) struct Lanes {
-    pub(super) inverse: StreamArray<Inverse>,
+pub(super) struct Lanes<P> {
+    pub(super) inverse: StreamArray<P>,
     pub(super) limiters: Box<[Limiter]>,
     pub(super) gains: Gains,
     pub(super) feedback: Feedback,
@@ -254,7 +257,7 @@ pub(super) struct Decision {
     pair_limited: bool,
 }
 
-impl Lanes {
+impl<P: ArrayInverse> Lanes<P> {
     /// Takes a sample.
     pub(super) fn take(&mut self, sample: &ArraySample<'_>) {
         let decision = self.decide(sample);
@@ -364,8 +367,11 @@ impl Lanes {
             return;
         }
         let Self { work, now, limiters, inverse, pairs, .. } = self;
-        for (present, stream) in work.present.iter_mut().zip(inverse.streams()) {
-            *present = stream.reached();
+        let actuators = || inverse.streams().iter().zip(limiters.iter()).zip(&now.drives);
+        for ((present, last), ((stream, limiter), drive)) in
+            work.present.iter_mut().zip(&now.positions).zip(actuators())
+        {
+            *present = if P::DRIFTS { nearest(stream, limiter, *drive, *last) } else { stream.reached() };
         }
         if !pairs.begin(&work.present, &work.positions) {
             return;
@@ -373,12 +379,9 @@ impl Lanes {
         decision.pair_limited = true;
         copy(&mut work.targets, &work.positions);
         pairs.draw_together(&mut work.targets);
-        let actuators = || inverse.streams().iter().zip(limiters.iter()).zip(&now.drives);
         // What is drawn together may be out of reach.
         for (target, ((stream, limiter), last)) in work.targets.iter_mut().zip(actuators()) {
-            let look = stream.look(*target);
-            let drive = limiter.limit(look.drive, *last).drive;
-            *target = if drive == look.drive { look.reached } else { stream.look_at_drive(drive) };
+            *target = nearest(stream, limiter, *last, *target);
         }
         pairs.approach(&work.present, &work.targets, &mut work.positions);
         let out = work.drives.iter_mut().zip(&mut work.by_target);
@@ -391,12 +394,16 @@ impl Lanes {
     /// Takes the sample as it was decided.
     fn commit(&mut self, sample: &ArraySample<'_>, decision: &Decision) {
         match decision.status {
-            Status::Held => {}
+            Status::Held => self.wait(),
             Status::Rejected => {
+                self.wait();
                 self.now.started = false;
                 add(&mut self.now.counters.rejected_count, 1);
             }
-            Status::Starting => self.start(sample),
+            Status::Starting => {
+                self.start(sample);
+                self.wait();
+            }
             Status::Stopping => self.move_streams(),
             Status::Moving => {
                 self.move_streams();
@@ -423,6 +430,22 @@ impl Lanes {
         now.integral_rest_samples = now.integral_rest_samples.min(self.bumpless_samples);
     }
 
+    /// The drives stay.
+    #[inline]
+    fn wait(&mut self) {
+        self.note_positions();
+        self.inverse.streams_mut().iter_mut().for_each(P::wait);
+    }
+
+    /// The positions at this sample are those of drives that stay.
+    #[inline]
+    pub(super) fn note_positions(&mut self) {
+        if P::DRIFTS {
+            let positions = self.now.positions.iter_mut().zip(self.inverse.streams());
+            positions.for_each(|(position, stream)| *position = stream.reached());
+        }
+    }
+
     /// The inverses remember the drives that go out.
     #[inline]
     fn move_streams(&mut self) {
@@ -431,10 +454,13 @@ impl Lanes {
         for ((stream, (by_target, wanted)), (last, drive)) in streams.zip(now.drives.iter_mut().zip(&work.drives)) {
             if *by_target {
                 stream.step(*wanted);
-            } else if drive != last {
-                stream.follow_drive(*drive);
+            } else {
+                advance(stream, *last, *drive);
             }
             *last = *drive;
+        }
+        if P::DRIFTS {
+            copy(&mut now.positions, &work.positions);
         }
     }
 
@@ -450,6 +476,24 @@ impl Lanes {
         }
         now.bumpless_samples = now.bumpless_samples.saturating_sub(1);
         now.integral_rest_samples = now.integral_rest_samples.saturating_sub(1);
+    }
+}
+
+/// The position nearest to a target that the drive may lead to.
+#[inline]
+fn nearest<P: ArrayInverse>(stream: &P, limiter: &Limiter, last: f64, target: f64) -> f64 {
+    let Look { drive: wanted, reached, .. } = stream.look(target);
+    let drive = limiter.limit(wanted, last).drive;
+    if drive == wanted { reached } else { stream.look_at_drive(drive) }
+}
+
+/// An inverse remembers a drive, which may be the last one.
+#[inline]
+pub(super) fn advance<P: ArrayInverse>(stream: &mut P, last: f64, drive: f64) {
+    if drive == last {
+        stream.wait();
+    } else {
+        stream.follow_drive(drive);
     }
 }
 

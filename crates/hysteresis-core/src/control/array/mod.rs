@@ -9,12 +9,20 @@
 //! it. `pairs` never leaves it: targets too far apart are drawn together, then all actuators go along a straight line, then each by
 //! itself as far as its pairs allow. The line alone would stop the whole mirror at the first pair; single moves alone would bring it up one
 //! difference at a time. The numbers of sweeps are fixed, so the time is bounded.
+//!
+//! A position with creep or a loop shift goes on by itself, by an amount that is known before the drives of a sample
+//! are: it is a displacement that look, step and a drive that stays have in common, so the set is convex there too. But
+//! drives that stay need not lie in it. So `present` is there the positions of the last sample, as far as drives may
+//! keep them: what creeps is countered, and a pair cannot creep away from its limit sample by sample. A sample in which
+//! a drive stays moves the memory on all the same.
 
 mod controller;
+mod inverse;
 mod law;
 mod options;
 mod pairs;
 
 pub use controller::{ArrayController, ArrayControllerState, ArrayStop};
+pub use inverse::ArrayInverse;
 pub use law::{ArrayCounters, ArraySample};
 pub use options::ArrayOptions;

@@ -1,8 +1,9 @@
 //! Random controllers of arrays, and what happens to them.
 
 use hysteresis_core::{
-    ArrayController, ArrayOptions, ArraySample, CompiledModel, Inverse, ModifiedPrandtlIshlinskii, Offsets, Ratios,
-    StreamArray,
+    ArrayController, ArrayInverse, ArrayOptions, ArraySample, CompiledModel, CreepTerms, Duhem, Inverse,
+    LoopShiftTerms, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, QuasiStatic, QuasiStaticInverse, Ratios,
+    SlowGainTerms,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -20,6 +21,39 @@ pub(crate) fn model(i: usize, soft: f64) -> CompiledModel {
     CompiledModel::new(&ModifiedPrandtlIshlinskii::from_ratios(&weights, &r, Ratios::PAPER, offsets).unwrap())
 }
 
+/// Stages around them: each has creep, and another one of the other parts.
+pub(crate) fn stage(i: usize, soft: f64) -> QuasiStatic {
+    let creep = CreepTerms::new(&[0.02, 0.01], &[0.9, 0.99]).unwrap();
+    let stage = QuasiStatic::new(&model(i, soft)).with_creep(creep);
+    let map = |y: [f64; 3]| PiecewiseLinearMap::new(&[-1.0, 0.0, 2.0], &y).unwrap();
+    match i % M {
+        0 => stage.with_duhem(Duhem::from_bouc_wen(2e-3, 0.01, 0.9, 0.4).unwrap()),
+        1 => stage.with_input_map(map([-1.2, 0.0, 2.0])).with_output_map(map([1.0, 0.0, -1.8])),
+        2 => stage.with_loop_shift(LoopShiftTerms::new(0.0, 500.0, [-0.05, 0.02], 0.5, 0.9).unwrap()),
+        _ => {
+            let gain = SlowGainTerms::new(500.0, -0.03, 0.0, 0.95).unwrap();
+            stage.with_slow_gain(gain).with_duhem(Duhem::from_bouc_wen(-1e-3, 0.01, 0.9, 0.4).unwrap())
+        }
+    }
+}
+
+/// What an array may consist of.
+pub(crate) trait Actuator: ArrayInverse {
+    fn made(i: usize, soft: f64, limits: (f64, f64)) -> Self;
+}
+
+impl Actuator for Inverse {
+    fn made(i: usize, soft: f64, limits: (f64, f64)) -> Self {
+        Self::new(&model(i, soft), Some(limits)).unwrap()
+    }
+}
+
+impl Actuator for QuasiStaticInverse {
+    fn made(i: usize, soft: f64, limits: (f64, f64)) -> Self {
+        stage(i, soft).inverse(Some(limits)).unwrap()
+    }
+}
+
 #[derive(Clone, Debug)]
 pub(crate) struct Setup {
     pub(crate) options: ArrayOptions,
@@ -27,10 +61,9 @@ pub(crate) struct Setup {
 }
 
 impl Setup {
-    pub(crate) fn make(&self) -> ArrayController {
-        let stream = |(i, limits): (usize, &(f64, f64))| Inverse::new(&model(i, 1.0), Some(*limits)).unwrap();
-        let inverse: StreamArray<Inverse> = self.limits.iter().enumerate().map(stream).collect();
-        ArrayController::new(inverse, &self.options).unwrap()
+    pub(crate) fn make<P: Actuator>(&self) -> ArrayController<P> {
+        let streams = self.limits.iter().enumerate().map(|(i, limits)| P::made(i, 1.0, *limits));
+        ArrayController::new(streams.collect(), &self.options).unwrap()
     }
 }
 
@@ -123,7 +156,11 @@ pub(crate) fn asked(event: &Event) -> Option<ArraySample<'_>> {
 }
 
 /// Lets something happen; whether the controller was told of other drives.
-pub(crate) fn happen(controller: &mut ArrayController, event: &Event, saved: &mut Option<ArrayController>) -> bool {
+pub(crate) fn happen<P: ArrayInverse>(
+    controller: &mut ArrayController<P>,
+    event: &Event,
+    saved: &mut Option<ArrayController<P>>,
+) -> bool {
     let limits = controller.limits().to_vec();
     match event {
         Event::Sample(..) => controller.step(&asked(event).unwrap(), &mut [0.0; M]).unwrap(),
@@ -155,12 +192,12 @@ pub(crate) fn happen(controller: &mut ArrayController, event: &Event, saved: &mu
     false
 }
 
-pub(crate) fn positions(controller: &ArrayController) -> Vec<f64> {
+pub(crate) fn positions<P: ArrayInverse>(controller: &ArrayController<P>) -> Vec<f64> {
     controller.positions().collect()
 }
 
 /// All that can be seen, with every bit.
-pub(crate) fn shown(controller: &ArrayController) -> String {
+pub(crate) fn shown<P: ArrayInverse>(controller: &ArrayController<P>) -> String {
     format!("{:?}", controller.state())
 }
 
