@@ -105,7 +105,9 @@ fn fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>)
     let (found, left_out) = search_without_glitches(records, asked, monitor)?;
     let records = &leaving_out(records, &left_out)?[..];
     let found = identification(records, with_least_slope(records, found)?, monitor.evaluations())?;
-    judge_sign(records, found.judged_by_held_out_loops(records), monitor)
+    let error_band = found.band_of(records);
+    let found = Identification { error_band, ..found };
+    judge_sign(records, found, monitor)
 }
 
 /// Fits again with the sign of the position turned where that seems to be wrong, and says what it finds.

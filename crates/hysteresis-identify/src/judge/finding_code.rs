@@ -22,10 +22,6 @@ pub enum FindingCode {
     /// differences of neighbouring residuals, or 0.15 of it with the noise if that is more, over the largest range of the position in any
     /// record; limit 0.005.
     PoorFit,
-    /// Loops that were left out of the fit are predicted badly, though the fit itself is good: other loops than those of the records may
-    /// be, too. Value: the root of the difference of the mean square errors of a record, left out and fitted, over the range of the
-    /// position; limit 0.005.
-    PoorPrediction,
     /// The beginning lies on no loop of the model. Value: the residual there over the largest later on, both rms over a
     /// hundredth of the record without its two largest samples; limit 3.
     StartUpTransient,
@@ -215,7 +211,7 @@ pub enum FindingCode {
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 58] = [
+    pub const ALL: [Self; 57] = [
         Self::WrongSign,
         Self::RecordsDiffer,
         Self::LoopBackwards,
@@ -242,7 +238,6 @@ impl FindingCode {
         Self::UnreachedThreshold,
         Self::CollinearOperators,
         Self::PoorFit,
-        Self::PoorPrediction,
         Self::Drift,
         Self::RateEffects,
         Self::AmplitudeEffects,
@@ -307,7 +302,6 @@ impl FindingCode {
                 | Self::AmplitudeEffects
                 | Self::InputEffects
                 | Self::MapNotTold
-                | Self::PoorPrediction
                 | Self::Outliers
                 | Self::BadStretch
                 | Self::OutputJump
@@ -394,11 +388,6 @@ impl FindingCode {
                 Factor(10.0),
                 "follow the other hints first; if it is noise, look at the sensor and whether the rows are in the order of time; else try more \
                  operators, split weights, --dynamics, --creep or maps (--output-map smooth, --input-map smooth)",
-            ),
-            Self::PoorPrediction => (
-                "poor_prediction",
-                Never,
-                "add a record whose loops go to where the stage is used, small ones in every part of the range too; or use what was recorded alone",
             ),
             Self::StartUpTransient => ("start_up_transient", Never, "skip the beginning (--skip)"),
             Self::TimeGap => ("time_gap", Never, "record without gaps, or fit the part before or after the gap"),

@@ -22,27 +22,6 @@ pub(crate) fn poor_fit(residual: &[f64], range: f64) -> Finding {
     Finding::new(FindingCode::PoorFit, value, LIMIT, message)
 }
 
-/// Loops that are held out are predicted worse than they are fitted, rms over the range; NaN where nothing is fitted.
-pub(crate) fn poor_prediction(fitted: &[Vec<f64>], held_out: &[Vec<f64>], range: f64) -> Option<Finding> {
-    const LIMIT: f64 = 0.005;
-    let share = |left: &[f64]| {
-        let left: Vec<f64> = left.iter().copied().filter(|left| left.is_finite()).collect();
-        signal::rms(&left) / range
-    };
-    let of_record = |(fitted, held_out): (&Vec<f64>, &Vec<f64>)| {
-        let (fitted, held_out) = (share(fitted), share(held_out));
-        let value = (held_out * held_out - fitted * fitted).max(0.0).sqrt();
-        let message = format!(
-            "loops that are left out of the fit are predicted to {:.2} % of the range rms, and fitted to {:.2} % with the others",
-            100.0 * held_out,
-            100.0 * fitted
-        );
-        Finding::new(FindingCode::PoorPrediction, value, LIMIT, message)
-    };
-    let worst = fitted.iter().zip(held_out).map(of_record).max_by(|one, other| one.value.total_cmp(&other.value));
-    worst.filter(|finding| finding.value > LIMIT)
-}
-
 /// A beginning that lies on no loop of the model: until the residual is about as small as later on. It matters beside the `range` of the
 /// position in all records.
 pub(crate) fn start_up(record: &Record<'_>, residual: &[f64], range: f64) -> Option<Finding> {

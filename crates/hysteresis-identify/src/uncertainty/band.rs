@@ -12,10 +12,7 @@
 
 use hysteresis_control::stage::{Branches, CELLS, ErrorBand, Place};
 
-use crate::judge::finding::Severity;
-use crate::judge::finding_code::FindingCode;
-use crate::judge::residual::poor_prediction;
-use crate::records::record::{Record, largest_range};
+use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::result::identification::Identification;
 
@@ -43,22 +40,12 @@ const MOST: f64 = 4.0;
 const FEWEST: usize = 50;
 
 impl Identification {
-    /// The same with what loops that are held out say of the next record: the error band, and whether they are predicted badly.
-    pub(crate) fn judged_by_held_out_loops(mut self, records: &[Record<'_>]) -> Self {
-        let fitted = self.own_residuals(records);
+    /// The error band out of the records that were fitted; none for numbers that no band can have.
+    pub(crate) fn band_of(&self, records: &[Record<'_>]) -> Option<ErrorBand> {
         // One loop alone, or records shorter than the dead time: what they leave themselves.
-        let left = self.held_out_residuals(records).unwrap_or_else(|_| fitted.clone());
-        if self.warnings.iter().all(|one| one.severity != Severity::Red && one.code != FindingCode::PoorFit) {
-            self.warnings.extend(poor_prediction(&fitted, &left, largest_range(records)));
-        }
-        self.error_band = self.band_of(records, &left);
-        self
-    }
-
-    /// The error band out of what is left of the records that were fitted; none for numbers that no band can have.
-    fn band_of(&self, records: &[Record<'_>], left: &[Vec<f64>]) -> Option<ErrorBand> {
+        let left = self.held_out_residuals(records).unwrap_or_else(|_| self.own_residuals(records));
         let intervals = records.iter().map(|record| record.dt().unwrap_or(self.chain.dt));
-        let samples = Samples::new(records, left, intervals, self.drive_range);
+        let samples = Samples::new(records, &left, intervals, self.drive_range);
         let width = self.record_fits.iter().filter_map(|fit| fit.loop_width).fold(0.0, f64::max);
         let width = if width > 0.0 { width } else { USUAL_WIDTH * self.fit.range };
         let noise = self.sensor_noise();
