@@ -82,6 +82,16 @@ def test_a_poor_fit(bench: Bench) -> None:
         assert 0.5 * size < poor.value < 0.75 * size
 
 
+@each
+def test_what_is_no_noise_counts_from_a_thousandth_of_the_range_on(bench: Bench) -> None:
+    u, skip = bench.drive()
+    y = bench.measured(u)
+    swaying = np.ptp(y) * np.sin(2.0 * np.pi * 3.0 * times(u))
+    assert codes(fitted(u, y + 5e-4 * swaying, skip=skip)) == set()
+    coloured = finding(fitted(u, y + 3e-3 * swaying, skip=skip), "residual_coloured")
+    assert coloured.severity == "amber" and coloured.value == pytest.approx(2.5e-3, rel=0.3)
+
+
 def test_noise_is_no_poor_fit() -> None:
     bench = BENCHES[0]
     u, skip = bench.drive()

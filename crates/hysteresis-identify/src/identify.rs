@@ -19,11 +19,13 @@ use crate::fit::progress::{Progress, SearchMonitor, Span, Stop};
 use crate::fit::projection::ProjectedFit;
 use crate::fit::response::Chain;
 use crate::fit::space::Space;
+use crate::judge::finding::{Finding, Severity};
 use crate::judge::finding_code::FindingCode;
 use crate::judge::loops::{judged, turned_positions, with_positions};
+use crate::judge::residual::coloured;
 use crate::judge::{findings_of_fit, is_falling, without_interval};
 use crate::options::{Options, Setting};
-use crate::records::record::{Record, check_times, leaving_out};
+use crate::records::record::{Record, check_times, largest_range, leaving_out};
 use crate::records::signal::{as_f64, bounds_of, sensor_noise};
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
@@ -134,6 +136,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
     let chain = found.fit.chain(found.interval(records));
     let untold_map = found.untold_map.and_then(untold_map);
     let no_inverse = without_inverse(&found.fit, &found.basis);
+    let colour = found.problem(records).colour(&found.fit);
     let Found {
         fit: found, options, smoothness, basis, operators_tried, structure, linear, told_alone, partial, ..
     } = found;
@@ -151,14 +154,14 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         None => standard_errors,
     };
     let mut warnings = findings_of_fit(records, &chain, &options.thresholds);
-    match &linear {
-        Some(linear) => {
-            let told: Vec<_> = warnings.iter().map(|finding| finding.code).collect();
-            let found = joint_findings(records, &space, &fit, &standard_errors, linear);
-            warnings.extend(found.into_iter().filter(|finding| !told.contains(&finding.code)));
-        }
-        None => warnings.extend(untold_dead_time(&space, &fit, &standard_errors)),
-    }
+    let told: Vec<_> = warnings.iter().map(|finding| finding.code).collect();
+    let of_linear_part = match &linear {
+        Some(linear) => joint_findings(&space, &fit, &standard_errors, linear),
+        None => Vec::from_iter(untold_dead_time(&space, &fit, &standard_errors)),
+    };
+    // Without a linear part a poor fit says it all.
+    let coloured = coloured(colour, largest_range(records)).filter(|_| linear.is_some() || !is_poor(&warnings));
+    warnings.extend(of_linear_part.into_iter().chain(coloured).filter(|finding| !told.contains(&finding.code)));
     warnings.extend(untold_map);
     warnings.extend(no_inverse);
     if !intervals.are_seconds() {
@@ -214,6 +217,11 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         options,
         penalty: linearised.into_penalty(),
     })
+}
+
+/// Whether a fit is of no use, or leaves more than noise.
+fn is_poor(warnings: &[Finding]) -> bool {
+    warnings.iter().any(|finding| finding.severity == Severity::Red || finding.code == FindingCode::PoorFit)
 }
 
 /// The hysteresis. What the record shows as an offset has crept: the model has what was there before.

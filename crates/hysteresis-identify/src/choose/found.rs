@@ -2,7 +2,6 @@
 
 use crate::choose::cross_validation::CrossValidation;
 use crate::error::Error;
-use crate::fit::colour::Colour;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::point::Point;
 use crate::fit::progress::SearchMonitor;
@@ -76,8 +75,6 @@ pub(crate) struct LinearEvidence {
     pub(crate) too_little: Option<(f64, f64)>,
     /// Where fewer modes were found than were asked for.
     pub(crate) untold_modes: Option<UntoldModes>,
-    /// How the residuals follow from each other.
-    pub(crate) colour: Colour,
 }
 
 /// Modes that the records do not tell.

@@ -5,7 +5,6 @@ use core::f64::consts::TAU;
 
 use crate::choose::found::{LinearEvidence, UntoldModes};
 use crate::error::Error;
-use crate::fit::colour::Colour;
 use crate::fit::joint::{Attempts, JointFit, JointProblem, MIN_NEGATIVE_SAMPLES};
 use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::{SearchMonitor, Span};
@@ -14,7 +13,7 @@ use crate::fit::space::Space;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
 use crate::options::{Options, Setting};
-use crate::records::record::{Record, largest_range};
+use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Mode, ModesModel, Order};
 use crate::uncertainty::root::{Gradients, Quantity, Root, log_damping, log_frequency};
@@ -421,7 +420,6 @@ const NEGATIVE_SAMPLES: f64 = -MIN_NEGATIVE_SAMPLES;
 
 /// What the records do not tell of dynamics, dead time and creep.
 pub(crate) fn joint_findings(
-    records: &[Record<'_>],
     space: &Space,
     fit: &ProjectedFit,
     errors: &StandardErrors,
@@ -468,23 +466,7 @@ pub(crate) fn joint_findings(
             found.push(doubtful(FindingCode::CreepUndetermined, &what, parameter, amplitude, *error, MAX_CREEP_ERROR));
         }
     }
-    found.push(coloured(evidence.colour, largest_range(records)));
     found.into_iter().flatten().collect()
-}
-
-/// Residuals that are not white, where that matters beside the `range` of the position in all records: a long record tells what
-/// is far below its noise.
-fn coloured(colour: Colour, range: f64) -> Option<Finding> {
-    const MATTERS: f64 = 1e-3;
-    let share = colour.correlated / range;
-    let message = format!(
-        "the residual is correlated in time (statistic {:.0} of Ljung and Box), {:.2} % of the range rms is no white noise: the \
-         noise is coloured or something is not modelled; the standard errors allow for it",
-        colour.statistic,
-        100.0 * share
-    );
-    let code = FindingCode::ResidualColoured;
-    (colour.is_coloured() && share > MATTERS).then(|| Finding::new(code, share, MATTERS, message))
 }
 
 /// A mode or a lag: which one it is, where frequency and damping are searched, and their standard errors.

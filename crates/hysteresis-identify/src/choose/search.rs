@@ -24,7 +24,7 @@ pub(crate) fn search_all(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
     let found = with_operators_chosen(records, asked, search_fit, monitor)?;
-    let found = with_colour(records, with_own_gains(records, found, monitor)?);
+    let found = with_own_gains(records, found, monitor)?;
     let is_joint = asked.with_open_terms(&asked.intervals(records)?).is_joint();
     if is_joint || (asked.thresholds.are_counted_by_validation() && !found.partial) {
         monitor.finish();
@@ -119,8 +119,7 @@ pub(crate) fn search_again(
         searched => (searched?, false),
     };
     (found.fit, found.partial) = (fit, partial);
-    let found = with_own_gains(records, found, monitor)?;
-    Ok(with_colour(records, found))
+    with_own_gains(records, found, monitor)
 }
 
 /// The same with the dynamics that one record tells by itself, known from now on, if all records say that they are better.
@@ -167,13 +166,6 @@ fn with_own_gains(records: &[Record<'_>], found: Found, monitor: &mut SearchMoni
         Err(Error::Interrupted) if monitor.keeps_best() => Ok(Found { partial: true, ..found }),
         fit => Ok(Found { fit: fit?, ..found }),
     }
-}
-
-/// The same with how the residuals of the linear part follow from each other.
-fn with_colour(records: &[Record<'_>], found: Found) -> Found {
-    let colour = found.linear.is_some().then(|| found.problem(records).colour(&found.fit));
-    let linear = found.linear.zip(colour).map(|(linear, colour)| LinearEvidence { colour, ..linear });
-    Found { linear, ..found }
 }
 
 /// Hysteresis, loop shift and a dead time.

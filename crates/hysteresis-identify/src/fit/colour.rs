@@ -21,14 +21,15 @@ pub(crate) struct Colour {
     /// 1 + 2 sum of the autocorrelations up to the first that is not positive: by how much the variance of a slow mean
     /// exceeds that for white noise.
     pub(crate) correlation_time: f64,
-    /// The root mean square of what is left beside white noise, in the unit of the residuals.
+    /// The root mean squares of all residuals, and of what is left of them beside white noise, in their unit.
+    pub(crate) whole: f64,
     pub(crate) correlated: f64,
 }
 
 impl Default for Colour {
     /// White.
     fn default() -> Self {
-        Self { statistic: 0.0, correlation_time: 1.0, correlated: 0.0 }
+        Self { statistic: 0.0, correlation_time: 1.0, whole: 0.0, correlated: 0.0 }
     }
 }
 
@@ -39,6 +40,7 @@ impl Colour {
         let largest = |of: fn(&Self) -> f64| records.iter().map(|(colour, _)| of(colour)).fold(0.0, f64::max);
         Self {
             statistic: largest(|colour| colour.statistic),
+            whole: largest(|colour| colour.whole),
             correlated: largest(|colour| colour.correlated),
             correlation_time: records.iter().map(|(colour, weight)| colour.correlation_time * weight / total).sum(),
         }
@@ -62,7 +64,7 @@ impl Colour {
         let statistic: f64 = tested.zip(1_u32..).map(|(r, lag)| n * (n + 2.0) * r * r / (n - f64::from(lag))).sum();
         let positive: f64 = correlations.iter().take_while(|r| **r > 0.0).sum();
         let correlated = (variance - noise(residuals).powi(2)).max(0.0).sqrt();
-        Self { statistic, correlation_time: 1.0 + 2.0 * positive, correlated }
+        Self { statistic, correlation_time: 1.0 + 2.0 * positive, whole: variance.sqrt(), correlated }
     }
 }
 

@@ -165,8 +165,8 @@ pub enum FindingCode {
     GainNotOne,
     /// The residuals are correlated in time, and what of them is no white noise matters: the noise is coloured, or something is not
     /// modelled. The standard errors allow for it. Value: the root mean square of what is left beside white noise, over the range of the
-    /// position; limit 0.001. Told where the statistic of Ljung and Box over 20 lags is above 51.6, five standard deviations beyond its
-    /// mean for white noise.
+    /// position; limit 0.001, or 0.3 of the whole residual if that is more. Told where the statistic of Ljung and Box over 20 lags is
+    /// above 51.6, five standard deviations beyond its mean for white noise; without dynamics and creep where nothing is worse.
     ResidualColoured,
     /// All loops have one amplitude and one speed: the records do not tell how the hysteresis depends on the rate. Value: the largest
     /// over the smallest speed of the drive on its way from turn to turn, the slowest and the fastest twentieth of the time left out, or the

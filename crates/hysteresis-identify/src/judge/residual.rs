@@ -1,5 +1,6 @@
 //! How large residuals are, where, and what they follow: input, rate, amplitude or time.
 
+use crate::fit::colour::Colour;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
 use crate::judge::places::named_sample;
@@ -20,6 +21,23 @@ pub(crate) fn poor_fit(residual: &[f64], range: f64) -> Finding {
         100.0 * noise.min(whole)
     );
     Finding::new(FindingCode::PoorFit, value, LIMIT, message)
+}
+
+/// Residuals that are not white, where that matters beside the `range` of the position in all records and beside their noise: a long
+/// record tells what is far below it.
+pub(crate) fn coloured(colour: Colour, range: f64) -> Option<Finding> {
+    const MATTERS: f64 = 1e-3;
+    /// The share of the whole residual: less than a tenth of its squares.
+    const SHARE: f64 = 0.3;
+    let (share, limit) = (colour.correlated / range, MATTERS.max(SHARE * colour.whole / range));
+    let message = format!(
+        "the residual is correlated in time (statistic {:.0} of Ljung and Box), {:.2} % of the range rms is no white noise: the \
+         noise is coloured or something is not modelled; the standard errors allow for it",
+        colour.statistic,
+        100.0 * share
+    );
+    let code = FindingCode::ResidualColoured;
+    (colour.is_coloured() && share > limit).then(|| Finding::new(code, share, limit, message))
 }
 
 /// A beginning that lies on no loop of the model: until the residual is about as small as later on. It matters beside the `range` of the
