@@ -4,7 +4,7 @@ use core::fmt;
 use core::hint::black_box;
 
 use hysteresis_core::embedded::{Forward, Inverse, Model};
-use hysteresis_core::{ControllerOptions, Error, HybridController, Offsets, Process, Ratios, Real};
+use hysteresis_core::{ControllerOptions, Duhem, DuhemForward, DuhemInverse, Error, HybridController, Offsets, Process, Ratios, Real};
 
 /// As many samples are measured.
 const SAMPLES: usize = 2000;
@@ -120,13 +120,32 @@ fn streams<T: Real>(number: &'static str, clock: &impl Fn() -> u32, mut report: 
     Ok(())
 }
 
+/// A Duhem operator beside a slope, its inverse, and a controller over that.
+fn duhem(clock: &impl Fn() -> u32, mut report: impl FnMut(Case)) -> Result<(), Error> {
+    const SLOPE: f64 = 0.5;
+    let (duhem, limits) = (Duhem::<9>::from_bouc_wen(1.0, 1.0, 0.5, 0.25)?, (-5.0, 5.0));
+    for (signal, drives) in [("smooth", samples::<f64>(smooth(), 3.0)), ("noise", samples(noise(), 3.0))] {
+        report(measure(["nothing", "f64", signal], &drives, clock, black_box));
+        let mut forward = DuhemForward::new(duhem);
+        report(measure(["duhem", "f64", signal], &drives, clock, |x| SLOPE * x + forward.step(x)));
+        let mut inverse = DuhemInverse::new(duhem, SLOPE)?.within(limits)?;
+        report(measure(["duhem-inv", "f64", signal], &drives, clock, |y| inverse.step(y)));
+        let options = ControllerOptions { slew: Some(1e4), ..ControllerOptions::new(0.1, 50.0, 1e-4, limits) };
+        let inverse = DuhemInverse::new(duhem, SLOPE)?.within(limits)?;
+        let mut controller = HybridController::with_source(inverse, None, &options)?;
+        report(measure(["duhem-ctrl", "f64", signal], &drives, clock, |y| controller.step(y.into(), 0.99 * y)));
+    }
+    Ok(())
+}
+
 /// Measures every case by a clock that counts upwards.
 ///
 /// # Errors
 /// None, unless the model is none.
 pub(crate) fn all(clock: impl Fn() -> u32, mut report: impl FnMut(Case)) -> Result<(), Error> {
     streams::<f32>("f32", &clock, &mut report)?;
-    streams::<f64>("f64", &clock, &mut report)
+    streams::<f64>("f64", &clock, &mut report)?;
+    duhem(&clock, &mut report)
 }
 
 /// The bytes of a model of 20 operators and of streams that borrow it.
