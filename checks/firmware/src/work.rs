@@ -4,7 +4,9 @@ use core::fmt;
 use core::hint::black_box;
 
 use hysteresis_core::embedded::{Forward, Inverse, Model};
-use hysteresis_core::{ControllerOptions, Duhem, DuhemForward, DuhemInverse, Error, HybridController, Offsets, Process, Ratios, Real};
+use hysteresis_core::{
+    ControllerOptions, Duhem, DuhemForward, DuhemInverse, Error, HybridController, Offsets, Process, Ratios, Real,
+};
 
 /// As many samples are measured.
 const SAMPLES: usize = 2000;

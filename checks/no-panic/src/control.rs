@@ -106,12 +106,7 @@ fn whole_step(controller: &mut StageController, command: Command, measurement: f
 
 #[no_panic]
 #[inline(never)]
-fn whole_run(
-    controller: &mut StageController,
-    r: &[f64],
-    y: &[f64],
-    drives: &mut [f64],
-) -> Result<(), CoreError> {
+fn whole_run(controller: &mut StageController, r: &[f64], y: &[f64], drives: &mut [f64]) -> Result<(), CoreError> {
     controller.run(r, y, drives)
 }
 

@@ -8,10 +8,10 @@ mod several;
 use std::hint::black_box;
 
 use hysteresis_core::{
-    AntiWindup, Biquad, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Duhem, Error, FeedForward, Filter,
-    Forward, HybridController, Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, Offsets, SlowGainTerms,
+    AntiWindup, Biquad, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Duhem, Error, FeedForward,
+    Filter, Forward, HybridController, Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, Offsets,
     PiecewiseLinearMap, Preview, Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios, Sections,
-    StreamArray,
+    SlowGainTerms, StreamArray,
 };
 use no_panic::no_panic;
 
@@ -183,7 +183,8 @@ fn quasi_static(compiled: &CompiledModel, samples: &[f64]) -> Result<(), Error> 
     let shift = LoopShiftTerms::new(0.0, 500.0, [-0.2, 0.1], 0.5, 0.9)?;
     let stage = QuasiStatic::new(compiled).with_input_map(map()?).with_output_map(map()?).with_creep(creep);
     let gain = SlowGainTerms::new(500.0, -0.1, 0.0, 0.9)?;
-    let stage = stage.with_loop_shift(shift).with_slow_gain(gain).with_duhem(Duhem::from_bouc_wen(0.1, 0.02, 0.9, 0.4)?);
+    let stage =
+        stage.with_loop_shift(shift).with_slow_gain(gain).with_duhem(Duhem::from_bouc_wen(0.1, 0.02, 0.9, 0.4)?);
     let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((-500.0, 500.0)))?);
     let mut bracket = Bracket::new(compiled, (-500.0, 500.0))?;
     for sample in samples {
