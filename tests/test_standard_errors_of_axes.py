@@ -12,7 +12,7 @@ from support import Array
 DT = 1e-3
 SEEDS = 8
 # The thresholds that the identification puts over drives of at most 1.
-THRESHOLDS = 1.05 * np.arange(1, 9) / 9.0
+THRESHOLDS = np.arange(1, 9) / 9.0
 WEIGHTS = 0.6 * np.exp(-np.arange(8) / 4.0)
 
 

@@ -64,16 +64,13 @@ impl Bank {
     pub(super) fn refined(&self, size: usize, reach: f64) -> Self {
         let mut fine = match self {
             Self::Plays { .. } => Self::new(Kind::Plays, size, reach),
-            Self::Curve { .. } => Self::new(Kind::Curve, size, reach),
+            // It is there to compare with.
+            Self::Curve { .. } => self.clone(),
             Self::Duhem { .. } => Self::new(Kind::Duhem, size, reach),
         };
         match (&mut fine, self) {
-            (Self::Plays { weights, .. }, Self::Plays { weights: before, .. })
-            | (Self::Curve { weights, .. }, Self::Curve { weights: before, .. }) => {
-                let count = weights.len();
-                for (j, weight) in weights.iter_mut().enumerate() {
-                    *weight = before[j * before.len() / count] * as_f64(before.len()) / as_f64(count);
-                }
+            (Self::Plays { thresholds, weights }, Self::Plays { thresholds: r, weights: before }) => {
+                *weights = bends((r, before), thresholds, reach);
             }
             (Self::Duhem { knots, slopes }, Self::Duhem { knots: before, slopes: f }) => {
                 if let Ok(duhem) = duhem(before, f) {
@@ -187,6 +184,21 @@ impl Bank {
     }
 }
 
+/// The weights at other thresholds with which first loading has the same w at each of them but the first, and at the
+/// reach.
+fn bends((thresholds, weights): (&[f64], &[f64]), there: &[f64], reach: f64) -> Vec<f64> {
+    let loading = |q: f64| thresholds.iter().zip(weights).map(|(r, weight)| weight * (q - r).max(0.0)).sum::<f64>();
+    let (mut slope, mut w) = (0.0, 0.0);
+    let ends = there.iter().skip(1).chain([&reach]);
+    let bend = |(r, end): (&f64, &f64)| {
+        let (before, from) = (slope, w);
+        w = loading(*end);
+        slope = (w - from) / (end - r);
+        slope - before
+    };
+    there.iter().zip(ends).map(bend).collect()
+}
+
 /// The operator of f+, then f-, at the knots.
 fn duhem(knots: &[f64], slopes: &[f64]) -> Result<Duhem<MAX_KNOTS>, Error> {
     let (rising, falling) = slopes.split_at(knots.len());
@@ -263,8 +275,34 @@ fn by_slopes(knots: &[f64], sums: &mut [f64], (from, to): (f64, f64), slope: f64
         let part = weight * (to - from) * slope / (f * f);
         let above = knots.iter().position(|knot| z < *knot).unwrap_or(knots.len() - 1).max(1);
         let (low, high) = (knots[above - 1], knots[above]);
-        let s = ((z - low) / (high - low)).clamp(0.0, 1.0);
+        let s = (z - low) / (high - low);
+        // Beyond the outer knots a line that grows outwards goes on; where it falls f stays.
+        let grows = at(high) > at(low);
+        let s = s.clamp(if grows { 0.0 } else { f64::NEG_INFINITY }, if grows { f64::INFINITY } else { 1.0 });
         sums[above - 1] += part * (1.0 - s);
         sums[above] += part * s;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_thresholds_are_nearly_the_same_operator() {
+        for kind in [Kind::Plays, Kind::Duhem] {
+            let loading = |bank: &Bank, q: f64| {
+                let (count, elements) = (bank.numbers().len(), bank.elements());
+                bank.stream().unwrap().step(q, &mut vec![0.0; count], &mut vec![[0.0; 3]; elements])
+            };
+            let coarse = Bank::new(kind, 4, 1.0);
+            for (size, reach) in [(4, 2.0), (4, 0.5), (8, 1.0)] {
+                let there = coarse.refined(size, reach);
+                for q in [reach, -reach] {
+                    let (got, want) = (loading(&there, q), loading(&coarse, q));
+                    assert!((got - want).abs() < 0.1 * want.abs().max(0.1), "{kind:?} {size} {reach} {got} {want}");
+                }
+            }
+        }
     }
 }

@@ -10,14 +10,14 @@ use crate::records::signal::as_f64;
 
 /// The damping of the first step, beside columns of unit length, and of the lightest.
 const FIRST: f64 = 1e-3;
-const LEAST: f64 = 1e-9;
+const LEAST: f64 = 1e-8;
 
 /// A step that lowers the squares by a smaller share is one of the last.
 const SMALL: f64 = 2e-4;
 
 /// So many small steps in turn end a descent, and so many failures to find any.
 const SMALL_STEPS: usize = 2;
-const TRIES: usize = 8;
+const TRIES: usize = 12;
 
 /// Where a descent ended.
 #[derive(Clone)]
@@ -33,16 +33,44 @@ fn may_run(point: &Point, data: &Data) -> bool {
     point.is_stable() && point.stage(data, 1.0).is_ok()
 }
 
-/// The best point near one, in at most so many steps. None if the motion leaves all bounds at the start.
+/// The best point near one, in at most so many steps. None if the motion leaves all bounds at the start, or if no point on
+/// the way may be gone to.
+///
+/// Where points may run is bounded by poles that hardly ring, and the way to a good one often lies across: stiffness goes
+/// from A to the operators. So only the end has to be one, unless the way back from beyond is not found.
 pub(super) fn descend(start: &Point, data: &Data, stretches: &[Stretch], free: Free, steps: usize) -> Option<Fit> {
+    let across = walk(start, data, stretches, (free, steps), |_| true)?;
+    if may_run(&across.fit.point, data) {
+        return Some(across.fit);
+    }
+    let within = walk(&across.runs?, data, stretches, (free, steps), |point| may_run(point, data))?;
+    let passes = across.fit.passes + within.fit.passes;
+    Some(Fit { passes, ..within.fit })
+}
+
+/// Where a walk ended, and its last point that may run.
+struct Walk {
+    fit: Fit,
+    runs: Option<Point>,
+}
+
+/// Steps that lower the squares, at points that are allowed.
+fn walk(
+    start: &Point,
+    data: &Data,
+    stretches: &[Stretch],
+    (free, steps): (Free, usize),
+    allowed: impl Fn(&Point) -> bool,
+) -> Option<Walk> {
     let mut normal = linearise(start, data, stretches, free)?;
     let mut here = Fit { point: start.clone(), squares: normal.squares, passes: 1 };
+    let mut runs = may_run(start, data).then(|| start.clone());
     let (mut damping, mut small) = (FIRST, 0);
     for _ in 0..steps {
         let mut found = None;
         for _ in 0..TRIES {
             let there = step(&normal, damping).map(|step| here.point.moved(free, &step));
-            if let Some(point) = there.filter(|point| may_run(point, data)) {
+            if let Some(point) = there.filter(&allowed) {
                 here.passes += 1;
                 let all = missed(&point, data, stretches);
                 let squares = all.map_or(f64::NAN, |all| all.iter().flatten().map(|e| e * e).sum::<f64>());
@@ -57,13 +85,16 @@ pub(super) fn descend(start: &Point, data: &Data, stretches: &[Stretch], free: F
         damping = (damping / 10.0).max(LEAST);
         small = if here.squares - squares < SMALL * here.squares { small + 1 } else { 0 };
         (here.point, here.squares) = (point, squares);
+        if may_run(&here.point, data) {
+            runs = Some(here.point.clone());
+        }
         if small >= SMALL_STEPS {
             break;
         }
         here.passes += 1;
         normal = linearise(&here.point, data, stretches, free)?;
     }
-    Some(here)
+    Some(Walk { fit: here, runs })
 }
 
 /// The damped step, in columns of unit length.

@@ -31,28 +31,42 @@ const ORDERS: [usize; 14] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 28, 36];
 /// More states, and other structures, must lower the error of held-out samples to this share.
 const BETTER: f64 = 0.98;
 
-/// Steps of a descent: of numbers that enter linearly, to compare, and to the end.
+/// Hysteresis is looked for at all orders at which a linear model misses at most so many times what the best one does.
+const SIMILAR: f64 = 1.4;
+
+/// Steps of a descent: of numbers that enter linearly, in front of the dynamics, inside them, and to the end.
 const LINEAR_STEPS: usize = 4;
 const COARSE_STEPS: usize = 15;
+const INSIDE_STEPS: usize = 30;
 const FINE_STEPS: usize = 40;
 
-/// Thresholds or knots at first, and at last.
-fn sizes(kind: Kind) -> (usize, usize) {
-    if kind == Kind::Duhem { (3, 5) } else { (4, 8) }
+/// Thresholds or knots at first, and ever more.
+fn sizes(kind: Kind) -> [usize; 3] {
+    if kind == Kind::Duhem { [3, 5, 9] } else { [4, 8, 16] }
 }
 
-/// How far beyond what was reached knots lie.
+/// How far beyond what was reached the knots of a Duhem operator lie. Thresholds lie within it: what hardly moves a play
+/// tells no weight.
 const MARGIN: f64 = 1.05;
+
+fn margin(kind: Kind) -> f64 {
+    if kind == Kind::Duhem { MARGIN } else { 1.0 }
+}
+
+/// How far beyond the reach of q knots lie at first, inside: z goes further than q where f grows.
+const Z_BEYOND_Q: f64 = 2.0;
 
 /// Identifies x+ = A x + B u + Bw w, q = Cq x + Dq u, w = H\[q\], y = C x + D u + offset from records of m drives and
 /// p positions that begin at rest.
 ///
-/// It begins at the best linear model: a subspace method for A and C, least squares for the rest, the order by
+/// It begins at linear models: a subspace method for A and C, least squares for the rest, the order by
 /// held-out samples, and Gauss-Newton (Levenberg-Marquardt) steps for all numbers. Then every drive gets an operator,
-/// plays or a Duhem operator, in front of the dynamics at first; then it may see the states. All numbers descend by
+/// plays or a Duhem operator, in front of the dynamics, which may see the states next. Inside the dynamics it also
+/// begins with an operator of each position, at every order at which a linear model is nearly as good as the best, and
+/// with operators of what each mode gives to the positions, at the smallest of these orders. All numbers descend by
 /// forward tangents. Each structure is fitted to a part of the records and judged by a free simulation of the others
-/// (the last 30 % of several records, or of the samples of one). The best gets finer operators, if
-/// that pays, and is fitted to all.
+/// (the last 30 % of several records, or of the samples of one). The best in front and the best inside get ever finer
+/// operators, as long as that pays; the better of the two is fitted to all.
 ///
 /// # Errors
 /// [`Error::Record`] for signals of a wrong length or with numbers that are not finite; [`Error::Core`] for an option
@@ -88,8 +102,8 @@ pub fn identify_axes(
     let data = Data::new(records, drives, positions, options.skip)?;
     let (fitted, held_out) = data.split();
     let mut search = Search { data: &data, fitted, held_out, tried: Vec::new(), passes: 0 };
-    let linear = search.linear(options.order)?;
-    let best = search.with_operators(&linear, options);
+    let (linear, near) = search.linear(options.order)?;
+    let best = search.with_operators(&linear, &near, options);
     search.finish(&linear, best, dt)
 }
 
@@ -119,8 +133,8 @@ impl Search<'_> {
         Some(Candidate { fit, hysteresis: AxesHysteresis::None, place: None, held_out, errors })
     }
 
-    /// The best linear model.
-    fn linear(&mut self, order: Option<usize>) -> Result<Candidate, Error> {
+    /// The best linear model, and those of all orders that are nearly as good.
+    fn linear(&mut self, order: Option<usize>) -> Result<(Candidate, Vec<Point>), Error> {
         let expected = fewest_samples(self.data.drives, self.data.positions, self.fitted.len());
         let got = self.fitted.iter().map(|(_, range)| range.len()).sum();
         let few = || Error::TooFewSamples { expected, got };
@@ -131,12 +145,14 @@ impl Search<'_> {
         }
         let bare = Free { dynamics: false, query: false };
         let mut best: Option<Candidate> = None;
+        let mut all = Vec::new();
         let mut worse = 0;
         let asked = order.map(|order| [order]);
         for order in asked.as_ref().map_or(&ORDERS[..], |order| order).iter().filter(|order| **order <= most) {
             let start = seen.dynamics(*order);
             let found = start.and_then(|start| self.tried(&start, bare, LINEAR_STEPS, "linear, by subspace"));
             let Some(found) = found else { continue };
+            all.push(found.clone());
             if best.as_ref().is_none_or(|best| found.held_out < BETTER * best.held_out) {
                 (best, worse) = (Some(found), 0);
             } else {
@@ -148,68 +164,107 @@ impl Search<'_> {
         }
         let expected = "records from which stable linear dynamics follow";
         let best = best.ok_or_else(|| Error::whole("y", expected, self.data.records.len()))?;
-        let all = Free { dynamics: true, query: false };
-        let descended = self.tried(&best.fit.point, all, COARSE_STEPS, "linear");
-        Ok(descended.filter(|found| found.held_out < best.held_out).unwrap_or(best))
+        let limit = SIMILAR * best.held_out;
+        let near = all.into_iter().filter(|found| found.held_out <= limit).map(|found| found.fit.point).collect();
+        let free = Free { dynamics: true, query: false };
+        let descended = self.tried(&best.fit.point, free, COARSE_STEPS, "linear");
+        Ok((descended.filter(|found| found.held_out < best.held_out).unwrap_or(best), near))
     }
 
     /// The best model with operators, as was asked for.
-    fn with_operators(&mut self, linear: &Candidate, options: &AxesOptions) -> Option<Candidate> {
+    fn with_operators(&mut self, linear: &Candidate, near: &[Point], options: &AxesOptions) -> Option<Candidate> {
         let kinds: &[(Kind, AxesHysteresis)] = match options.hysteresis {
             Some(AxesHysteresis::None) => &[],
             Some(AxesHysteresis::Plays) => &[(Kind::Plays, AxesHysteresis::Plays)],
             Some(AxesHysteresis::Duhem) => &[(Kind::Duhem, AxesHysteresis::Duhem)],
             None => &[(Kind::Plays, AxesHysteresis::Plays), (Kind::Duhem, AxesHysteresis::Duhem)],
         };
-        let mut best: Option<(Kind, Candidate)> = None;
+        let mut coarse: Vec<(Kind, Candidate)> = Vec::new();
         for (kind, hysteresis) in kinds {
-            for found in self.places(*kind, &linear.fit.point, options.place) {
-                if best.as_ref().is_none_or(|(_, best)| found.held_out < BETTER * best.held_out) {
-                    best = Some((*kind, Candidate { hysteresis: *hysteresis, ..found }));
+            let found = self.places(*kind, &linear.fit.point, near, options.place).into_iter();
+            coarse.extend(found.map(|found| (*kind, Candidate { hysteresis: *hysteresis, ..found })));
+        }
+        let mut best: Option<Candidate> = None;
+        // Fine operators in front of the dynamics may do what coarse ones do inside alone.
+        for place in [AxesPlace::InFront, AxesPlace::Inside] {
+            let of_place = coarse.iter().filter(|(_, found)| found.place == Some(place));
+            let better = |held_out: f64, best: Option<f64>| best.is_none_or(|best| held_out < BETTER * best);
+            let mut start: Option<&(Kind, Candidate)> = None;
+            for found in of_place {
+                if better(found.1.held_out, start.map(|(_, best)| best.held_out)) {
+                    start = Some(found);
                 }
             }
+            let Some((kind, start)) = start else { continue };
+            let found = self.refined(*kind, start.clone());
+            if better(found.held_out, best.as_ref().map(|best| best.held_out)) {
+                best = Some(found);
+            }
         }
-        let (kind, best) = best?;
+        let best = best?;
         // What does as well without memory is told, and is no stage.
-        self.places(Kind::Curve, &linear.fit.point, best.place);
-        Some(self.refined(kind, best))
+        let near: Vec<Point> = near.iter().filter(|point| point.states == best.fit.point.states).cloned().collect();
+        self.places(Kind::Curve, &linear.fit.point, &near, best.place);
+        Some(best)
     }
 
-    /// In front of the dynamics, then inside them.
-    fn places(&mut self, kind: Kind, linear: &Point, place: Option<AxesPlace>) -> Vec<Candidate> {
-        let size = sizes(kind).0;
+    /// In front of the dynamics, and inside them: from there on, and from operators that see the positions.
+    fn places(&mut self, kind: Kind, linear: &Point, near: &[Point], place: Option<AxesPlace>) -> Vec<Candidate> {
+        let size = sizes(kind)[0];
         let name = |place: &str| match kind {
             Kind::Plays => format!("plays {place}"),
             Kind::Curve => format!("curves without memory {place}"),
             Kind::Duhem => format!("Duhem {place}"),
         };
-        let start = linear.with_banks(|drive| Bank::new(kind, size, MARGIN * self.data.reach(drive)));
+        let start = linear.with_banks(|drive| Bank::new(kind, size, margin(kind) * self.data.reach(drive)));
         let free = Free { dynamics: true, query: false };
         let front = self.tried(&start, free, COARSE_STEPS, &name("in front"));
-        let Some(front) = front.map(|found| Candidate { place: Some(AxesPlace::InFront), ..found }) else {
-            return Vec::new();
-        };
-        if place == Some(AxesPlace::InFront) {
-            return vec![front];
+        let mut all: Vec<Candidate> =
+            front.into_iter().map(|found| Candidate { place: Some(AxesPlace::InFront), ..found }).collect();
+        if place != Some(AxesPlace::InFront) {
+            let free = Free { dynamics: true, query: true };
+            let mut starts: Vec<(Point, &str)> =
+                all.iter().map(|front| (front.fit.point.clone(), "inside, of drives")).collect();
+            starts.extend(
+                near.iter().filter_map(|linear| Some((self.seeing(linear, None, kind)?, "inside, of positions"))),
+            );
+            if let Some(smallest) = near.first().filter(|linear| linear.states > 2) {
+                let blocks = 0..smallest.states.div_ceil(2);
+                let of_block = |block| Some((self.seeing(smallest, Some(block), kind)?, "inside, of modes"));
+                starts.extend(blocks.filter_map(of_block));
+            }
+            for (start, of) in starts {
+                let found = self.tried(&start, free, INSIDE_STEPS, &name(of));
+                all.extend(found.map(|found| Candidate { place: Some(AxesPlace::Inside), ..found }));
+            }
         }
-        let free = Free { dynamics: true, query: true };
-        let inside = self.tried(&front.fit.point, free, COARSE_STEPS, &name("inside"));
-        let inside = inside.map(|found| Candidate { place: Some(AxesPlace::Inside), ..found });
-        if place.is_some() { inside.into_iter().collect() } else { std::iter::once(front).chain(inside).collect() }
+        all.retain(|found| place.is_none_or(|place| found.place == Some(place)));
+        all
     }
 
-    /// More thresholds or knots over what is reached, and steps to the end, if that pays.
+    /// Operators that see positions, or what a block of states gives to them, over what that reaches.
+    fn seeing(&self, linear: &Point, block: Option<usize>, kind: Kind) -> Option<Point> {
+        let size = sizes(kind)[0];
+        let mut start = linear.with_queries(block, |_| Bank::new(Kind::Curve, size, 1.0));
+        let reached = reaches(&start, self.data, &self.fitted)?;
+        let beyond = if kind == Kind::Duhem { Z_BEYOND_Q } else { 1.0 };
+        start.banks = reached.iter().map(|reach| Bank::new(kind, size, beyond * reach)).collect();
+        Some(start)
+    }
+
+    /// The same number of thresholds or knots over what is reached, then more of them, with steps to the end, if that pays.
     fn refined(&mut self, kind: Kind, coarse: Candidate) -> Candidate {
         let free = Free { dynamics: true, query: coarse.place == Some(AxesPlace::Inside) };
         let mut best = coarse;
-        for (size, name) in [(sizes(kind).0, "coarse, placed anew"), (sizes(kind).1, "fine")] {
+        for size in &sizes(kind) {
+            let name = if *size == sizes(kind)[0] { "coarse, placed anew" } else { "fine" };
             let Some(reached) = reaches(&best.fit.point, self.data, &self.fitted) else { break };
             let mut start = best.fit.point.clone();
             for (bank, reach) in start.banks.iter_mut().zip(reached) {
-                *bank = bank.refined(size, MARGIN * reach);
+                *bank = bank.refined(*size, margin(kind) * reach);
             }
             if let Some(found) = self.tried(&start, free, FINE_STEPS, name)
-                && found.held_out < best.held_out
+                && found.held_out < BETTER * best.held_out
             {
                 best = Candidate { hysteresis: best.hysteresis, place: best.place, ..found };
             }

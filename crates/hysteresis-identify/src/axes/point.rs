@@ -66,6 +66,28 @@ impl Point {
         Self { bw: vec![0.0; n * m], cq: vec![0.0; m * n], dq, banks, ..self.clone() }
     }
 
+    /// With an operator for each position, that acts on nothing yet: of the position, or of what a block of states gives
+    /// to it.
+    pub(super) fn with_queries(&self, block: Option<usize>, bank: impl Fn(usize) -> Bank) -> Self {
+        let (n, m, p) = (self.states, self.drives, self.positions);
+        let seen = |(place, c): (usize, &f64)| if block.is_none_or(|block| place % n / 2 == block) { *c } else { 0.0 };
+        let c: Vec<f64> = self.c.iter().enumerate().map(seen).collect();
+        // w is held for an interval, so it sees the middle of it.
+        let cq = (0..p * n).map(|place| {
+            let (i, j) = (place / n, place % n);
+            let other = self.partner(j);
+            let across = if other == j { 0.0 } else { c[i * n + other] * self.a_of(other)[1] };
+            0.5 * (c[place] + c[place] * self.a_of(j)[0] + across)
+        });
+        let dq = (0..p * m).map(|place| {
+            let (i, j) = (place / m, place % m);
+            let at_once = if block.is_none() { self.d[place] } else { 0.0 };
+            at_once + 0.5 * (0..n).map(|k| c[i * n + k] * self.b[k * m + j]).sum::<f64>()
+        });
+        let banks = (0..p).map(bank).collect();
+        Self { bw: vec![0.0; n * p], cq: cq.collect(), dq: dq.collect(), banks, ..self.clone() }
+    }
+
     /// The other state of a block; itself if it is alone.
     pub(super) fn partner(&self, state: usize) -> usize {
         let other = state ^ 1;

@@ -238,14 +238,15 @@ fn signals(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Rows>> 
 /// and positions.
 ///
 /// The model is that of `MultiAxisStage`: x+ = A x + B u + Bw w, q = Cq x + Dq u, w = H\[q\], y = C x + D u + offset,
-/// with an operator for each drive.
+/// with an operator for each drive or, inside the dynamics, for each position.
 ///
-/// The search begins at the best linear model, by a subspace method whose order held-out samples choose. Then each
-/// drive gets an operator in front of the dynamics (q = u), and these may then see the states. All numbers descend by
-/// Levenberg-Marquardt steps with forward tangents. Every structure is fitted to a part of the records and judged by a
-/// free simulation of the rest: the last 30 % of several records, or of the samples of one. The best gets
-/// more thresholds or knots if that pays, and is fitted to all. It is stable, and so is what the steepest and the
-/// flattest operators make of it.
+/// The search begins at linear models, by a subspace method whose order held-out samples choose. Then each drive gets
+/// an operator in front of the dynamics (q = u), and these may then see the states. Inside the dynamics it also begins
+/// with operators that see the positions, or what a mode gives to them. All numbers descend by Levenberg-Marquardt
+/// steps with forward tangents. Every structure is fitted to a part of the records and judged by a free simulation of
+/// the rest: the last 30 % of several records, or of the samples of one. The best in front and the best inside get more
+/// thresholds or knots if that pays, and the better of them is fitted to all. It is stable, and so is what the steepest
+/// and the flattest operators make of it.
 ///
 /// Parameters
 /// ----------
