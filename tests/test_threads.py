@@ -25,6 +25,7 @@ STAGE = mh.Stage(
 )
 DT = 1e-4
 PAIR = mh.ActuatorArray([MODEL, MODEL])
+STAGES = mh.ActuatorArray([STAGE, STAGE])
 GAINS = {"kp": 0.0, "ki": 20.0, "slope": 1.0, "dynamics": STAGE.dynamics, "dt": DT}
 
 
@@ -62,6 +63,9 @@ RUNS = {
     "ArrayController": Case(lambda: PAIR.controller(DT, LIMITS), ([0.5, 0.5],), 1, 2),
     "ForwardArray": Case(PAIR.forward, ([0.5, 0.5],), 1, 2),
     "InverseArray": Case(lambda: PAIR.inverse(LIMITS), ([0.5, 0.5],), 1, 2),
+    "ArrayController of stages": Case(lambda: STAGES.controller(DT, LIMITS), ([0.5, 0.5],), 1, 2),
+    "ForwardArray of stages": Case(lambda: STAGES.forward(dt=DT), ([0.5, 0.5],), 1, 2),
+    "InverseArray of stages": Case(lambda: STAGES.inverse(LIMITS, dt=DT), ([0.5, 0.5],), 1, 2),
     "Plant": Case(lambda: STAGE.plant(DT), (0.5,), 1),
     "MultiAxisPlant": Case(plants, ([0.5, 0.5],), 1, 2),
 }
@@ -207,7 +211,7 @@ def test_an_object_in_a_run_says_so_to_other_threads(name: str) -> None:
     }
     if hasattr(made, "peek"):
         uses["peek"] = lambda: made.peek(*case.one)
-    expected = f"this {name} is in use by a call that has not returned"
+    expected = f"this {name.split()[0]} is in use by a call that has not returned"
     assert met_in_a_run(case, made, uses) == dict.fromkeys(uses, expected)
     # The run went on undisturbed.
     alone = case.make()

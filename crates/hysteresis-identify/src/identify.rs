@@ -19,11 +19,10 @@ use crate::fit::progress::{Progress, SearchMonitor, Span, Stop};
 use crate::fit::projection::ProjectedFit;
 use crate::fit::response::Chain;
 use crate::fit::space::Space;
-use crate::judge::finding::{Finding, Severity};
 use crate::judge::finding_code::FindingCode;
 use crate::judge::loops::{judged, turned_positions, with_positions};
 use crate::judge::residual::coloured;
-use crate::judge::{findings_of_fit, is_falling, without_interval};
+use crate::judge::{findings_of_fit, is_falling, is_poor, without_interval};
 use crate::options::{Options, Setting};
 use crate::records::record::{Record, check_times, largest_range, leaving_out};
 use crate::records::signal::{as_f64, bounds_of, sensor_noise};
@@ -217,11 +216,6 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         options,
         penalty: linearised.into_penalty(),
     })
-}
-
-/// Whether a fit is of no use, or leaves more than noise.
-fn is_poor(warnings: &[Finding]) -> bool {
-    warnings.iter().any(|finding| finding.severity == Severity::Red || finding.code == FindingCode::PoorFit)
 }
 
 /// The hysteresis. What the record shows as an offset has crept: the model has what was there before.

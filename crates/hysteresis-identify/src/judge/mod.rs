@@ -78,6 +78,11 @@ pub(crate) fn findings_of_fit(records: &[Record<'_>], chain: &Chain, thresholds:
     found
 }
 
+/// Whether a fit is of no use, or leaves more than noise.
+pub(crate) fn is_poor(warnings: &[Finding]) -> bool {
+    warnings.iter().any(|finding| finding.severity == Severity::Red || finding.code == FindingCode::PoorFit)
+}
+
 /// The findings about a whole chain. What records leave out says nothing but how much it is.
 fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
     let failed = worst(records, |_, record| samples::failed_rows(record));

@@ -10,6 +10,7 @@ use crate::choose::found::Found;
 use crate::choose::linear_part::untold_dead_time;
 use crate::choose::search::{search_hysteresis, with_least_slope};
 use crate::error::Error;
+use crate::fit::colour::Colour;
 use crate::fit::descent::Patience;
 use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::{SearchMonitor, Stop};
@@ -19,8 +20,9 @@ use crate::fit::space::Space;
 use crate::identify::model;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
-use crate::judge::findings_of_fit;
 use crate::judge::loops::{judged, turned_positions};
+use crate::judge::residual::coloured;
+use crate::judge::{findings_of_fit, is_poor};
 use crate::many::descent::{Problem, Start, State};
 use crate::many::normal::Normal;
 use crate::many::records::{ActuatorFit, BriefFinding, ManyRecords};
@@ -293,9 +295,13 @@ impl Settled<'_> {
         (free, (self.fit.squares / as_f64(rows.saturating_sub(count).max(1))).sqrt())
     }
 
+    fn predicted(&self, chain: &Chain) -> Vec<f64> {
+        let offset = self.fit.output_offsets[0];
+        chain.response(self.record.input(), chain.dt).iter().map(|y| offset + y).collect()
+    }
+
     fn quality(&self, chain: &Chain) -> Quality {
-        let (record, offset) = (self.record, self.fit.output_offsets[0]);
-        let predicted: Vec<f64> = chain.response(record.input(), chain.dt).iter().map(|y| offset + y).collect();
+        let (record, predicted) = (self.record, self.predicted(chain));
         let fitted = record.skip()..;
         Quality::of(&record.output()[fitted.clone()], &predicted[fitted], record.output_range())
     }
@@ -307,6 +313,12 @@ impl Settled<'_> {
             let dead_time = deviation * self.normal.error_of(self.fit.unknowns.len() + place, estimated);
             let errors = StandardErrors { dead_time, ..StandardErrors::default() };
             found.extend(untold_dead_time(self.space, self.fit, &errors));
+        }
+        if !is_poor(&found) {
+            let predicted = self.predicted(chain);
+            let left: Vec<f64> = self.record.fitted().map(|k| self.record.output()[k] - predicted[k]).collect();
+            let range = self.record.output_range();
+            found.extend(coloured(Colour::new(&left, range), range));
         }
         found
     }

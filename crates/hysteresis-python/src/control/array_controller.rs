@@ -532,15 +532,20 @@ impl ArrayController {
     #[getter]
     #[py(-> "dict[str, Any]")]
     pub(super) fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(of_kind!(&shared(slf)?.controller, of => pythonize(slf.py(), &of.state()))?)
+        // What Python makes of it may let other threads in.
+        let state = map_kind!(&shared(slf)?.controller, of => of.state());
+        Ok(of_kind!(&state, state => pythonize(slf.py(), state))?)
     }
 
     #[setter]
     pub(super) fn set_state(slf: &Bound<'_, Self>, #[py("dict[str, Any]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
-        match &mut exclusive(slf)?.controller {
+        let mut restored = map_kind!(&shared(slf)?.controller, of => of.clone());
+        match &mut restored {
             OfKind::Models(of) => of.set_state(&saved(state)?),
             OfKind::Stages(of) => of.set_state(&saved(state)?),
         }
-        .map_err(raise)
+        .map_err(raise)?;
+        exclusive(slf)?.controller = restored;
+        Ok(())
     }
 }

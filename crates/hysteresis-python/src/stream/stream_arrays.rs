@@ -208,16 +208,15 @@ fn each_read<T>(states: &[Bound<'_, PyAny>], read: impl Fn(&Bound<'_, PyAny>) ->
     states.iter().enumerate().map(one).collect()
 }
 
-/// A copy of an array with a change of every stream.
-fn changed<P: Process + Clone>(
-    array: &StreamArray<P>,
+/// An array with a change of every stream.
+fn changed<P: Process>(
+    mut array: StreamArray<P>,
     mut change: impl FnMut(usize, &mut P) -> PyResult<()>,
 ) -> PyResult<StreamArray<P>> {
-    let mut changed = array.clone();
-    for (actuator, stream) in changed.streams_mut().iter_mut().enumerate() {
+    for (actuator, stream) in array.streams_mut().iter_mut().enumerate() {
         change(actuator, stream)?;
     }
-    Ok(changed)
+    Ok(array)
 }
 
 // What both streams of arrays offer.
@@ -281,7 +280,7 @@ impl Each {
         let expected = format!("an array of shape (samples, {actuators})");
         let rows = columns::<Ix2>("drives", drives, actuators, format_args!("{expected}"))?;
         let rows = rows.as_array();
-        let restored = map_kind!(&shared(slf)?.stream, stream => changed(stream, |actuator, stream| {
+        let restored = map_kind!(&shared(slf)?.stream, stream => changed(stream.clone(), |actuator, stream| {
             let drives = rows.column(actuator).to_vec();
             stream.follow(&drives).map_err(|error| raise(ActuatorError { actuator, error }))
         })?);
@@ -300,22 +299,25 @@ impl Each {
     #[getter]
     #[py(-> "list[dict[str, Any]]")]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyList>> {
-        let (py, this) = (slf.py(), shared(slf)?);
-        let states: Vec<_> = match &this.stream {
-            OfKind::Models(array) => array.streams().iter().map(|stream| pythonize(py, &stream.state())).collect(),
-            OfKind::Stages(array) => {
-                let sampled = |state| Sampled { dt: this.made.interval(), stream: state };
-                array.streams().iter().map(|stream| pythonize(py, &sampled(stream.state()))).collect()
-            }
+        let (py, dt) = (slf.py(), shared(slf)?.made.interval());
+        // What Python makes of them may let other threads in.
+        let states = map_kind!(
+            &shared(slf)?.stream,
+            array => array.streams().iter().map(|stream| stream.state()).collect::<Vec<_>>()
+        );
+        let states: Result<Vec<_>, _> = match states {
+            OfKind::Models(states) => states.iter().map(|state| pythonize(py, state)).collect(),
+            OfKind::Stages(states) => states.into_iter().map(|stream| pythonize(py, &Sampled { dt, stream })).collect(),
         };
-        PyList::new(py, states.into_iter().collect::<Result<Vec<_>, _>>()?)
+        PyList::new(py, states?)
     }
 
     #[setter]
     fn set_state(slf: &Bound<'_, Self>, #[py("list[dict[str, Any]]")] state: &Bound<'_, PyAny>) -> PyResult<()> {
         let (py, actuators) = (slf.py(), of_kind!(&shared(slf)?.stream, stream => stream.len()));
         let states = states(state, actuators)?;
-        let restored = match &shared(slf)?.stream {
+        let (dt, before) = (shared(slf)?.made.interval(), map_kind!(&shared(slf)?.stream, array => array.clone()));
+        let restored = match before {
             OfKind::Models(array) => {
                 let states = each_read(&states, from_python)?;
                 OfKind::Models(changed(array, |m, stream| {
@@ -323,7 +325,6 @@ impl Each {
                 })?)
             }
             OfKind::Stages(array) => {
-                let dt = shared(slf)?.made.interval();
                 let states = each_read(&states, |state| state_at(state, dt))?;
                 OfKind::Stages(changed(array, |m, stream| {
                     stream.set_state(&states[m]).map_err(|error| in_state(py, m, raise(error)))
