@@ -34,6 +34,9 @@ const BETTER: f64 = 0.98;
 /// Hysteresis is looked for at all orders at which a linear model misses at most so many times what the best one does.
 const SIMILAR: f64 = 1.4;
 
+/// What misses more than so many times what the best structure does is not refined.
+const HOPELESS: f64 = 2.0;
+
 /// Steps of a descent: of numbers that enter linearly, in front of the dynamics, inside them, and to the end.
 const LINEAR_STEPS: usize = 4;
 const COARSE_STEPS: usize = 15;
@@ -65,8 +68,8 @@ const Z_BEYOND_Q: f64 = 2.0;
 /// begins with an operator of each position, at every order at which a linear model is nearly as good as the best, and
 /// with operators of what each mode gives to the positions, at the smallest of these orders. All numbers descend by
 /// forward tangents. Each structure is fitted to a part of the records and judged by a free simulation of the others
-/// (the last 30 % of several records, or of the samples of one). The best in front and the best inside get ever finer
-/// operators, as long as that pays; the better of the two is fitted to all.
+/// (the last 30 % of several records, or of the samples of one). The best of each kind in front and inside get ever
+/// finer operators, as long as that pays; the best of them is fitted to all.
 ///
 /// # Errors
 /// [`Error::Record`] for signals of a wrong length or with numbers that are not finite; [`Error::Core`] for an option
@@ -179,25 +182,27 @@ impl Search<'_> {
             Some(AxesHysteresis::Duhem) => &[(Kind::Duhem, AxesHysteresis::Duhem)],
             None => &[(Kind::Plays, AxesHysteresis::Plays), (Kind::Duhem, AxesHysteresis::Duhem)],
         };
+        let better =
+            |held_out: f64, best: Option<&Candidate>| best.is_none_or(|best| held_out < BETTER * best.held_out);
         let mut coarse: Vec<(Kind, Candidate)> = Vec::new();
         for (kind, hysteresis) in kinds {
-            let found = self.places(*kind, &linear.fit.point, near, options.place).into_iter();
-            coarse.extend(found.map(|found| (*kind, Candidate { hysteresis: *hysteresis, ..found })));
-        }
-        let mut best: Option<Candidate> = None;
-        // Fine operators in front of the dynamics may do what coarse ones do inside alone.
-        for place in [AxesPlace::InFront, AxesPlace::Inside] {
-            let of_place = coarse.iter().filter(|(_, found)| found.place == Some(place));
-            let better = |held_out: f64, best: Option<f64>| best.is_none_or(|best| held_out < BETTER * best);
-            let mut start: Option<&(Kind, Candidate)> = None;
-            for found in of_place {
-                if better(found.1.held_out, start.map(|(_, best)| best.held_out)) {
-                    start = Some(found);
+            let found = self.places(*kind, &linear.fit.point, near, options.place);
+            for place in [AxesPlace::InFront, AxesPlace::Inside] {
+                let mut start: Option<&Candidate> = None;
+                for found in found.iter().filter(|found| found.place == Some(place)) {
+                    if better(found.held_out, start) {
+                        start = Some(found);
+                    }
                 }
+                coarse.extend(start.map(|start| (*kind, Candidate { hysteresis: *hysteresis, ..start.clone() })));
             }
-            let Some((kind, start)) = start else { continue };
-            let found = self.refined(*kind, start.clone());
-            if better(found.held_out, best.as_ref().map(|best| best.held_out)) {
+        }
+        // Fine operators of one kind in one place may do what coarse ones do of another kind, or elsewhere.
+        let limit = HOPELESS * coarse.iter().map(|(_, found)| found.held_out).fold(f64::INFINITY, f64::min);
+        let mut best: Option<Candidate> = None;
+        for (kind, start) in coarse.into_iter().filter(|(_, found)| found.held_out <= limit) {
+            let found = self.refined(kind, start);
+            if better(found.held_out, best.as_ref()) {
                 best = Some(found);
             }
         }

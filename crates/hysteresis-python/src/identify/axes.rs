@@ -244,8 +244,8 @@ fn signals(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Rows>> 
 /// an operator in front of the dynamics (q = u), and these may then see the states. Inside the dynamics it also begins
 /// with operators that see the positions, or what a mode gives to them. All numbers descend by Levenberg-Marquardt
 /// steps with forward tangents. Every structure is fitted to a part of the records and judged by a free simulation of
-/// the rest: the last 30 % of several records, or of the samples of one. The best in front and the best inside get more
-/// thresholds or knots if that pays, and the better of them is fitted to all. It is stable, and so is what the steepest
+/// the rest: the last 30 % of several records, or of the samples of one. The best of each kind in front and inside get
+/// more thresholds or knots if that pays, and the best of them is fitted to all. It is stable, and so is what the steepest
 /// and the flattest operators make of it.
 ///
 /// Parameters
