@@ -63,3 +63,10 @@ def test_a_restoring_force_with_hysteresis_is_found(modes: int) -> None:
         test = chain(drive, modes)
         error = found.model.forward().run(drive[:, None])[:, 0] - test
         assert np.sqrt((error**2).mean()) < 0.02 * test.std(), rms
+
+
+def test_a_sample_that_is_no_number_is_named_by_its_row() -> None:
+    u, y = np.ones((200, 2)), np.ones((200, 2))
+    y[150, 1] = np.nan
+    with pytest.raises(ValueError, match=r"y\[150\]: expected a finite number .*, got NaN"):
+        mh.identify_axes(u, y, dt=DT)

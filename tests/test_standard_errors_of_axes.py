@@ -134,7 +134,7 @@ def test_modes_plays_and_offsets_of_axes_scatter_as_they_say(is_coloured: bool) 
                 ]
             )
         )
-        assert "Mode: " in found.summary() and "Operator 1: weights" in found.summary()
+        assert "Mode: " in found.summary() and "Operator 1: threshold" in found.summary()
     ratio = spread(estimates, claimed)
     assert 0.5 < np.exp(np.mean(np.log(ratio))) < 1.5, ratio
     rate = -np.log(0.9)

@@ -270,7 +270,8 @@ class _Axis:
 
     def __init__(self, name: str, stage: Stage, dt: float, start: float | None) -> None:
         if not isinstance(stage, Stage):
-            raise TypeError(f"stages[{name!r}]: expected a Stage, got {stage!r}")
+            got = f"got {stage!r}; a MultiAxisStage has a precompensate of its own, for all axes"
+            raise TypeError(f"stages[{name!r}]: expected a Stage, {got}")
         if stage.drive_range is None:
             raise ValueError(f"stages[{name!r}]: expected a stage with limits, got one without")
         self._name, self._dt = name, dt

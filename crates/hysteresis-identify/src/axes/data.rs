@@ -115,9 +115,9 @@ fn check(record: &AxesRecord<'_>, m: usize, p: usize, skip: usize) -> Result<(),
     if skip >= samples {
         return Err(RecordError::Skip { samples, got: skip });
     }
-    for (argument, signal) in [("u", record.u), ("y", record.y)] {
-        if let Some(index) = signal.iter().position(|value| !hysteresis_core::is_admissible(*value)) {
-            return Err(RecordError::NotFinite { argument, index, got: signal[index] });
+    for (argument, signal, columns) in [("u", record.u, m), ("y", record.y, p)] {
+        if let Some(place) = signal.iter().position(|value| !hysteresis_core::is_admissible(*value)) {
+            return Err(RecordError::NotFinite { argument, index: place / columns, got: signal[place] });
         }
     }
     Ok(())

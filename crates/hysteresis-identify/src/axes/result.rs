@@ -1,6 +1,7 @@
 //! What the identification of a stage of several axes returns.
 
 use hysteresis_control::multi_axis::{MultiAxisStage, ScalarOperator};
+use hysteresis_core::Play;
 
 use super::candidate::{AxesHysteresis, Candidate};
 use super::data::Data;
@@ -85,7 +86,7 @@ impl AxesIdentification {
             ));
         }
         for (i, (operator, doubts)) in self.model.operators().iter().zip(&self.standard_errors.operators).enumerate() {
-            lines.push(format!("Operator {i}: {}", numbers(operator, doubts)));
+            lines.extend(table(i, operator, doubts));
         }
         lines.push("Tried, % of the standard deviation:            states  parameters  fitted  held out".to_owned());
         for AxesTrial { name, states, parameters, fitted, held_out } in &self.tried {
@@ -97,14 +98,27 @@ impl AxesIdentification {
     }
 }
 
-/// The weights of an operator, or f+ and then f-, with their standard errors.
-fn numbers(operator: &ScalarOperator, doubts: &[f64]) -> String {
-    let (name, numbers) = match operator {
-        ScalarOperator::Plays { weights, .. } => ("weights", weights.clone()),
-        ScalarOperator::Duhem(duhem) => ("f+, f-", duhem.rising().chain(duhem.falling()).collect()),
+/// An operator as a table: thresholds with weights, or knots with f+ and f-, and their standard errors.
+fn table(number: usize, operator: &ScalarOperator, doubts: &[f64]) -> Vec<String> {
+    let with_doubt = |value: f64, place: usize| match doubts.get(place) {
+        Some(doubt) if doubt.is_finite() => format!("{value:>10.3e} +- {doubt:.0e}"),
+        _ => format!("{value:>10.3e} not told"),
     };
-    let each = numbers.iter().zip(doubts).map(|(number, doubt)| format!("{number:.3e} +- {doubt:.0e}"));
-    format!("{name} {}", each.collect::<Vec<_>>().join(", "))
+    match operator {
+        ScalarOperator::Plays { plays, weights } => {
+            let row = |(j, (play, w)): (usize, (&Play, &f64))| format!("  {:>10.3e}  {}", play.r(), with_doubt(*w, j));
+            let rows = plays.iter().zip(weights).enumerate().map(row);
+            std::iter::once(format!("Operator {number}: threshold  weight")).chain(rows).collect()
+        }
+        ScalarOperator::Duhem(duhem) => {
+            let (rows, count) =
+                (duhem.knots().zip(duhem.rising().zip(duhem.falling())).enumerate(), duhem.knots().count());
+            let row = |(j, (z, (rising, falling)))| {
+                format!("  {z:>10.3e}  {}  {}", with_doubt(rising, j), with_doubt(falling, count + j))
+            };
+            std::iter::once(format!("Operator {number}: z of knot  f+  f-")).chain(rows.map(row)).collect()
+        }
+    }
 }
 
 /// The held-out error of a model with hysteresis is at most this share of that of another one.
