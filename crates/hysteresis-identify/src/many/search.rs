@@ -257,8 +257,9 @@ impl Settled<'_> {
         let (operators, linear) = (space.operators(&fit.point), space.linear_part(&fit.point));
         let chain = Chain::from_rest(operators, fit.weights.clone(), linear, space.intervals().of_record(0));
         let (estimated, deviation) = self.deviation();
-        let quality = self.quality(&chain);
-        let mut found = self.findings(&chain, &estimated, deviation);
+        let predicted = self.predicted(&chain);
+        let quality = self.quality(&predicted);
+        let mut found = self.findings(&chain, &predicted, &estimated, deviation);
         if found.iter().any(|finding| finding.code == FindingCode::WrongSign) {
             let (record, positions) = (self.record, turned_positions(slice::from_ref(self.record)));
             let turned =
@@ -300,13 +301,12 @@ impl Settled<'_> {
         chain.response(self.record.input(), chain.dt).iter().map(|y| offset + y).collect()
     }
 
-    fn quality(&self, chain: &Chain) -> Quality {
-        let (record, predicted) = (self.record, self.predicted(chain));
-        let fitted = record.skip()..;
+    fn quality(&self, predicted: &[f64]) -> Quality {
+        let (record, fitted) = (self.record, self.record.skip()..);
         Quality::of(&record.output()[fitted.clone()], &predicted[fitted], record.output_range())
     }
 
-    fn findings(&self, chain: &Chain, estimated: &[usize], deviation: f64) -> Vec<Finding> {
+    fn findings(&self, chain: &Chain, predicted: &[f64], estimated: &[usize], deviation: f64) -> Vec<Finding> {
         let mut found = findings_of_fit(slice::from_ref(self.record), chain, &self.options.thresholds);
         let place = self.space.axes().iter().position(|axis| axis.parameter == Parameter::DeadTime);
         if let Some(place) = place {
@@ -315,7 +315,6 @@ impl Settled<'_> {
             found.extend(untold_dead_time(self.space, self.fit, &errors));
         }
         if !is_poor(&found) {
-            let predicted = self.predicted(chain);
             let left: Vec<f64> = self.record.fitted().map(|k| self.record.output()[k] - predicted[k]).collect();
             let range = self.record.output_range();
             found.extend(coloured(Colour::new(&left, range), range));
