@@ -237,6 +237,62 @@ def test_drives_are_found_where_hysteresis_acts_on_the_motion() -> None:
             assert (reached - wanted).std() < 1e-2 * wanted.std(), (frequency, sub_steps)
 
 
+def way(to: Array, samples: int = 400) -> Array:
+    """From 0 to a point, at rest at both ends."""
+    share = np.clip((np.arange(samples) - 100.0) / 150.0, 0.0, 1.0)
+    return np.asarray((0.5 - 0.5 * np.cos(np.pi * share))[:, None] * to)
+
+
+def test_a_reference_goes_on_where_the_last_one_ended() -> None:
+    one = stage()
+    bench, to = one.forward(), np.array([1.0, -0.6])
+    first = one.output_offset + way(to)
+    bench.run(one.precompensate(first)[0])
+    second = first[-1] - way(to)
+    before = bench.state
+    drives, missed = one.precompensate(second, start=bench)
+    assert bench.state == before
+    reached = bench.run(drives)
+    rms = np.sqrt(((reached - second) ** 2).mean(axis=0))
+    assert missed == pytest.approx(rms, abs=1e-12)
+    assert (missed < 1e-3).all()
+    assert (one.precompensate(second)[1] > 1e-2).all()
+
+
+def test_drives_of_a_reference_are_held_at_limits() -> None:
+    one = stage()
+    wanted = one.output_offset + way(np.array([1.0, -0.6]))
+    free, missed = one.precompensate(wanted)
+    low, high = free.min(axis=0), free.max(axis=0)
+    with pytest.warns(UserWarning, match=r"reference: \d+ of 800 drives were held back by the limits"):
+        held, more = one.precompensate(wanted, limits=np.column_stack([0.5 * low, 0.5 * high]))
+    assert (held >= 0.5 * low).all() and (held <= 0.5 * high).all()
+    assert (more > missed).all()
+    wide = (float(low.min()) - 1.0, float(high.max()) + 1.0)
+    assert (one.precompensate(wanted, limits=wide)[0] == free).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"limits": (1.0, -1.0)}, r"limits\[0\]: expected a low limit below a high one"),
+        ({"limits": [(0.0, 1.0)]}, "limits: expected 2 rows, got 1"),
+        ({"limits": "wide"}, "limits: expected"),
+        ({"start": None, "limits": (0.0, np.nan)}, r"limits\[0\]: expected .* both finite"),
+        ({"start": 0.5}, "start: expected .*MultiAxisForward"),
+    ],
+)
+def test_wrong_beginnings_and_limits_are_named(given: dict[str, Any], message: str) -> None:
+    with pytest.raises((ValueError, TypeError), match=message):
+        stage().precompensate(np.zeros((300, 2)), **given)
+
+
+def test_a_stream_of_another_stage_is_no_beginning() -> None:
+    other = stage(output_offset=[1.0, 1.0]).forward()
+    with pytest.raises(ValueError, match="start: expected a stream of this stage, got one of anot"):
+        stage().precompensate(np.zeros((300, 2)), start=other)
+
+
 def test_only_square_stages_have_an_inverse() -> None:
     wide = stage(c=[[1.0, 0.0, 0.2]], d=[[0.0, 0.01]], output_offset=[0.0])
     with pytest.raises(ValueError, match="reference: expected a stage with as many drives"):

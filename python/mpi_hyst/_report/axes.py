@@ -91,10 +91,11 @@ def tried(result: Found) -> Rows:
             str(one["parameters"]),
             f"{one['fitted']:.3f}",
             f"{one['held_out']:.3f}",
+            "yes" if one["chosen"] else "",
         ]
         for one in result.found.tried
     ]
-    return ["model", "states", "parameters", "fitted, %", "held out, %"], rows
+    return ["model", "states", "parameters", "fitted, %", "held out, %", "chosen"], rows
 
 
 def summary(result: Found) -> str:

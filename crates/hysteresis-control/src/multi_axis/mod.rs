@@ -18,7 +18,7 @@ mod tracking_gains;
 pub use crate::json_file::FileError;
 pub use controller::{MultiAxisStageController, MultiAxisStageState};
 pub use forward::{MultiAxisForward, MultiAxisState};
-pub use inverse::Precompensation;
+pub use inverse::{Precompensation, PrecompensationOptions};
 pub use model::{Matrices, MultiAxisStage, SCHEMA};
 pub use operator::{OperatorState, ScalarOperator};
 pub use tracking::{Tracking, TrackingState};

@@ -153,6 +153,14 @@ impl OperatorStream {
         }
     }
 
+    /// The last w.
+    pub(super) fn output(&self) -> f64 {
+        match self {
+            Self::Plays(plays) => plays.iter().fold(0.0, |sum, (_, weight, output)| sum + *weight * *output),
+            Self::Duhem(duhem) => duhem.output(),
+        }
+    }
+
     /// What [`step`](Self::step) would give.
     #[inline]
     pub(super) fn peek(&self, q: f64) -> f64 {

@@ -1,6 +1,8 @@
 //! Several axes with hysteresis in front of or inside their dynamics: equations, laws, states, file, refusals.
 
-use hysteresis_control::multi_axis::{FileError, Matrices, MultiAxisForward, MultiAxisStage, ScalarOperator};
+use hysteresis_control::multi_axis::{
+    FileError, Matrices, MultiAxisForward, MultiAxisStage, PrecompensationOptions, ScalarOperator,
+};
 use hysteresis_core::{Duhem, Error};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
@@ -177,21 +179,78 @@ fn drives_of_a_reference_are_followed() {
         }
     };
     let reference: Vec<f64> = (0..samples).flat_map(|k| [0.5 + bump(k, 200), -0.5 - 0.6 * bump(k, 300)]).collect();
-    let found = stage().precompensate(&reference).unwrap();
+    let found = stage().precompensate(&reference, &PrecompensationOptions::default()).unwrap();
     assert!(found.converged && found.sweeps < 30, "{} passes", found.sweeps);
     assert!(found.missed.iter().all(|missed| *missed < 1e-4), "{:?}", found.missed);
     for parts in [2, 5] {
-        let found = stage().with_sub_steps(parts).unwrap().precompensate(&reference).unwrap();
+        let found = stage()
+            .with_sub_steps(parts)
+            .unwrap()
+            .precompensate(&reference, &PrecompensationOptions::default())
+            .unwrap();
         assert!(found.converged && found.sweeps < 30, "{} passes", found.sweeps);
         assert!(found.missed.iter().all(|missed| *missed < 1e-4), "{:?}", found.missed);
     }
     let none = |rows, columns| DMatrix::zeros(rows, columns);
     let linear = Matrices { bw: none(3, 0), cq: none(0, 3), dq: none(0, 2), ..matrices() };
     let linear = MultiAxisStage::new(linear, Vec::new(), vec![0.5, -0.5], 1e-3).unwrap();
-    let found = linear.precompensate(&reference).unwrap();
+    let found = linear.precompensate(&reference, &PrecompensationOptions::default()).unwrap();
     assert!(found.converged && found.sweeps == 1 && found.missed.iter().all(|missed| *missed < 1e-4));
-    let error = stage().precompensate(&reference[1..]).unwrap_err();
+    let error = stage().precompensate(&reference[1..], &PrecompensationOptions::default()).unwrap_err();
     assert_eq!(error.to_string(), "reference: expected 1198 elements, got 1199");
+}
+
+/// What follows of a motion, begun with all that is remembered there, at rest or in the middle of a move, is what follows.
+#[test]
+fn a_reference_begins_where_the_last_one_ended() {
+    let eased = |k: usize| (f64::from(u32::try_from(k).unwrap()) * 0.0105).sin().powi(2);
+    let way = |k: usize| match k {
+        200..350 => eased(k - 200),
+        350..800 => 1.0,
+        800..950 => eased(k - 650),
+        _ => 0.0,
+    };
+    let whole: Vec<f64> = (0..1200).flat_map(|k| [0.5 + way(k), -0.5 - 0.6 * way(k)]).collect();
+    let usual = PrecompensationOptions::default();
+    for (parts, cut) in [(1, 600), (1, 260), (3, 600), (3, 870)] {
+        let stage = stage().with_sub_steps(parts).unwrap();
+        let asked = stage.precompensate(&whole, &usual).unwrap();
+        let (before, after) = asked.drives.split_at(2 * cut);
+        let mut forward = MultiAxisForward::new(&stage);
+        forward.run(before, &mut vec![0.0; 2 * cut]).unwrap();
+        let options = PrecompensationOptions { start: Some(forward.state()), ..usual.clone() };
+        let found = stage.precompensate(&whole[2 * cut..], &options).unwrap();
+        assert!(
+            found.converged && found.missed.iter().all(|missed| *missed < 1e-4),
+            "{parts} {cut} {:?}",
+            found.missed
+        );
+        let far = found.drives.iter().zip(after).map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
+        assert!(far < 0.01, "{parts} {cut} {far}");
+        // As if it were at rest, it misses by all that lies between.
+        assert!(stage.precompensate(&whole[2 * cut..], &usual).unwrap().missed[0] > 0.01);
+    }
+}
+
+#[test]
+fn drives_of_a_reference_stay_within_limits() {
+    let reference: Vec<f64> = (0..600).flat_map(|k| [0.5 + if k > 300 { 1.0 } else { 0.0 }, -0.5]).collect();
+    let usual = PrecompensationOptions::default();
+    let free = stage().precompensate(&reference, &usual).unwrap();
+    let options = PrecompensationOptions { limits: Some(vec![(-0.2, 0.4), (-5.0, 5.0)]), ..usual.clone() };
+    let found = stage().precompensate(&reference, &options).unwrap();
+    let beyond = |drives: &[f64]| drives.iter().step_by(2).filter(|u| !(-0.2..=0.4).contains(*u)).count();
+    assert!(beyond(&free.drives) > 0 && beyond(&found.drives) == 0);
+    assert_eq!((free.held_back, found.held_back), (0, beyond(&free.drives)));
+    assert!(found.missed[0] > free.missed[0]);
+    for (limits, message) in [
+        (vec![(0.0, 1.0)], "limits: expected 2 elements, got 1"),
+        (vec![(0.0, 1.0), (2.0, 1.0)], "limits[1]: expected a low limit below a high one, both finite, got 1.0"),
+        (vec![(f64::NAN, 1.0), (0.0, 1.0)], "limits[0]: expected a low limit below a high one, both finite, got 1.0"),
+    ] {
+        let options = PrecompensationOptions { limits: Some(limits), ..usual.clone() };
+        assert_eq!(stage().precompensate(&reference, &options).unwrap_err().to_string(), message);
+    }
 }
 
 /// A sample beyond all bounds is counted once.

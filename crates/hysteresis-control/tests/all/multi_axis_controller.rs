@@ -1,7 +1,8 @@
 //! The controller that a stage of several axes leads: it follows, rejects, holds, remembers, and allocates nothing.
 
 use hysteresis_control::multi_axis::{
-    Matrices, MultiAxisForward, MultiAxisStage, MultiAxisStageController, ScalarOperator, Tracking, TrackingOptions,
+    Matrices, MultiAxisForward, MultiAxisStage, MultiAxisStageController, PrecompensationOptions, ScalarOperator,
+    Tracking, TrackingOptions,
 };
 use hysteresis_control::oscillator::{Hold, HystereticOscillator, OscillatorForward};
 use hysteresis_core::{
@@ -384,7 +385,7 @@ fn an_oscillator_is_led_along_a_whole_reference() {
     let rms = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(|x| x * x).sum::<f64>().sqrt();
     let missed = |sub_steps: usize| {
         let stage = MultiAxisStage::of_oscillator(&oscillator(), DT, sub_steps).unwrap();
-        let found = stage.precompensate(&wanted).unwrap();
+        let found = stage.precompensate(&wanted, &PrecompensationOptions::default()).unwrap();
         assert!(found.converged && found.sweeps < 30, "{sub_steps}: {} passes", found.sweeps);
         let there = oscillator().response(&found.drives, DT, Hold::Zero, Some(40)).unwrap();
         rms(&mut there.iter().zip(&wanted).map(|(y, wanted)| y - wanted)) / rms(&mut wanted.iter().copied())

@@ -54,4 +54,6 @@ pub(super) struct Candidate {
     /// The mean over the positions of errors over standard deviations, of held-out samples.
     pub(super) held_out: f64,
     pub(super) errors: Vec<f64>,
+    /// Its row among all that was tried.
+    pub(super) row: usize,
 }

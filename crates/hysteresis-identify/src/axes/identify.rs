@@ -132,8 +132,10 @@ impl Search<'_> {
             parameters: fit.point.clone().numbers_mut(free).len(),
             fitted: (fit.squares / as_f64(samples)).sqrt(),
             held_out,
+            chosen: false,
         });
-        Some(Candidate { fit, hysteresis: AxesHysteresis::None, place: None, held_out, errors })
+        let row = self.tried.len() - 1;
+        Some(Candidate { fit, hysteresis: AxesHysteresis::None, place: None, held_out, errors, row })
     }
 
     /// The best linear model, and those of all orders that are nearly as good.
@@ -283,6 +285,7 @@ impl Search<'_> {
             Some(best) if best.held_out < BETTER * linear.held_out => best,
             _ => linear.clone(),
         };
+        self.tried[chosen.row].chosen = true;
         let data = self.data;
         let all = data.all();
         let free = Free { dynamics: true, query: chosen.place == Some(AxesPlace::Inside) };

@@ -55,6 +55,8 @@ pub struct AxesTrial {
     pub fitted: f64,
     /// The mean over the positions of rms error over standard deviation, over those held out.
     pub held_out: f64,
+    /// Whether the model is of this structure, fitted to all samples then.
+    pub chosen: bool,
 }
 
 impl AxesIdentification {
@@ -89,9 +91,9 @@ impl AxesIdentification {
             lines.extend(table(i, operator, doubts));
         }
         lines.push("Tried, % of the standard deviation:            states  parameters  fitted  held out".to_owned());
-        for AxesTrial { name, states, parameters, fitted, held_out } in &self.tried {
-            let (fitted, held_out) = (100.0 * fitted, 100.0 * held_out);
-            lines.push(format!("  {name:<43}  {states:>6}  {parameters:>10}  {fitted:>6.3}  {held_out:>8.3}"));
+        for AxesTrial { name, states, parameters, fitted, held_out, chosen } in &self.tried {
+            let (fitted, held_out, chosen) = (100.0 * fitted, 100.0 * held_out, if *chosen { "  chosen" } else { "" });
+            lines.push(format!("  {name:<43}  {states:>6}  {parameters:>10}  {fitted:>6.3}  {held_out:>8.3}{chosen}"));
         }
         lines.extend(self.warnings.iter().map(ToString::to_string));
         lines.join("\n")

@@ -120,7 +120,7 @@ impl AxesIdentification {
     }
 
     /// All structures that were tried: name, states, parameters; fitted and held_out, rms errors over standard
-    /// deviations.
+    /// deviations; chosen, true for one of them.
     #[getter]
     #[py(-> "list[dict[str, Any]]")]
     fn tried<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteresis_control::binary::Binary;
-use hysteresis_control::stage;
+use hysteresis_control::{multi_axis, oscillator, stage};
 use hysteresis_core::{JsonError, Model, SCHEMA, SCHEMA_SPLIT};
 use hysteresis_export::{HeaderOptions, Kind, MockUp, Settings, Source};
 use hysteresis_python_macros::{function, methods};
@@ -61,6 +61,13 @@ pub(crate) fn load_from(py: Python<'_>, path: PathBuf, data: &Bound<'_, PyBytes>
     loaded(py, &path, &files::text(&path, data.as_bytes().to_vec())?)
 }
 
+/// Files of other kinds, and what reads them.
+const OTHERS: [(&str, &str, &str); 3] = [
+    (actuators::SCHEMA, "an array of actuators", "ActuatorArray.load"),
+    (multi_axis::SCHEMA, "a stage of several axes", "MultiAxisStage.load"),
+    (oscillator::SCHEMA, "an oscillator with hysteresis", "plant.HystereticOscillator.load"),
+];
+
 fn loaded(py: Python<'_>, path: &Path, text: &str) -> PyResult<Py<PyAny>> {
     match Model::from_json(text) {
         Ok(model) => object(py, model),
@@ -68,13 +75,14 @@ fn loaded(py: Python<'_>, path: &Path, text: &str) -> PyResult<Py<PyAny>> {
             let stage = stage::Stage::from_json(text).map_err(|error| errors::file(path, &error))?;
             Ok(Py::new(py, Stage(stage))?.into_any())
         }
-        Err(JsonError::Schema { got: Some(got) }) if got == actuators::SCHEMA => Err(errors::file(
-            path,
-            &"an array of actuators, which `ActuatorArray.load` reads; expected a stage or a model",
-        )),
         Err(JsonError::Schema { got }) => {
-            let got = got.map_or("none".to_owned(), |got| format!("{got:?}"));
-            let message = format!("schema: expected {:?}, {SCHEMA:?} or {SCHEMA_SPLIT:?}, got {got}", stage::SCHEMA);
+            let other = OTHERS.iter().find(|(schema, ..)| got.as_deref() == Some(*schema));
+            let message = if let Some((_, what, reader)) = other {
+                format!("expected a stage or a model, got {what}, which `mh.{reader}` reads")
+            } else {
+                let got = got.map_or("none".to_owned(), |got| format!("{got:?}"));
+                format!("schema: expected {:?}, {SCHEMA:?} or {SCHEMA_SPLIT:?}, got {got}", stage::SCHEMA)
+            };
             Err(errors::file(path, &message))
         }
         Err(error) => Err(errors::file(path, &error)),

@@ -3,18 +3,15 @@
 use hysteresis_control::multi_axis::{MultiAxisStageController, TrackingOptions};
 use hysteresis_core::ControllerOptions;
 use hysteresis_python_macros::methods;
-use numpy::PyUntypedArrayMethods;
-use numpy::ndarray::Ix2;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-use super::multi_axis_stage::MultiAxisStage;
+use super::multi_axis_stage::{MultiAxisStage, each_limits};
 use crate::argument::SampleCount;
 use crate::control::controller::HybridController;
 use crate::control::inverse_dynamics::Preview;
 use crate::control::multi_axis::MultiAxisController;
-use crate::convert::errors::{raise, value};
-use crate::stream::stream_arrays::columns;
+use crate::convert::errors::raise;
 
 #[methods]
 impl MultiAxisStage {
@@ -95,18 +92,4 @@ impl MultiAxisStage {
         let copies = copies.collect::<PyResult<_>>()?;
         MultiAxisController::with_stage(slf, made, copies, peak_sensitivity)
     }
-}
-
-/// A pair of limits for each drive.
-fn each_limits(limits: &Bound<'_, PyAny>, drives: usize) -> PyResult<Vec<(f64, f64)>> {
-    if let Ok(both) = limits.extract::<(f64, f64)>() {
-        return Ok(vec![both; drives]);
-    }
-    let expected = format_args!("(low, high), or an array of shape ({drives}, 2)");
-    let given = columns::<Ix2>("limits", limits, 2, expected)?;
-    if given.shape()[0] != drives {
-        let got = given.shape()[0];
-        return Err(value("limits", format_args!("expected {drives} rows, got {got}")));
-    }
-    Ok(given.as_slice()?.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect())
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteresis_control::multi_axis::{self, Matrices, ScalarOperator};
+use hysteresis_control::multi_axis::{self, Matrices, MultiAxisState, PrecompensationOptions, ScalarOperator};
 use hysteresis_core::{DuhemForward, Play};
 use hysteresis_python_macros::methods;
 use nalgebra::DMatrix;
@@ -103,6 +103,10 @@ impl Class for MultiAxisStage {
     const CALLED: &'static str = "a mh.MultiAxisStage";
 }
 
+impl Class for MultiAxisForward {
+    const CALLED: &'static str = "a stream that `stage.forward()` made (MultiAxisForward)";
+}
+
 /// Drives, and what the model misses with them.
 type Precompensated<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
 
@@ -127,6 +131,20 @@ fn operator(place: usize, value: &Bound<'_, PyAny>) -> PyResult<ScalarOperator> 
     let (thresholds, weights) = (numbers(here(), &thresholds)?, numbers(here(), &weights)?);
     ScalarOperator::plays(&thresholds, &weights)
         .map_err(|error| errors::value(here(), format_args!("expected {expected}: {error}")))
+}
+
+/// A pair of limits for each drive.
+pub(super) fn each_limits(limits: &Bound<'_, PyAny>, drives: usize) -> PyResult<Vec<(f64, f64)>> {
+    if let Ok(both) = limits.extract::<(f64, f64)>() {
+        return Ok(vec![both; drives]);
+    }
+    let expected = format_args!("(low, high), or an array of shape ({drives}, 2)");
+    let given = columns::<Ix2>("limits", limits, 2, expected)?;
+    if given.shape()[0] != drives {
+        let got = given.shape()[0];
+        return Err(errors::value("limits", format_args!("expected {drives} rows, got {got}")));
+    }
+    Ok(given.as_slice()?.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect())
 }
 
 /// What is written, in `out` or a new array of a shape.
@@ -269,19 +287,61 @@ impl MultiAxisStage {
         MultiAxisForward { stream, made_of: slf.clone().unbind() }
     }
 
-    /// The drives for a whole reference of shape (samples, p), from rest, for a stage with as many drives as positions:
-    /// an array of that shape, and by how much the model misses the reference with them, rms of each position.
+    /// The drives for a whole reference, for a stage with as many drives as positions, and what the model misses with them.
     ///
-    /// The linear part is inverted at every frequency, so zeros outside the unit circle do no harm: drives begin
-    /// before the reference moves. What the operators add is found by passes, 150 at most, until
-    /// nothing changes: a UserWarning says so if it still does. The reference begins where the stage rests, at
-    /// `output_offset`, and should stay there for as long as its dynamics ring. Limits of the drives are not known:
-    /// check them.
+    /// The linear part is inverted at every frequency, so zeros outside the unit circle do no harm: drives begin before the
+    /// reference moves. What the operators add is found by passes, 150 at most, until nothing changes. The reference
+    /// begins where the stage is, and should stay there for as long as its dynamics ring.
+    ///
+    /// Parameters
+    /// ----------
+    /// reference : array of shape (samples, p)
+    ///     The positions.
+    /// limits : (low, high), or an array of shape (p, 2), optional
+    ///     Of every drive, or of each. Drives are found without them, and are held at them then.
+    /// start : MultiAxisForward, optional
+    ///     A stream of this stage that has had every drive so far: what it remembers is gone on from, and it stays as it
+    ///     is. By default the stage is at rest, at `output_offset`.
+    ///
+    /// Returns
+    /// -------
+    /// drives, missed : array of shape (samples, p), array of p floats
+    ///     `missed` is the rms difference of each position of the model with these drives.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     That name the argument, what was expected and what came.
+    ///
+    /// Warns
+    /// -----
+    /// UserWarning
+    ///     If limits hold drives back, and if drives still change after the last pass: look at what is missed then.
+    ///
+    /// Examples
+    /// --------
+    /// One scan after the other, with all that hysteresis remembers:
+    ///
+    /// >>> import mpi_hyst as mh
+    /// >>> import numpy as np
+    /// >>> one = np.eye(2)
+    /// >>> stage = mh.MultiAxisStage(0.5 * one, 0.4 * one, [[1.0, 0.03], [-0.03, 1.0]], 0 * one,
+    /// ...     bw=0.1 * one, cq=0 * one, dq=one, operators=[([0.2], [1.0]), ([0.2], [1.0])], dt=1e-3)
+    /// >>> way = (1.0 - np.cos(np.linspace(0.0, np.pi, 100)))[:, None] / 2.0 * [1.0, 0.5]
+    /// >>> there, back = np.vstack([0.0 * way, way, way[-1] + 0.0 * way]), way[::-1]
+    /// >>> bench = stage.forward()
+    /// >>> drives, missed = stage.precompensate(there, limits=(-5.0, 5.0))
+    /// >>> _ = bench.run(drives)
+    /// >>> drives, missed = stage.precompensate(np.vstack([there[-50:], back]), limits=(-5.0, 5.0), start=bench)
+    /// >>> bool(missed.max() < 1e-3)
+    /// True
     #[py(-> "tuple[Matrix, Vector]")]
     fn precompensate<'py>(
         &self,
         py: Python<'py>,
         #[py("ArrayLike")] reference: &Bound<'py, PyAny>,
+        #[py(*, "ArrayLike | None" = None)] limits: Option<&Bound<'py, PyAny>>,
+        #[py(= None)] start: Option<Bound<'py, MultiAxisForward>>,
     ) -> PyResult<Precompensated<'py>> {
         let p = self.0.positions();
         let wanted = columns::<Ix2>("reference", reference, p, format_args!("an array of shape (samples, {p})"))?;
@@ -289,9 +349,17 @@ impl MultiAxisStage {
         // Spectra, and gains at every frequency.
         let both = p + self.0.operators().len() * self.0.sub_steps();
         check_room("reference", samples, PASS * both * (both + 2))?;
-        let found = self.0.precompensate(wanted.as_slice()?).map_err(raise)?;
+        let options = PrecompensationOptions {
+            limits: limits.map(|given| each_limits(given, self.0.drives())).transpose()?,
+            start: start.map(|stream| self.remembered(&stream)).transpose()?,
+        };
+        let found = self.0.precompensate(wanted.as_slice()?, &options).map_err(raise)?;
         if !found.converged {
             errors::warn(py, "precompensate: the drives still change after 150 passes; look at what the model misses")?;
+        }
+        if found.held_back > 0 {
+            let (held, all) = (found.held_back, found.drives.len());
+            errors::warn(py, &format!("reference: {held} of {all} drives were held back by the limits"))?;
         }
         let drives = zeros(py, Dim([samples, p]))?;
         drives.readwrite().as_slice_mut()?.copy_from_slice(&found.drives);
@@ -335,6 +403,18 @@ impl MultiAxisStage {
             stage.operators().len(),
             stage.dt()
         )
+    }
+}
+
+impl MultiAxisStage {
+    /// What a stream of this stage remembers.
+    fn remembered(&self, stream: &Bound<'_, MultiAxisForward>) -> PyResult<MultiAxisState> {
+        let stream = shared(stream)?;
+        if stream.made_of.get().0 == self.0 {
+            Ok(stream.stream.state())
+        } else {
+            Err(errors::value("start", "expected a stream of this stage, got one of another"))
+        }
     }
 }
 
