@@ -1,9 +1,16 @@
 //! Identification of hysteresis models from records of input and output.
 //!
-//! The model is y(k) = `output_offset` + sum_i w_i z_i(k - delay), z_i the coupled play of the core at
-//! u - `input_offset`; every record has its own output offset and starts from the virgin state. Weights and output
-//! offsets enter linearly and follow from non-negative least squares; the delay is searched, and for coupled plays the
-//! three ratios of the thresholds and the input offset. See [`identify`].
+//! The model is
+//!
+//! ```text
+//! y = output_offset + G[creep[g (sum_i w_i z_i + z + s)]]
+//! ```
+//!
+//! z_i are plays, or coupled plays, at u - `input_offset`, z a Duhem operator there, s the loop shift, g the slow gain,
+//! and G linear dynamics with a dead time. In front of all there may be an amplifier and a map, behind the hysteresis
+//! another map. Every record has its own output offset and starts from the virgin state. Weights and output offsets
+//! enter linearly and follow from non-negative least squares; everything else is searched, and which terms there are
+//! say stretches of the records that were not fitted. See [`identify`].
 //!
 //! After G. Wang, G. Chen, H. Zhou, F. Bai, IEEE/CAA J. Autom. Sinica 4(4), 782-791, 2017, equations (4)-(6).
 //! Results are the same bits on every run on the same machine, on any number of threads.
@@ -22,7 +29,8 @@
 //! `inside` is a way of its own, for hysteresis inside the dynamics: [`identify_oscillator`]. So is `axes`, for several
 //! drives and positions: [`identify_axes`].
 //!
-//! `compare` goes it for several models, `many` for many actuators, `places` without a position sensor, and `recursive` takes sample by sample while the actuator runs.
+//! `compare` goes it for several models, `many` for many actuators, `places` without a position sensor, and `recursive`
+//! takes sample by sample while the actuator runs.
 
 #![forbid(unsafe_code)]
 

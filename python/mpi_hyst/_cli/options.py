@@ -249,8 +249,8 @@ def creep(**how: Any) -> Any:
     return option(
         metavar="TERMS|log|auto|none",
         **word_or(("auto", "none", "log"), "a whole number from 1 on", whole),
-        help="Creep: log-type, or so many terms a decade apart. auto: log-type, if "
-        "cross-validation asks for it.  [default: auto]",
+        help="Creep: log-type, or so many terms a decade apart. auto: none, log-type, or an "
+        "amplitude for every decade, as the records tell it.  [default: auto]",
         **how,
     )
 

@@ -110,7 +110,7 @@ fn check(record: &AxesRecord<'_>, m: usize, p: usize, skip: usize) -> Result<(),
         return Err(RecordError::Length { argument: "u", expected: samples * m, got: record.u.len() });
     }
     if record.y.len() != samples * p {
-        return Err(RecordError::Length { argument: "y", expected: samples, got: record.y.len() / p });
+        return Err(RecordError::Length { argument: "y", expected: samples, got: record.y.len().div_ceil(p) });
     }
     if skip >= samples {
         return Err(RecordError::Skip { samples, got: skip });

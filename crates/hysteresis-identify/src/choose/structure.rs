@@ -263,7 +263,7 @@ const DOUBLED: [usize; 3] = [20, 40, 80];
 
 /// By which factor a doubled number must lower the mean square error on stretches: a fiftieth of the error. What is less is not worth
 /// another search.
-const MUST_GAIN: f64 = 1.04;
+const MUST_GAIN_OF_OPERATORS: f64 = 1.04;
 
 /// By which factor the best of all numbers must be better than one of fewer: a hundredth of the error. Short stretches tell less still
 /// from chance, and it is worth nothing.
@@ -383,7 +383,7 @@ impl Choice<'_> {
         // Loops that are all alike say little for more than the usual number, and nothing for fewer.
         let (numbers, margin): (&[usize], f64) = match count {
             Count::Auto => (&NUMBERS, MUST_GAIN_IN_AUTO),
-            Count::Refined => (&DOUBLED, Variety::of(self.records).margin().max(MUST_GAIN)),
+            Count::Refined => (&DOUBLED, Variety::of(self.records).margin().max(MUST_GAIN_OF_OPERATORS)),
         };
         let mut chosen = 0;
         for (done, operators) in numbers.iter().enumerate() {

@@ -3,7 +3,7 @@
 use crate::choose::dynamics::starts;
 use crate::choose::found::{LinearEvidence, Place};
 use crate::choose::linear_part::{amplifier_starts, to_compare};
-use crate::choose::term_search::{Candidate, PASSES, Row, Term, TermSearch, Variant, has_two_amplitudes};
+use crate::choose::term_search::{Candidate, PASSES, Row, Term, TermSearch, Variant};
 use crate::error::Error;
 use crate::fit::descent::{best_attempt, best_points};
 use crate::fit::point::Parameter;
@@ -33,10 +33,32 @@ pub(crate) const TABLE: [Row; 9] = [
     Row { terms: 1, is_costly: true, least_left: LEAST_LEFT, term: &DynamicsBehindMap },
 ];
 
+/// Whether a parameter lies within the bounds of its search, if it is searched.
+fn is_inside(one: &Candidate, parameter: Parameter) -> bool {
+    let Place { space, point } = &one.place;
+    space.axis(parameter).is_none_or(|axis| axis.is_inside(point))
+}
+
 /// Creep with an amplitude for every decade, in place of the two that the linear part has: creep by a power of time.
 struct CreepOfEveryDecade;
 
 impl Term for CreepOfEveryDecade {
+    fn is_open(&self, asked: &Options, options: &Options) -> bool {
+        asked.creep == CreepModel::Auto && options.creep == CreepModel::SlowAndFast
+    }
+
+    fn is_in(&self, one: &Candidate) -> bool {
+        one.options.creep == CreepModel::EveryDecade
+    }
+
+    /// At its bound it stands for a transient, or for hysteresis of another kind.
+    fn stands_for_itself(&self, one: &Candidate) -> bool {
+        let Place { space, point } = &one.place;
+        let is_below_its_bound =
+            |number| space.axis(Parameter::Creep(number)).is_none_or(|axis| !axis.is_at_upper(point));
+        !self.is_in(one) || (0..space.creep_amplitudes()).all(is_below_its_bound)
+    }
+
     fn variants(
         &self,
         search: &TermSearch<'_>,
@@ -44,7 +66,7 @@ impl Term for CreepOfEveryDecade {
         _: &mut SearchMonitor<'_>,
     ) -> Result<Vec<Variant>, Error> {
         let Place { space, point } = &from.place;
-        if !has_two_amplitudes(search.asked, &from.options) || space.creep_amplitudes() == 0 {
+        if !self.is_open(search.asked, &from.options) || space.creep_amplitudes() == 0 {
             return Ok(Vec::new());
         }
         let creep = CreepModel::EveryDecade;
@@ -61,6 +83,19 @@ struct CoupledPlays;
 const STARTS_OF_COUPLED_PLAYS: usize = 6;
 
 impl Term for CoupledPlays {
+    fn is_open(&self, _: &Options, options: &Options) -> bool {
+        options.chooses_coupling()
+    }
+
+    fn is_in(&self, one: &Candidate) -> bool {
+        !one.options.has_plays()
+    }
+
+    /// With them everything is sought anew.
+    fn is_more(&self) -> bool {
+        false
+    }
+
     fn variants(
         &self,
         search: &TermSearch<'_>,
@@ -69,7 +104,7 @@ impl Term for CoupledPlays {
     ) -> Result<Vec<Variant>, Error> {
         let Place { space, point } = &from.place;
         // An operator beside the plays does what they would.
-        if !from.options.chooses_coupling() || matches!(from.options.duhem, DuhemModel::Near(_)) {
+        if !self.is_open(search.asked, &from.options) || matches!(from.options.duhem, DuhemModel::Near(_)) {
             return Ok(Vec::new());
         }
         let options = from.options.with_coupled_plays();
@@ -90,6 +125,18 @@ impl Term for CoupledPlays {
 struct SlowGainOfUsualTime;
 
 impl Term for SlowGainOfUsualTime {
+    fn is_open(&self, asked: &Options, _: &Options) -> bool {
+        asked.slow_gain == SlowGainModel::Auto
+    }
+
+    fn is_in(&self, one: &Candidate) -> bool {
+        one.place.space.has_slow_gain()
+    }
+
+    fn stands_for_itself(&self, one: &Candidate) -> bool {
+        is_inside(one, Parameter::SlowGain)
+    }
+
     fn variants(
         &self,
         search: &TermSearch<'_>,
@@ -97,7 +144,7 @@ impl Term for SlowGainOfUsualTime {
         _: &mut SearchMonitor<'_>,
     ) -> Result<Vec<Variant>, Error> {
         let Place { space, point } = &from.place;
-        let is_open = search.asked.slow_gain == SlowGainModel::Auto && !space.has_slow_gain();
+        let is_open = self.is_open(search.asked, &from.options) && !self.is_in(from);
         let usual = SlowGainModel::usual(space.intervals().longest_record()).filter(|_| is_open);
         let Some(slow_gain) = usual else { return Ok(Vec::new()) };
         let (space, point) = space.with_slow_gain(slow_gain, point)?;
@@ -114,16 +161,24 @@ struct Curves {
 }
 
 impl Term for Curves {
+    fn is_open(&self, asked: &Options, _: &Options) -> bool {
+        (!self.in_front || asked.input_map == MapModel::Auto) && (!self.behind || asked.output_map == MapModel::Auto)
+    }
+
+    fn is_in(&self, one: &Candidate) -> bool {
+        let space = &one.place.space;
+        (!self.in_front || space.has_input_map()) && (!self.behind || space.has_output_map())
+    }
+
     fn variants(
         &self,
         search: &TermSearch<'_>,
         from: &Candidate,
         _: &mut SearchMonitor<'_>,
     ) -> Result<Vec<Variant>, Error> {
-        let (space, asked) = (&from.place.space, search.asked);
-        let may_be_in_front = asked.input_map == MapModel::Auto && !space.has_input_map();
-        let may_be_behind = asked.output_map == MapModel::Auto && !space.has_output_map();
-        if self.in_front && !may_be_in_front || self.behind && !may_be_behind {
+        let space = &from.place.space;
+        let is_there = self.in_front && space.has_input_map() || self.behind && space.has_output_map();
+        if !self.is_open(search.asked, &from.options) || is_there {
             return Ok(Vec::new());
         }
         let mut with = space.clone();
@@ -141,6 +196,19 @@ impl Term for Curves {
 struct NoDynamics;
 
 impl Term for NoDynamics {
+    /// Those of the linear part stay where nothing else is open.
+    fn is_open(&self, _: &Options, _: &Options) -> bool {
+        false
+    }
+
+    fn is_in(&self, one: &Candidate) -> bool {
+        one.place.space.order().is_none() && !one.place.space.has_amplifier()
+    }
+
+    fn is_more(&self) -> bool {
+        false
+    }
+
     fn variants(
         &self,
         search: &TermSearch<'_>,
@@ -148,8 +216,7 @@ impl Term for NoDynamics {
         _: &mut SearchMonitor<'_>,
     ) -> Result<Vec<Variant>, Error> {
         let Place { space, point } = &from.place;
-        let has_none = space.order().is_none() && !space.has_amplifier();
-        if search.asked.dynamics != DynamicsModel::Auto || has_none {
+        if search.asked.dynamics != DynamicsModel::Auto || self.is_in(from) {
             return Ok(Vec::new());
         }
         let (options, without) = search.without_dynamics(from)?;
@@ -166,6 +233,19 @@ impl Term for NoDynamics {
 struct LagInFront;
 
 impl Term for LagInFront {
+    fn is_open(&self, asked: &Options, _: &Options) -> bool {
+        asked.leaves_lag_open()
+    }
+
+    fn is_in(&self, one: &Candidate) -> bool {
+        one.place.space.has_amplifier() && one.place.space.order().is_none()
+    }
+
+    /// Beside modes an amplifier that is fast without bound is none.
+    fn stands_for_itself(&self, one: &Candidate) -> bool {
+        one.place.space.order().is_some() || is_inside(one, Parameter::LogBandwidth)
+    }
+
     fn variants(
         &self,
         search: &TermSearch<'_>,
@@ -173,7 +253,7 @@ impl Term for LagInFront {
         _: &mut SearchMonitor<'_>,
     ) -> Result<Vec<Variant>, Error> {
         let Place { space, point } = &from.place;
-        if !search.asked.leaves_lag_open() || space.has_amplifier() && space.order().is_none() {
+        if !self.is_open(search.asked, &from.options) || self.is_in(from) {
             return Ok(Vec::new());
         }
         let (options, without) = search.without_dynamics(from)?;
@@ -192,6 +272,27 @@ impl Term for LagInFront {
 struct DynamicsBehindMap;
 
 impl Term for DynamicsBehindMap {
+    /// Where no map is open there is none to seek them behind.
+    fn is_open(&self, _: &Options, _: &Options) -> bool {
+        false
+    }
+
+    fn is_in(&self, one: &Candidate) -> bool {
+        one.was_sought
+    }
+
+    fn is_more(&self) -> bool {
+        false
+    }
+
+    /// At an edge, or overdamped, a resonance stands for a lag or a dead time, which are tried, too.
+    fn stands_for_itself(&self, one: &Candidate) -> bool {
+        let Place { space, point } = &one.place;
+        let is_resonance = point.get(Parameter::LogDamping) < 0.0;
+        (is_resonance || !self.is_in(one) || space.order() != Some(Order::Second))
+            && [Parameter::LogFrequency, Parameter::LogDamping].into_iter().all(|parameter| is_inside(one, parameter))
+    }
+
     fn variants(
         &self,
         search: &TermSearch<'_>,
@@ -207,7 +308,7 @@ impl Term for DynamicsBehindMap {
             }
             _ => Vec::new(),
         };
-        if orders.is_empty() || !space.has_map() || from.was_sought {
+        if orders.is_empty() || !space.has_map() || self.is_in(from) {
             return Ok(Vec::new());
         }
         monitor.hold();

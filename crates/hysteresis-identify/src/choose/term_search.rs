@@ -23,11 +23,9 @@ use crate::judge::finding_code::FindingCode;
 use crate::options::Options;
 use crate::records::record::{Record, largest_range};
 use crate::records::signal::as_f64;
-use crate::terms::creep::CreepModel;
 use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::{MapModel, OutputMap};
-use crate::terms::slow_gain::SlowGainModel;
 use crate::terms::weights::WeightBasis;
 
 /// A term, and what it costs.
@@ -42,8 +40,24 @@ pub(crate) struct Row {
     pub(crate) term: &'static dyn Term,
 }
 
-/// A term of the table.
+/// A term of the table. Nothing else in the search names one.
 pub(crate) trait Term: Sync {
+    /// Whether it is open by what was asked for, where options were taken: then a search is worth while.
+    fn is_open(&self, asked: &Options, options: &Options) -> bool;
+
+    /// Whether a model has it.
+    fn is_in(&self, one: &Candidate) -> bool;
+
+    /// Whether it is more than what the search begins with, so that a model with it is kept.
+    fn is_more(&self) -> bool {
+        true
+    }
+
+    /// Whether it stands for itself in a model, if it is there. At the bounds of its search it stands for something else.
+    fn stands_for_itself(&self, _: &Candidate) -> bool {
+        true
+    }
+
     /// The variants that may be tried from a candidate; none where nothing is left open, or the term is there.
     fn variants(
         &self,
@@ -103,9 +117,8 @@ pub(crate) struct Candidate {
     shifted: Option<CrossValidation>,
 }
 
-/// What tells models apart in the search: maps in front and behind, and plays; creep of every decade, slow gain, dynamics, an amplifier,
-/// and whether dynamics were sought anew.
-type Signature = ([bool; 3], bool, bool, Option<Order>, bool, bool);
+/// What tells models apart in the search: which rows of the table are in them, the order of their dynamics, and whether there is an amplifier.
+type Signature = (Vec<bool>, Option<Order>, bool);
 
 /// What a search has seen on its way.
 struct Way<'a, 'b> {
@@ -156,7 +169,8 @@ impl TermSearch<'_> {
         let end = self.end_of(&first, MOST_CHANGES, &mut way)?;
         // With nothing more the dynamics are those that `linear_part` weighed, unless it was told too little of those that were asked
         // for.
-        let is_kept = |end: &Candidate| end.has_more() || self.needs_coupling(&end.options) || first.has_too_little();
+        let is_kept =
+            |end: &Candidate| self.has_more(end) || self.needs_coupling(&end.options) || first.has_too_little();
         let candidate = end.filter(is_kept).unwrap_or(first);
         let untold = way.untold.filter(|_| !candidate.place.space.has_map());
         Ok(Some(Chosen { candidate, untold }))
@@ -171,8 +185,9 @@ impl TermSearch<'_> {
         }
         let mut ends = Vec::new();
         for next in self.better_neighbours(from, way)? {
-            if !way.followed.contains(&next.signature()) {
-                way.followed.push(next.signature());
+            let signature = self.signature(&next);
+            if !way.followed.contains(&signature) {
+                way.followed.push(signature);
                 ends.push(self.end_of(&next, changes - 1, way)?.unwrap_or(next));
             }
         }
@@ -254,7 +269,17 @@ impl TermSearch<'_> {
             return Ok(None);
         }
         let one = to_compare(self.tried(variant, PASSES, span, monitor))?;
-        Ok(one.filter(Candidate::stands_for_itself))
+        Ok(one.filter(|one| self.table.iter().all(|row| row.term.stands_for_itself(one))))
+    }
+
+    fn signature(&self, one: &Candidate) -> Signature {
+        let space = &one.place.space;
+        (self.table.iter().map(|row| row.term.is_in(one)).collect(), space.order(), space.has_amplifier())
+    }
+
+    /// Whether a model has a term that is sought here alone.
+    fn has_more(&self, one: &Candidate) -> bool {
+        self.table.iter().any(|row| row.term.is_more() && row.term.is_in(one))
     }
 
     /// By which factor a model must lower the mean square error of one with so many terms less, or with others.
@@ -306,11 +331,7 @@ impl TermSearch<'_> {
 
     /// Whether a term may be added, and there is anything left that it may explain.
     fn is_open(&self, found: &Found) -> bool {
-        let maps = [&self.asked.input_map, &self.asked.output_map].contains(&&MapModel::Auto);
-        let (creep, gain) =
-            (has_two_amplitudes(self.asked, &found.options), self.asked.slow_gain == SlowGainModel::Auto);
-        let are_plays = found.options.chooses_coupling();
-        (maps || creep || gain || are_plays || self.asked.leaves_lag_open())
+        self.table.iter().any(|row| row.term.is_open(self.asked, &found.options))
             && !found.fit.fit.is_exact()
             && found.problem(self.records).colour(&found.fit).is_coloured()
     }
@@ -456,37 +477,6 @@ impl TermSearch<'_> {
 }
 
 impl Candidate {
-    /// Whether frequency, damping, slow gain and a lag in front lie within the bounds of their search, and a resonance that was sought behind a
-    /// map is one: at an edge, or overdamped, it stands for a lag or a dead time, which are tried, too. So does creep of every decade at its
-    /// bound: for a transient, or for hysteresis of another kind.
-    fn stands_for_itself(&self) -> bool {
-        let Place { space, point } = &self.place;
-        let is_inside = |parameter| space.axis(parameter).is_none_or(|axis| axis.is_inside(point));
-        let is_below_its_bound =
-            |number| space.axis(Parameter::Creep(number)).is_none_or(|axis| !axis.is_at_upper(point));
-        let creeps = if self.options.creep == CreepModel::EveryDecade { space.creep_amplitudes() } else { 0 };
-        let is_resonance = point.get(Parameter::LogDamping) < 0.0;
-        (is_resonance || !self.was_sought || space.order() != Some(Order::Second))
-            // Beside modes an amplifier that is fast without bound is none.
-            && (space.order().is_some() || is_inside(Parameter::LogBandwidth))
-            && [Parameter::LogFrequency, Parameter::LogDamping, Parameter::SlowGain].into_iter().all(is_inside)
-            && (0..creeps).all(is_below_its_bound)
-    }
-
-    fn signature(&self) -> Signature {
-        let space = &self.place.space;
-        let every_decade = self.options.creep == CreepModel::EveryDecade;
-        let maps = [space.has_input_map(), space.has_output_map(), self.options.has_plays()];
-        (maps, every_decade, space.has_slow_gain(), space.order(), space.has_amplifier(), self.was_sought)
-    }
-
-    /// Whether it has a term that is sought here alone.
-    fn has_more(&self) -> bool {
-        let space = &self.place.space;
-        let has_lag_in_front = space.has_amplifier() && space.order().is_none();
-        space.has_map() || space.has_slow_gain() || has_lag_in_front || self.options.creep == CreepModel::EveryDecade
-    }
-
     /// Whether the records told too little of the dynamics that were asked for.
     pub(crate) fn has_too_little(&self) -> bool {
         self.linear.as_ref().is_some_and(|linear| linear.too_little.is_some())
@@ -514,11 +504,6 @@ impl Candidate {
 pub(crate) fn is_better(one: &CrossValidation, other: &CrossValidation, must_gain: f64) -> bool {
     let pair = [other.clone(), one.clone()];
     CrossValidation::good(&pair, must_gain).all(|place| place != 0)
-}
-
-/// Whether creep is left open, and has the amplitudes of the linear part so far.
-pub(crate) fn has_two_amplitudes(asked: &Options, options: &Options) -> bool {
-    asked.creep == CreepModel::Auto && options.creep == CreepModel::SlowAndFast
 }
 
 /// What would explain less of the range than this, rms, is not told.

@@ -9,11 +9,11 @@ use crate::choose::term_search::{MUST_GAIN, is_better};
 use crate::error::Error;
 use crate::options::Options;
 use crate::places::given::{Given, PlacesOptions};
+use crate::places::judging::{check_equations, judged, left_to_explain, simplest};
 use crate::places::result::PlacesCandidate;
 use crate::places::search::{FoundPlace, PlaceSearch};
 use crate::places::space::{Axis, PlacePoint, PlaceSpace};
 use crate::places::validation::MANY_LENGTHS;
-use crate::places::{check_equations, judged, left_to_explain, simplest};
 use crate::terms::maps::MapModel;
 
 /// By which factor a Duhem operator must lower the mean square error of prediction, by pairs and by lengths alone. With pairs, which tell no
@@ -94,7 +94,7 @@ pub(crate) fn with_further(
     (options, checked): (&PlacesOptions, &Options),
     proceed: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<(usize, Vec<PlacesCandidate>), Error> {
-    let mut candidates = judged(search, found, checked)?;
+    let mut candidates = judged(search, found, checked);
     let mut chosen = simplest(&candidates);
     loop {
         let missing = |one: &Further| !one.is_in(&found[chosen].space);
@@ -110,7 +110,7 @@ pub(crate) fn with_further(
         if more.is_empty() {
             return Ok((chosen, candidates));
         }
-        candidates = judged(search, found, checked)?;
+        candidates = judged(search, found, checked);
         let by = |place: usize| &candidates[place].validation;
         more.retain(|(place, one)| {
             must.is_some() || is_better(by(*place), by(chosen), one.must_gain(&search.system.given))

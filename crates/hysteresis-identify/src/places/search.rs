@@ -109,16 +109,16 @@ impl PlaceSearch<'_> {
             is_new
         });
         let scales = looked[0].2.shares.scales;
-        let mut best: Option<(f64, PlacePoint, Weighed)> = None;
-        for (_, point, weighed) in looked {
+        let mut descended = |(_, point, weighed): (f64, PlacePoint, Weighed)| {
             let (point, weighed) = self.descend(&space, point, weighed, proceed)?;
-            let cost = self.system.cost(&weighed, (RobustLoss::Bisquare, scales));
-            if best.as_ref().is_none_or(|best| cost < best.0) {
-                best = Some((cost, point, weighed));
-            }
+            Ok::<_, Error>((self.system.cost(&weighed, (RobustLoss::Bisquare, scales)), point, weighed))
+        };
+        let mut best = descended(looked.remove(0))?;
+        for start in looked {
+            let other = descended(start)?;
+            best = if other.0 < best.0 { other } else { best };
         }
-        // There is a start always.
-        let (_, point, weighed) = best.ok_or(Error::NoOperators)?;
+        let (_, point, weighed) = best;
         Ok(FoundPlace { space, point, weighed, uninformative: self.system.uninformative.clone() })
     }
 

@@ -5,7 +5,7 @@
 //! | operators | `Thresholds`, `ModelKind`, `RatiosModel` | ratios, input offset | columns z_i | `choose::structure`, `choose::table` |
 //! | weights | `WeightLaw`, smoothness | none: they are linear | unknowns c, w = B c | `choose::structure` |
 //! | loop shift | `LoopShiftModel` | none: its amplitudes are linear | columns m and n | `choose::structure` |
-//! | creep | `CreepModel` | amplitudes | a filter behind the operators | `choose::structure` |
+//! | creep | `CreepModel` | amplitudes | a filter behind the operators | `choose::told`, `choose::structure`, `choose::table` |
 //! | slow gain | `SlowGainModel` | amplitude, time constant | a factor of all columns | `choose::table` |
 //! | Duhem operator | `DuhemModel` | amplitude, f+ and f- at its knots | a known output beside the columns | `choose::duhem` |
 //! | maps | `MapModel` | three coefficients each | a curve in front, or behind | `choose::table` |
