@@ -110,14 +110,14 @@ def test_no_name_of_a_copy_can_be_foreseen(tmp_path: Path) -> None:
 def test_a_file_of_another_kind_says_what_reads_it(tmp_path: Path) -> None:
     path = tmp_path / "mirror.json"
     mh.ActuatorArray([mh.paper.table_1()]).save(path)
-    with pytest.raises(ValueError, match=r"mirror.json: .* got an array of actuators, which `mh.Act.*load`"):
+    with pytest.raises(ValueError, match=r"mirror.json: .* an array of actuators, which `mh.*`"):
         mh.load(path)
     oscillator = mh.plant.HystereticOscillator(
         0.5, 5.0, 2.5e4, mh.Duhem.from_bouc_wen(2.5e4, 1e3, 0.8, -1.1)
     )
     oscillator.save(path)
-    with pytest.raises(ValueError, match="an oscillator .* which `mh.plant.HystereticOscillator.l"):
+    with pytest.raises(ValueError, match=r"an oscillator .* which `mh.plant.Hysteretic.*load`"):
         mh.load(path)
     oscillator.axes(1e-3).save(path)
-    with pytest.raises(ValueError, match="a stage of several axes, which `mh.MultiAxisStage.load`"):
+    with pytest.raises(ValueError, match=r"a stage of several axes, which `mh.Multi.*load`"):
         mh.load(path)

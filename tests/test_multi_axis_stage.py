@@ -264,7 +264,7 @@ def test_drives_of_a_reference_are_held_at_limits() -> None:
     wanted = one.output_offset + way(np.array([1.0, -0.6]))
     free, missed = one.precompensate(wanted)
     low, high = free.min(axis=0), free.max(axis=0)
-    with pytest.warns(UserWarning, match=r"reference: \d+ of 800 drives were held back by the limits"):
+    with pytest.warns(mh.HeldBackWarning, match=r"reference: \d+ of 800 .* by the limits"):
         held, more = one.precompensate(wanted, limits=np.column_stack([0.5 * low, 0.5 * high]))
     assert (held >= 0.5 * low).all() and (held <= 0.5 * high).all()
     assert (more > missed).all()

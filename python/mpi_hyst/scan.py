@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mpi_hyst._core import PrandtlIshlinskii, Stage
+from mpi_hyst._core import HeldBackWarning, PrandtlIshlinskii, Stage, StartError
 from mpi_hyst._files import write_file
 from mpi_hyst._types import Samples
 
@@ -39,8 +39,31 @@ _MISSED = 2e-3
 """What a lead-in may miss on its way, as a share of the range."""
 _BLOCK = 1_000_000
 """So many samples are waited at once."""
+_ITSELF = Stage(PrandtlIshlinskii([1.0], [0.0]))
+"""As its drive is its own position, the drive for a motion is the motion itself, sampled."""
 
 _Path: TypeAlias = str | PathLike[str]
+
+
+def way_to(
+    reference: Samples,
+    dt: float,
+    lead_in: float,
+    *,
+    start: float,
+    within: tuple[float, float] | None,
+) -> Samples:
+    """Return the lead-in of a reference, smooth and from rest, as `Stage.precompensate` makes it.
+
+    To gain the velocity of the reference it begins behind it, as far as that lies `within`.
+    """
+    limits = None
+    if within is not None:
+        # A reference at the end of the range, or where only a history leads, has no room behind it.
+        reach = [start, float(reference.min()), float(reference.max()), *within]
+        limits = min(reach), max(reach)
+    path = _ITSELF.replace(limits=limits).precompensate(reference, dt, start=start, lead_in=lead_in)
+    return path[: path.size - reference.size]
 
 
 class Scanner:
@@ -357,14 +380,14 @@ class _Axis:
                 if lead_in is not None:
                     wanted, before = self._led_in(wanted, lead_in)
                 targets = self._fast.precompensate(wanted, self._dt, start=start)
+        except StartError as error:
+            here = f"expected to begin where the stage is, at {self.position:g} {self._unit}"
+            raise self._refused(f"{here}, or a lead_in") from error
         except (ValueError, TypeError) as error:
-            if "give `lead_in`" in str(error):
-                here = f"expected to begin where the stage is, at {self.position:g} {self._unit}"
-                raise self._refused(f"{here}, or a lead_in") from error
             raise type(error)(f"positions[{self._name!r}]: {error}") from error
-        for warning in map(str, (one.message for one in told)):
-            if "held back" in warning:
-                raise self._refused(f"expected {self._reach} ({warning})")
+        for warning in told:
+            if issubclass(warning.category, HeldBackWarning):
+                raise self._refused(f"expected {self._reach} ({warning.message})")
             if lead_in is None:
                 what = "begin in motion, so the drive begins with a step: give a lead_in"
                 warnings.warn(f"positions[{self._name!r}]: {what}", stacklevel=4)
@@ -373,14 +396,9 @@ class _Axis:
     def _led_in(self, wanted: ArrayLike | Any, lead_in: float) -> tuple[Samples, int]:
         """Return positions behind a lead-in that stays within the range, and its length."""
         here = self.position
-        # As the drive of this stage is its own position, the drive that it needs is the way itself.
-        itself = Stage(PrandtlIshlinskii([1.0], [0.0]))
-        scan = itself.precompensate(wanted, self._dt, start=here, lead_in=self._dt)[1:]
-        # A scan at the end of the range, or where only this history leads, has no room behind it.
-        reach = [here, float(scan.min()), float(scan.max()), *self._range]
-        way = itself.replace(limits=(min(reach), max(reach)))
-        led_in = way.precompensate(scan, self._dt, start=here, lead_in=lead_in)
-        return led_in, led_in.size - scan.size
+        scan = _ITSELF.precompensate(wanted, self._dt, start=here, lead_in=self._dt)[1:]
+        before = way_to(scan, self._dt, lead_in, start=here, within=self._range)
+        return np.concatenate([before, scan]), before.size
 
     def hold(self, samples: int) -> Samples:
         held = np.full(samples, self.drive)

@@ -67,7 +67,7 @@ mod _core {
     #[pymodule_export]
     use crate::control::tuning::{Margins, Tuning, tune};
     #[pymodule_export]
-    use crate::convert::errors::NotInvertibleError;
+    use crate::convert::errors::{HeldBackWarning, NotInvertibleError, StartError};
     #[pymodule_export]
     use crate::identify::axes::{AxesIdentification, identify_axes};
     #[pymodule_export]

@@ -1,4 +1,4 @@
-"""The trajectory of a command: its sampling interval, the unit of its time, the way from rest."""
+"""The trajectory of a command: its sampling interval, and the unit of its time."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ from typing import NoReturn
 
 import numpy as np
 
-import mpi_hyst as mh
 from mpi_hyst._cli.options import Sampled
 from mpi_hyst._cli.terminal import CommandError, note
-from mpi_hyst._io.clocks import LONGEST
+from mpi_hyst._io.clocks import LONGEST, usual_step
 from mpi_hyst._io.read import read_trajectory, unit_doubt
 from mpi_hyst._io.record import TimeOrderError
 from mpi_hyst._quantity import Quantity, with_unit
@@ -21,7 +20,6 @@ from mpi_hyst._text import digits
 from mpi_hyst._types import Samples
 from mpi_hyst.io import Assumption, Columns
 
-_AVERAGED = 50  # samples
 # Seconds. Steps outside are those of no record of hysteresis.
 _SHORTEST, _SLOWEST = 1e-7, 60.0
 
@@ -88,10 +86,7 @@ def _say_unit(columns: Columns) -> None:
 
 
 def fitted_interval(columns: Columns, rate: float | None = None) -> float | None:
-    """Return the same for a record to fit, whose uneven times are a finding and no error.
-
-    It is the median of mean intervals over many samples, which neither gaps nor rounded times move.
-    """
+    """Return the same for a record to fit, whose uneven times are a finding and no error."""
     try:
         dt = known_interval(columns, rate)
     except UnevenTimesError:
@@ -101,8 +96,7 @@ def fitted_interval(columns: Columns, rate: float | None = None) -> float | None
             _refuse_interval(columns, rate, dt)
         return dt
     assert seconds is not None
-    over = min(_AVERAGED, seconds.size - 1)
-    return float(np.median(seconds[over:] - seconds[:-over])) / over
+    return usual_step(seconds)
 
 
 def with_time_unit(columns: Columns, unit: str | None) -> Columns:
@@ -218,20 +212,6 @@ def _interval_of(rate: float, columns: Columns) -> float:
             "both, or --time none"
         )
     return interval_of_rate(rate)
-
-
-def way_from_rest(
-    reference: Samples, dt: float, seconds: float, rest: float, stage: mh.Stage
-) -> Samples:
-    """Return the positions from rest to the beginning: those that `Stage.precompensate` takes."""
-    limits = None
-    if stage.position_range is not None:
-        reach = [rest, float(reference.min()), float(reference.max()), *stage.position_range]
-        limits = min(reach), max(reach)
-    # As the drive of this stage is its own position, the drive that it needs is the way itself.
-    itself = mh.Stage(mh.PrandtlIshlinskii([1.0], [0.0]), limits=limits)
-    path = itself.precompensate(reference, dt, start=rest, lead_in=seconds)
-    return path[: path.size - reference.size]
 
 
 def clock_column(columns: Columns, samples: int, before: int, dt: float) -> tuple[str, Samples]:

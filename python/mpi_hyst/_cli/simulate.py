@@ -15,7 +15,6 @@ from mpi_hyst._cli.inputs import (
     clock_column,
     sampling_interval,
     trajectory,
-    way_from_rest,
 )
 from mpi_hyst._cli.options import (
     Sampled,
@@ -58,6 +57,7 @@ from mpi_hyst._report.simulate import Setup, Simulation
 from mpi_hyst._text import in_unit, text_pairs, text_table
 from mpi_hyst._types import Samples
 from mpi_hyst.io import Columns
+from mpi_hyst.scan import way_to
 
 _MAX_JUMP = 5e-3
 """Share of the range of a reference by which it may begin beside the rest without a warning."""
@@ -171,7 +171,8 @@ def _simulate(columns: Columns, column: str, stage: mh.Stage, request: Request) 
         rest, reference = plant.position, columns[column]
         before = np.empty(0)
         if request.lead_in is not None:
-            before = way_from_rest(reference, dt, request.lead_in, rest, stage)
+            within = stage.position_range
+            before = way_to(reference, dt, request.lead_in, start=rest, within=within)
         with fraction_bar("simulate") as progress:
             path = np.concatenate([before, reference])
             done = mh.plant.simulate(controller, plant, path, progress=progress)

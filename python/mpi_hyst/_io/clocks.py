@@ -46,13 +46,21 @@ def rows_before(values: Sequence[float]) -> int | None:
     return None
 
 
+def usual_step(times: Samples) -> float:
+    """Return the usual step of at least two times.
+
+    It is the median of mean steps over many samples, which neither gaps nor rounded times move.
+    """
+    over = min(_OVER, times.size - 1)
+    return float(np.median(times[over:] - times[:-over])) / over
+
+
 def hardly_seconds(times: Samples) -> str:
     """Return why times without a unit are hardly seconds, and the option; empty if they may be."""
     first = times[:_HEAD][np.isfinite(times[:_HEAD])]
     if first.size < 2:
         return ""
-    over = min(_OVER, first.size - 1)
-    step = float(np.median(first[over:] - first[:-over])) / over
+    step = usual_step(first)
     begins, said = float(first[0]), f"has no unit and steps of {digits(step)}"
     if step <= 0.0:
         return ""

@@ -46,7 +46,7 @@ pub struct Precompensation {
     /// The rms difference between reference and positions of the model, from where it begins, for each position.
     pub missed: Vec<f64>,
     /// How many drives the limits held back.
-    pub held_back: usize,
+    pub held_back: u64,
     /// How many passes were taken; [`converged`](Self::converged) says whether they came to an end.
     pub sweeps: usize,
     /// Whether another pass would change nothing.
@@ -321,11 +321,11 @@ fn check_limits(limits: &[(f64, f64)], drives: usize) -> Result<(), Error> {
 }
 
 /// Holds drives at their limits; how many of them.
-fn hold(drives: &mut [f64], limits: &[(f64, f64)]) -> usize {
+fn hold(drives: &mut [f64], limits: &[(f64, f64)]) -> u64 {
     let mut held_back = 0;
     for (drive, (low, high)) in drives.iter_mut().zip(limits.iter().cycle()) {
         let held = drive.clamp(*low, *high);
-        held_back += usize::from(held != *drive);
+        held_back += u64::from(held != *drive);
         *drive = held;
     }
     held_back

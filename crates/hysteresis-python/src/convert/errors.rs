@@ -11,6 +11,7 @@ use hysteresis_control::{sampling, stage};
 use hysteresis_core::{self as core, ActuatorError};
 use hysteresis_identify::{self as identify, RecordError};
 use hysteresis_simulate::plant;
+use pyo3::PyTypeInfo;
 use pyo3::create_exception;
 use pyo3::exceptions::{
     PyMemoryError, PyOSError, PyRuntimeError, PyTypeError, PyUnicodeEncodeError, PyUserWarning, PyValueError,
@@ -31,6 +32,47 @@ Examples
 ...     falling.inverse()
 ... except mh.NotInvertibleError as error:
 ...     print(\"refused\")
+refused"
+);
+
+create_exception!(
+    mpi_hyst,
+    StartError,
+    PyValueError,
+    "A reference does not begin where the stage is: lead it there, with `lead_in`.
+
+Examples
+--------
+>>> import mpi_hyst as mh
+>>> stage = mh.Stage(mh.paper.table_1_recovered(), limits=(-500.0, 500.0))
+>>> try:
+...     stage.precompensate([2.0, 2.0], dt=1e-4)  # um, from rest
+... except mh.StartError:
+...     drive = stage.precompensate([2.0, 2.0], dt=1e-4, lead_in=0.1)
+>>> len(drive)
+1002"
+);
+
+create_exception!(
+    mpi_hyst,
+    HeldBackWarning,
+    PyUserWarning,
+    "Limits or the slew rate of a stage held drives back, so it will not follow its reference.
+
+Examples
+--------
+To be refused such drives rather than warned of them:
+
+>>> import mpi_hyst as mh
+>>> import warnings
+>>> stage = mh.Stage(mh.paper.table_1_recovered(), limits=(-50.0, 50.0))
+>>> way = mh.signals.triangle(5.0, 1.0, seconds=1.0, rate=1000)  # um: too far
+>>> with warnings.catch_warnings():
+...     warnings.simplefilter(\"error\", mh.HeldBackWarning)
+...     try:
+...         drive = stage.precompensate(way, dt=1e-3)
+...     except mh.HeldBackWarning:
+...         print(\"refused\")
 refused"
 );
 
@@ -119,7 +161,28 @@ pub(crate) fn in_use(what: impl Display) -> PyErr {
 
 /// A UserWarning, which shows the line that calls: compiled functions have no frame of their own.
 pub(crate) fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 1)
+    warn_of::<PyUserWarning>(py, message)
+}
+
+/// A HeldBackWarning that says of how many drives which limit held back so many.
+pub(crate) fn warn_held_back(py: Python<'_>, count: u64, drives: usize, by: impl Display) -> PyResult<()> {
+    if count == 0 {
+        return Ok(());
+    }
+    warn_of::<HeldBackWarning>(py, &format!("reference: {count} of {drives} drives were held back by {by}"))
+}
+
+fn warn_of<W: PyTypeInfo>(py: Python<'_>, message: &str) -> PyResult<()> {
+    PyErr::warn(py, &py.get_type::<W>(), &CString::new(message)?, 1)
+}
+
+/// The exception of a refusal.
+#[derive(Clone, Copy)]
+pub(crate) enum Kind {
+    Value,
+    NotInvertible,
+    Start,
+    NoMemory,
 }
 
 /// What the crates refuse.
@@ -127,26 +190,20 @@ pub(crate) trait Refusal: Display {
     /// The name of the Python argument, if it is about one.
     fn parameter(&self) -> Option<&str>;
 
-    /// Whether a model has no inverse.
-    fn is_not_invertible(&self) -> bool {
-        false
-    }
-
-    /// Whether there is no memory for what was asked.
-    fn is_out_of_memory(&self) -> bool {
-        false
+    /// Which exception it is.
+    fn kind(&self) -> Kind {
+        Kind::Value
     }
 }
 
 /// An error of the crates as an exception.
 pub(crate) fn raise(error: impl Refusal) -> PyErr {
     let message = error.to_string();
-    let exception = if error.is_not_invertible() {
-        NotInvertibleError::new_err(message)
-    } else if error.is_out_of_memory() {
-        PyMemoryError::new_err(message)
-    } else {
-        PyValueError::new_err(message)
+    let exception = match error.kind() {
+        Kind::Value => PyValueError::new_err(message),
+        Kind::NotInvertible => NotInvertibleError::new_err(message),
+        Kind::Start => StartError::new_err(message),
+        Kind::NoMemory => PyMemoryError::new_err(message),
     };
     match error.parameter() {
         Some(parameter) => with_parameter(exception, parameter),
@@ -159,8 +216,8 @@ impl Refusal for core::Error {
         core::Error::parameter(self)
     }
 
-    fn is_not_invertible(&self) -> bool {
-        matches!(self, Self::NotInvertible { .. })
+    fn kind(&self) -> Kind {
+        if let Self::NotInvertible { .. } = self { Kind::NotInvertible } else { Kind::Value }
     }
 }
 
@@ -169,8 +226,8 @@ impl<E: Refusal> Refusal for ActuatorError<E> {
         self.error.parameter()
     }
 
-    fn is_not_invertible(&self) -> bool {
-        self.error.is_not_invertible()
+    fn kind(&self) -> Kind {
+        self.error.kind()
     }
 }
 
@@ -179,8 +236,8 @@ impl Refusal for sampling::Error {
         Some(sampling::Error::parameter(self))
     }
 
-    fn is_out_of_memory(&self) -> bool {
-        matches!(self, Self::OutOfMemory { .. })
+    fn kind(&self) -> Kind {
+        if let Self::OutOfMemory { .. } = self { Kind::NoMemory } else { Kind::Value }
     }
 }
 
@@ -189,8 +246,12 @@ impl Refusal for stage::Error {
         stage::Error::parameter(self)
     }
 
-    fn is_not_invertible(&self) -> bool {
-        matches!(self, Self::Core(error) if error.is_not_invertible())
+    fn kind(&self) -> Kind {
+        match self {
+            Self::Core(error) => error.kind(),
+            Self::Start { .. } => Kind::Start,
+            _ => Kind::Value,
+        }
     }
 }
 
@@ -199,8 +260,8 @@ impl Refusal for hysteresis_export::Error {
         hysteresis_export::Error::parameter(self)
     }
 
-    fn is_not_invertible(&self) -> bool {
-        matches!(self, Self::Stage(error) if error.is_not_invertible())
+    fn kind(&self) -> Kind {
+        if let Self::Stage(error) = self { error.kind() } else { Kind::Value }
     }
 }
 
@@ -221,8 +282,8 @@ impl Refusal for identify::Error {
         identify::Error::parameter(self)
     }
 
-    fn is_not_invertible(&self) -> bool {
-        matches!(self, Self::Core(error) if error.is_not_invertible())
+    fn kind(&self) -> Kind {
+        if let Self::Core(error) = self { error.kind() } else { Kind::Value }
     }
 }
 

@@ -315,8 +315,10 @@ impl MultiAxisStage {
     ///
     /// Warns
     /// -----
+    /// HeldBackWarning
+    ///     If limits hold drives back: look at what is missed.
     /// UserWarning
-    ///     If limits hold drives back, and if drives still change after the last pass: look at what is missed then.
+    ///     If drives still change after the last pass: look at what is missed.
     ///
     /// Examples
     /// --------
@@ -357,10 +359,7 @@ impl MultiAxisStage {
         if !found.converged {
             errors::warn(py, "precompensate: the drives still change after 150 passes; look at what the model misses")?;
         }
-        if found.held_back > 0 {
-            let (held, all) = (found.held_back, found.drives.len());
-            errors::warn(py, &format!("reference: {held} of {all} drives were held back by the limits"))?;
-        }
+        errors::warn_held_back(py, found.held_back, found.drives.len(), "the limits")?;
         let drives = zeros(py, Dim([samples, p]))?;
         drives.readwrite().as_slice_mut()?.copy_from_slice(&found.drives);
         Ok((drives, PyArray1::from_vec(py, found.missed)))

@@ -20,7 +20,7 @@ use super::slow_gain::SlowGain;
 use super::temperature::{TemperatureTerm, added};
 use crate::argument::{Argument, Asked, Class};
 use crate::convert::arrays::{PASS, check_room, vector};
-use crate::convert::errors::{raise, unexpected, value, warn, wrong_type};
+use crate::convert::errors::{raise, unexpected, value, warn, warn_held_back, wrong_type};
 use crate::convert::files;
 use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::linear::creep::Creep;
@@ -301,12 +301,14 @@ impl Stage {
     ///
     /// Raises
     /// ------
+    /// StartError
+    ///     If the reference begins where the stage is not, and there is no lead-in.
     /// ValueError, TypeError
     ///     That name the argument, what was expected and what came.
     ///
     /// Warns
     /// -----
-    /// UserWarning
+    /// HeldBackWarning
     ///     If limits or slew rate held drives back.
     #[gather(keywords: Keywords)]
     #[overload(
@@ -622,9 +624,7 @@ pub(crate) fn precompensate(
         format!("the limits{limits}")
     };
     for (count, what) in [(found.saturated_count, bounds), (found.slewing_count, "the slew rate".into())] {
-        if count > 0 {
-            warn(py, &format!("reference: {count} of {} drives were held back by {what}", found.drive.len()))?;
-        }
+        warn_held_back(py, count, found.drive.len(), what)?;
     }
     Ok((found, errors))
 }
