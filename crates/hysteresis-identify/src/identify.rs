@@ -24,7 +24,7 @@ use crate::judge::loops::{judged, turned_positions, with_positions};
 use crate::judge::residual::coloured;
 use crate::judge::{findings_of_fit, is_falling, is_poor, without_interval};
 use crate::options::{Options, Setting};
-use crate::records::record::{Record, check_times, largest_range, leaving_out};
+use crate::records::record::{Intervals, Record, check_times, largest_range, leaving_out};
 use crate::records::signal::{as_f64, bounds_of, sensor_noise};
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
@@ -152,29 +152,20 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         Some(told) => standard_errors.with_dynamics_of(told.errors),
         None => standard_errors,
     };
+    // Without a linear part a poor fit says it all.
     let mut warnings = findings_of_fit(records, &chain, &options.thresholds);
+    let coloured = coloured(colour, largest_range(records)).filter(|_| linear.is_some() || !is_poor(&warnings));
     let told: Vec<_> = warnings.iter().map(|finding| finding.code).collect();
     let of_linear_part = match &linear {
         Some(linear) => joint_findings(&space, &fit, &standard_errors, linear),
         None => Vec::from_iter(untold_dead_time(&space, &fit, &standard_errors)),
     };
-    // Without a linear part a poor fit says it all.
-    let coloured = coloured(colour, largest_range(records)).filter(|_| linear.is_some() || !is_poor(&warnings));
     warnings.extend(of_linear_part.into_iter().chain(coloured).filter(|finding| !told.contains(&finding.code)));
-    warnings.extend(untold_map);
-    warnings.extend(no_inverse);
+    warnings.extend(untold_map.into_iter().chain(no_inverse));
     if !intervals.are_seconds() {
         warnings = without_interval(warnings, chain.linear.dead_time);
     }
-    let response =
-        |(place, record): (usize, &Record<'_>)| chain.response_in(place, record.input(), intervals.of_record(place));
-    let responses: Vec<_> = records.iter().enumerate().map(response).collect();
-    let left = |(record, response): (&Record<'_>, &Vec<f64>)| {
-        record.fitted().map(|k| record.output()[k] - response[k]).collect::<Vec<_>>()
-    };
-    let left: Vec<_> = records.iter().zip(&responses).map(left).collect();
-    let quality = |(place, record): (usize, &Record<'_>)| quality(record, &responses[place], fit.output_offsets[place]);
-    let record_fits: Vec<_> = records.iter().enumerate().map(quality).collect();
+    let (record_fits, left) = fits_of_records(records, &chain, intervals, &fit.output_offsets);
     let dead_time = chain.linear.dead_time;
     let (creep, creep_amplitudes) = creep(&space, &fit.point, &chain)?;
     Ok(Identification {
@@ -216,6 +207,21 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         options,
         penalty: linearised.into_penalty(),
     })
+}
+
+/// How well every record is fitted, and what is left of it.
+fn fits_of_records(
+    records: &[Record<'_>],
+    chain: &Chain,
+    intervals: &Intervals,
+    output_offsets: &[f64],
+) -> (Vec<Quality>, Vec<Vec<f64>>) {
+    let fitted = |(place, (record, offset)): (usize, (&Record<'_>, &f64))| {
+        let response = chain.response_in(place, record.input(), intervals.of_record(place));
+        let left = record.fitted().map(|k| record.output()[k] - response[k]).collect();
+        (quality(record, &response, *offset), left)
+    };
+    records.iter().zip(output_offsets).enumerate().map(fitted).unzip()
 }
 
 /// The hysteresis. What the record shows as an offset has crept: the model has what was there before.

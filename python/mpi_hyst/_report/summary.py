@@ -13,7 +13,6 @@ from mpi_hyst._report.page import MEANINGS, Rows, Verdict
 from mpi_hyst._report.records import Evaluated, Records, Task, evaluate
 from mpi_hyst._text import NOT_DETERMINED, determined, digits, in_unit, text_pairs, text_table
 
-_SLOW = 0.1  # s: where slow creep of log-type begins
 _CREEP = 1.0  # %: creep that is known to this is known to be small
 
 
@@ -151,18 +150,15 @@ def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:
         return []
     amplitudes, times = found.creep.amplitudes, found.creep.time_constants
     if len(found.creep_std) < len(amplitudes):
-        # The terms of log-type creep share one estimate: what a term adds on its part of a decade.
-        decade = np.log10(times[-1] / times[-2])
-        slow = float(amplitudes[-1] / decade)
-        percent = _percent(slow, float(found.creep_std[0]))
+        # The terms of log-type creep share one estimate, or two.
+        names = ("creep", "creep below 0.1 s")
+        shares = map(_percent, found.creep_amplitudes, found.creep_std)
+        of_decade = [
+            (name, f"{share} of a step per decade")
+            for name, share in zip(names, shares, strict=False)
+        ]
         span = f"{digits(times[0])} to {digits(times[-1])} s, {len(times)} terms"
-        fast = []
-        if len(found.creep_std) > 1:
-            decades = np.log10(_SLOW / times[0]) + 0.5 * decade
-            share = float(amplitudes[times < _SLOW].sum() / decades)
-            error = _percent(share, float(found.creep_std[1]))
-            fast = [("creep below 0.1 s", f"{error} of a step per decade")]
-        return [("creep", f"{percent} of a step per decade"), *fast, ("creep time constants", span)]
+        return [*of_decade, ("creep time constants", span)]
     pairs = zip(amplitudes, found.creep_std, strict=True)
     shares = "  ".join(_percent(share, std) for share, std in pairs)
     return [

@@ -216,9 +216,8 @@ impl Comparison {
         let kept: Vec<_> = model.kept.iter().map(|extension| extension.name()).collect();
         let kept =
             if kept.is_empty() && model.name.starts_with("modified +") { "none".to_owned() } else { kept.join(", ") };
-        // What was not chosen among few operators is free.
-        let weights = if model.weights == WeightLaw::Auto { WeightLaw::Free } else { model.weights }.name();
-        let cells = [format!("{}{mark}", model.name), weights.to_owned(), model.unknowns.to_string()].into_iter();
+        let weights = model.weights.name().to_owned();
+        let cells = [format!("{}{mark}", model.name), weights, model.unknowns.to_string()].into_iter();
         let cells = cells.chain(errors.map(digits)).chain(errors.map(|error| format!("{:.3}", model.percent(error))));
         cells.chain([kept]).collect()
     }

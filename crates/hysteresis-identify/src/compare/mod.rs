@@ -282,7 +282,8 @@ pub(crate) fn judged(records: &[Record<'_>], candidate: &Candidate, found: Found
     let qualities: Vec<_> = records.iter().enumerate().map(quality).collect();
     let model = ComparedModel {
         name: candidate.name.clone(),
-        weights: options.weights,
+        // What was not chosen among few operators is free.
+        weights: if options.weights == WeightLaw::Auto { WeightLaw::Free } else { options.weights },
         unknowns: basis.freedom() + space.own().len() + space.axes().len(),
         kept: kept.into_iter().filter(|(_, is_kept)| *is_kept).map(|(extension, _)| extension).collect(),
         fit: Quality::pooled(&qualities),

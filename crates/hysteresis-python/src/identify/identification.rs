@@ -251,7 +251,14 @@ impl Identification {
         self.found.standard_errors.damping
     }
 
-    /// Standard errors of the searched amplitudes of creep.
+    /// The searched amplitudes of creep: the share of a step per decade of log-type creep, from 0.1 s on and then below; else
+    /// the share of every term.
+    #[getter]
+    fn creep_amplitudes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        read_only(py, self.found.creep_amplitudes.iter().copied())
+    }
+
+    /// Standard errors of `creep_amplitudes`.
     #[getter]
     fn creep_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         read_only(py, self.found.standard_errors.creep.iter().copied())
