@@ -237,6 +237,30 @@ def test_drives_are_found_where_hysteresis_acts_on_the_motion() -> None:
             assert (reached - wanted).std() < 1e-2 * wanted.std(), (frequency, sub_steps)
 
 
+def test_records_may_be_arrays_of_more_dimensions() -> None:
+    """Realisations, periods, samples, channels, as public benchmarks have them."""
+    u = np.stack([drive(600, 1), drive(600, 2), drive(600, 3)])
+    y = np.stack([stage().forward().run(one) for one in u])
+
+    def model(u: Any, y: Any) -> mh.MultiAxisStage:
+        return mh.identify_axes(u, y, dt=DT, order=3, hysteresis="plays", place="in_front").model
+
+    found = model(list(u), list(y))
+    assert model(u, y) == found
+    periods = [one.reshape(3, 4, 150, 2) for one in (u, y)]
+    assert model(*periods) == found
+    with pytest.raises(ValueError, match=r"u: expected an array of shape \(samples, channels\)"):
+        model(u.reshape(1, 3, 4, 150, 2), y)
+
+
+def test_an_exact_linear_model_takes_no_operators_for_rounding() -> None:
+    u = drive(600, 1)
+    y = stage(bw=np.zeros((3, 2))).forward().run(u)
+    found = mh.identify_axes(u, y, dt=DT)
+    assert (found.hysteresis, found.verdict) == ("none", "green")
+    assert [one["chosen"] for one in found.tried].count(True) == 1
+
+
 def way(to: Array, samples: int = 400) -> Array:
     """From 0 to a point, at rest at both ends."""
     share = np.clip((np.arange(samples) - 100.0) / 150.0, 0.0, 1.0)

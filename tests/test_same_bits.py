@@ -308,7 +308,7 @@ def test_a_million_mixed_samples_are_the_same_in_every_language(
     assert digests(as_program(prefix)) == expected
     by_bank = outputs_by_bank()
     assert all(np.isfinite(numbers).all() for numbers in by_bank.values())
-    assert in_rust("--bin", "same-bits", "--", str(STAGE)) == {**expected, **digests(by_bank)}
+    assert in_rust("--example", "digests", "--", str(STAGE)) == {**expected, **digests(by_bank)}
     for one in made:
         one.free()
 

@@ -31,6 +31,9 @@ const ORDERS: [usize; 14] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 28, 36];
 /// More states, and other structures, must lower the error of held-out samples to this share.
 const BETTER: f64 = 0.98;
 
+/// What misses less, in standard deviations, is exact but for rounding: operators would be fitted to that.
+const EXACT: f64 = 1e-9;
+
 /// Hysteresis is looked for at all orders at which a linear model misses at most so many times what the best one does.
 const SIMILAR: f64 = 1.4;
 
@@ -179,6 +182,7 @@ impl Search<'_> {
     /// The best model with operators, as was asked for.
     fn with_operators(&mut self, linear: &Candidate, near: &[Point], options: &AxesOptions) -> Option<Candidate> {
         let kinds: &[(Kind, AxesHysteresis)] = match options.hysteresis {
+            None if linear.held_out < EXACT => &[],
             Some(AxesHysteresis::None) => &[],
             Some(AxesHysteresis::Plays) => &[(Kind::Plays, AxesHysteresis::Plays)],
             Some(AxesHysteresis::Duhem) => &[(Kind::Duhem, AxesHysteresis::Duhem)],

@@ -103,6 +103,28 @@ impl PlacePoint {
     }
 }
 
+/// A dead time that was asked for, or where the search for one begins.
+fn known_dead_time(asked: Setting<f64>, shortest: f64) -> Result<f64, Error> {
+    match asked {
+        Setting::Fit => Ok(0.0),
+        Setting::Fixed(dead_time) if (0.0..shortest).contains(&dead_time) => Ok(dead_time),
+        Setting::Fixed(dead_time) => {
+            Err(Error::domain("dead_time", None, "a number >= 0 below the length of the shortest drive", dead_time))
+        }
+    }
+}
+
+/// A time constant of the temperature that was asked for, or where the search for one begins.
+fn known_thermal_lag(asked: Setting<f64>, has_temperature: bool, dt: f64) -> Result<f64, Error> {
+    let Setting::Fixed(lag) = asked else { return Ok(0.0) };
+    if !has_temperature {
+        return Err(Error::domain("thermal_lag", None, "none without a temperature", lag));
+    }
+    let is_told = TemperatureTerm::new(1.0, lag, 0.0).and_then(|term| term.lag(dt)).is_ok();
+    let expected = "0, or a time constant of at most 1e9 s that samples tell from a constant";
+    if is_told { Ok(lag) } else { Err(Error::domain("thermal_lag", None, expected, lag)) }
+}
+
 /// The models of one kind, with or without creep, drift, a Duhem operator and a map.
 #[derive(Clone)]
 pub(crate) struct PlaceSpace {
@@ -149,44 +171,21 @@ impl PlaceSpace {
             (_, Setting::Fixed(ratios)) => ratios,
             _ => Ratios::PAPER,
         };
-        let mut axes = Vec::new();
+        let has_temperature = !given.temperatures.is_empty();
+        let dead_time = known_dead_time(options.dead_time, shortest)?;
+        let thermal_lag = known_thermal_lag(options.thermal_lag, has_temperature, given.dt)?;
         let input_offset = match options.input_offset {
             Setting::Fixed(offset) => offset,
-            Setting::Fit => {
-                axes.push(Axis::InputOffset);
-                0.5 * (low + high)
-            }
+            Setting::Fit => 0.5 * (low + high),
         };
+        let mut axes = Vec::new();
+        axes.extend((options.input_offset == Setting::Fit).then_some(Axis::InputOffset));
         if model == ModelKind::Modified && options.ratios == Setting::Fit {
             axes.extend((0..3).map(Axis::Ratio));
         }
-        let dead_time = match options.dead_time {
-            Setting::Fixed(dead_time) if (0.0..shortest).contains(&dead_time) => dead_time,
-            Setting::Fixed(dead_time) => {
-                let expected = "a number >= 0 below the length of the shortest drive";
-                return Err(Error::domain("dead_time", None, expected, dead_time));
-            }
-            Setting::Fit => {
-                axes.push(Axis::DeadTime);
-                0.0
-            }
-        };
+        axes.extend((options.dead_time == Setting::Fit).then_some(Axis::DeadTime));
         axes.extend((0..creep.directions.len()).map(Axis::Creep));
-        let has_temperature = !given.temperatures.is_empty();
-        let thermal_lag = match options.thermal_lag {
-            Setting::Fixed(lag) if !has_temperature => {
-                return Err(Error::domain("thermal_lag", None, "none without a temperature", lag));
-            }
-            Setting::Fixed(lag) => {
-                let expected = "0, or a time constant of at most 1e9 s that samples tell from a constant";
-                let term = TemperatureTerm::new(1.0, lag, 0.0).and_then(|term| term.lag(given.dt));
-                term.map(|_| lag).map_err(|_| Error::domain("thermal_lag", None, expected, lag))?
-            }
-            Setting::Fit => {
-                axes.extend(has_temperature.then_some(Axis::ThermalLag));
-                0.0
-            }
-        };
+        axes.extend((options.thermal_lag == Setting::Fit && has_temperature).then_some(Axis::ThermalLag));
         let rb = if ratios.ra > 0.0 { ratios.rb / ratios.ra } else { 0.0 };
         let ratios = [ratios.ra, rb, ratios.rc];
         let start = PlacePoint {

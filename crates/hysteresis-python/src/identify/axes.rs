@@ -212,19 +212,24 @@ struct Rows {
     columns: usize,
 }
 
-/// One matrix, or a list of one for each record.
+/// One matrix, or one for each record: a list of them, or an array of more dimensions.
 fn signals(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Rows>> {
+    let dimensions = |value: &Bound<'_, PyAny>| {
+        value.getattr("shape").and_then(|shape| shape.extract::<Vec<usize>>()).unwrap_or_default()
+    };
+    if let [records, periods, samples, channels] = dimensions(value)[..] {
+        let Some(rows) = periods.checked_mul(samples) else { return Err(errors::no_memory(name, samples)) };
+        return signals(name, &value.call_method1("reshape", ((records, rows, channels),))?);
+    }
     let one = |place: Place<'_>, value: &Bound<'_, PyAny>| {
         let given = array::<Ix2>(place, value, format_args!("an array of shape (samples, channels)"))?;
         Ok(Rows { columns: given.shape()[1], numbers: copy(name, given.as_slice()?)? })
     };
-    let is_list = value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>();
+    let is_stack = dimensions(value).len() == 3;
+    let is_list = is_stack || value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>();
     let items: Vec<_> = if is_list { value.try_iter()?.collect::<PyResult<_>>()? } else { Vec::new() };
     // A list of lists of numbers is one record.
-    let is_records = items
-        .iter()
-        .any(|item| item.getattr("ndim").and_then(|ndim| ndim.extract::<usize>()).is_ok_and(|ndim| ndim == 2));
-    if !is_records {
+    if !items.iter().any(|item| dimensions(item).len() == 2) {
         return Ok(vec![one(Place::from(name), value)?]);
     }
     let all = items.iter().enumerate().map(|(i, item)| {
@@ -250,9 +255,10 @@ fn signals(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Rows>> 
 ///
 /// Parameters
 /// ----------
-/// u, y : arrays of shape (samples, m) and (samples, p), or lists of such arrays
+/// u, y : arrays of shape (samples, m) and (samples, p), or several of them
 ///     Drives and measured positions, y[k] read at the moment at which u[k] is put out. Several records are several
-///     realisations of the same interval, each from rest at u = 0; periods may follow each other within a record.
+///     realisations of the same interval, each from rest at u = 0: a list of arrays, or one of shape (realisations,
+///     samples, m). Periods follow each other within a record: shape (realisations, periods, samples, m) says so, too.
 /// dt : float
 ///     The sampling interval in seconds.
 /// order : "auto" or int

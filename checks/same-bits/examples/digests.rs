@@ -1,4 +1,7 @@
-//! Prints the digests for a stage file: `cargo run --release -p same-bits -- stage.json`.
+//! Prints the digests for a stage file: `cargo run --release -p same-bits --example digests -- stage.json`.
+//!
+//! An example, as `cargo test` builds these from its own crates: for a program all would be compiled once more, with
+//! other features.
 
 use std::error::Error;
 
