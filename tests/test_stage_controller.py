@@ -140,6 +140,25 @@ def test_the_observer_stands_in_for_missing_measurements(stage: mh.Stage) -> Non
     assert plant.position == pytest.approx(0.6, abs=0.02)
 
 
+def test_a_glitch_of_the_sensor_does_not_reach_the_drive(stage: mh.Stage) -> None:
+    def drives(glitch: bool, **gate: float) -> tuple[Array, int]:
+        controller, plant = stage.controller(DT, **gate), stage.plant(DT)
+        found = np.empty(400)
+        for k in range(400):
+            measured = plant.measured + (0.5 if glitch and k == 300 else 0.0)
+            found[k] = controller.step(1.0, measured)
+            plant.step(found[k])
+        return found, controller.implausible_count
+
+    calm, none = drives(False, max_measurement_step=0.1)
+    gated, one = drives(True, max_measurement_step=0.1)
+    open_, unseen = drives(True)
+    assert (none, one, unseen) == (0, 1, 0)
+    assert abs(gated - calm).max() < 0.1 * abs(open_ - calm).max()
+    with pytest.raises(ValueError, match="max_measurement_step: expected"):
+        stage.controller(DT, max_measurement_step=-1.0)
+
+
 def test_a_correction_that_is_none_holds_the_drive(stage: mh.Stage) -> None:
     controller = stage.controller(DT)
     for _ in range(100):

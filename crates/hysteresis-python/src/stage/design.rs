@@ -7,7 +7,7 @@ use hysteresis_control::filters::sections;
 use hysteresis_control::learning::{FeedbackLoop, LearningOptions, RepetitiveOptions};
 use hysteresis_control::stage::PEAK_SENSITIVITY;
 use hysteresis_control::tuning::{self, Structure};
-use hysteresis_core::Sections;
+use hysteresis_core::{ControllerOptions, Sections};
 use hysteresis_python_macros::methods;
 use hysteresis_simulate::closed_loop::{Tracking, TrackingTask};
 use pyo3::prelude::*;
@@ -129,6 +129,8 @@ impl Stage {
     ///     Beside `period`: how far lightly damped modes may be from what is known, as a share of their frequency and a factor of their
     ///     damping. Tuned gains and learning suit all of these; a `tuning` that is given has its own. By default 0.05 and 2, or three standard errors of the identification where
     ///     they are more.
+    /// max_measurement_step : float, optional
+    ///     A measurement farther from the last one, um, is implausible: it is counted, and not acted upon.
     ///
     /// Examples
     /// --------
@@ -175,6 +177,7 @@ impl Stage {
         #[py(= None)] period: Option<NonZeroUsize>,
         #[py(= None)] frequency_uncertainty: Option<f64>,
         #[py(= None)] damping_uncertainty: Option<f64>,
+        #[py(= None)] max_measurement_step: Option<f64>,
     ) -> PyResult<HybridController> {
         let wishes = Wishes {
             gains: self.gains((kp, ki), tuning.as_ref(), dt)?,
@@ -187,6 +190,7 @@ impl Stage {
             drift,
             period: period.map(NonZeroUsize::get),
             uncertainty: (frequency_uncertainty, damping_uncertainty),
+            max_measurement_step,
         };
         let limits = checked_limits(py, &self.0, limits)?;
         self.made_controller(py, dt, limits, feedforward, wishes)
@@ -358,7 +362,8 @@ impl Stage {
         feedforward: Feedforward,
         wishes: Wishes,
     ) -> PyResult<HybridController> {
-        let Wishes { gains, ahead, smoothing, drift, period, uncertainty: (frequency, damping) } = wishes;
+        let Wishes { gains, ahead, smoothing, drift, period, uncertainty: (frequency, damping), max_measurement_step } =
+            wishes;
         if feedforward != Feedforward::Preview {
             let expected = "expected None without feedforward=\"preview\"";
             if ahead.is_some() {
@@ -382,7 +387,7 @@ impl Stage {
                 self.0.controller_options_tuned(&asked, limits)
             }),
         };
-        let options = options.map_err(raise)?;
+        let options = ControllerOptions { max_measurement_step, ..options.map_err(raise)? };
         let source = match feedforward {
             Feedforward::Inverse | Feedforward::Preview => {
                 let amplifier = feedforward == Feedforward::Preview;
@@ -423,6 +428,8 @@ struct Wishes {
     period: Option<usize>,
     /// How far frequency and damping of modes may be from what is known, where learning is asked for.
     uncertainty: (Option<f64>, Option<f64>),
+    /// How far a measurement may be from the last one.
+    max_measurement_step: Option<f64>,
 }
 
 /// The gains of a controller.
