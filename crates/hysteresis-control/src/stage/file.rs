@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Error, ErrorBand, Identified, LoopShift, SlowGain, Stage, StageParts, TemperatureTerm, Units};
+use crate::json_file::schema_of;
 use crate::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, Section, StateSpace};
 use crate::oscillator::tables;
 
@@ -34,12 +35,6 @@ pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
         return Err(io::Error::new(ErrorKind::FileTooLarge, "expected a file of at most 1 GiB"));
     }
     Ok(bytes)
-}
-
-/// Read first, alone, so that a file of another schema is called just that.
-#[derive(Deserialize)]
-struct Header {
-    schema: Option<String>,
 }
 
 /// What is saved of a stage, in the order of both.
@@ -206,8 +201,7 @@ impl Stage {
     /// [`Error::File`] for a text that is cut off, of another schema, or has a field that is missing or unknown; otherwise
     /// [`Error`] that names the part that no stage may have.
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        let header: Header = serde_json::from_str(text).map_err(|error| syntax(&error))?;
-        match header.schema.as_deref() {
+        match schema_of(text).map_err(|error| syntax(&error))?.as_deref() {
             Some(SCHEMA) => serde_json::from_str::<File>(text).map_err(|error| syntax(&error))?.stage(),
             Some(schema) if schema.starts_with("mpi_hyst/model/") => Self::new(StageParts::new(hysteresis(text)?)),
             got => {
