@@ -208,7 +208,7 @@ impl HybridController {
     }
 
     #[setter]
-    fn set_mode(slf: &Bound<'_, Self>, #[py("Literal['run', 'feedforward', 'hold']")] mode: Mode) -> PyResult<()> {
+    fn set_mode(slf: &Bound<'_, Self>, mode: Mode) -> PyResult<()> {
         exclusive(slf)?.controller_mut().set_mode(mode).map_err(raise)
     }
 
@@ -371,6 +371,11 @@ impl HybridController {
         }
         (self.observer, self.repetitive) = (observer, repetitive);
         Ok(self)
+    }
+
+    /// Whether its state is that of a controller alone.
+    fn is_plain(&self) -> bool {
+        self.observer.is_none() && self.repetitive.is_none()
     }
 }
 
@@ -580,15 +585,13 @@ impl HybridController {
     #[getter]
     #[py(-> "dict[str, Any]")]
     pub(super) fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let state = shared(slf)?.stage_controller.state();
-        let is_plain = state.observer.is_none() && state.repetitive.is_none();
+        let (state, is_plain) = shared(slf).map(|this| (this.stage_controller.state(), this.is_plain()))?;
         Ok(if is_plain { pythonize(slf.py(), &state.controller) } else { pythonize(slf.py(), &state) }?)
     }
 
     /// What `state` says, as bytes: `state` takes them too.
     fn state_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
-        let state = shared(slf)?.stage_controller.state();
-        let is_plain = state.observer.is_none() && state.repetitive.is_none();
+        let (state, is_plain) = shared(slf).map(|this| (this.stage_controller.state(), this.is_plain()))?;
         Ok(PyBytes::new(slf.py(), &if is_plain { state.controller.to_bytes() } else { state.to_bytes() }))
     }
 
@@ -597,11 +600,7 @@ impl HybridController {
         slf: &Bound<'_, Self>,
         #[py("dict[str, Any] | bytes")] state: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
-        let is_plain = {
-            let this = shared(slf)?;
-            this.observer.is_none() && this.repetitive.is_none()
-        };
-        if is_plain {
+        if shared(slf)?.is_plain() {
             let state = bytes_of(state).unwrap_or_else(|| plain_state(state))?;
             return exclusive(slf)?.controller_mut().set_state(&state).map_err(raise);
         }
