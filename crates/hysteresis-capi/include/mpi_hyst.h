@@ -674,8 +674,8 @@ mpih_status mpih_controller_save(const mpih_controller *controller, char *text, 
 mpih_status mpih_controller_load(mpih_controller *controller,
                                  const char *text);
 
-// Leaves every option open (NaN, -1): the stage decides when the controller is made. The feed-forward is the exact inverse of
-// the reference of now.
+// Leaves every option open (NaN, -1): the stage decides when the controller is made. The feed-forward is the exact
+// inverse of the reference of now.
 mpih_status mpih_controller_options_default(mpih_controller_options *options);
 
 // The terms of the last sample. Does not allocate.

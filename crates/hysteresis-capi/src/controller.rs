@@ -486,8 +486,8 @@ impl ControllerOptions {
     }
 }
 
-/// Leaves every option open (NaN, -1): the stage decides when the controller is made. The feed-forward is the exact inverse of
-/// the reference of now.
+/// Leaves every option open (NaN, -1): the stage decides when the controller is made. The feed-forward is the exact
+/// inverse of the reference of now.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_controller_options_default(options: Option<&mut MaybeUninit<ControllerOptions>>) -> Status {
     guard(|| tell("options", options, ControllerOptions::default()))

@@ -8,8 +8,8 @@
 //! - [`PreviewCoefficients`], sample by sample: a weighted sum of references of which some lie ahead.
 //!
 //! w then goes through the exact inverse of the hysteresis. Both take any stable
-//! [`LinearDynamics`](crate::linear::LinearDynamics) with any dead time: resonances, antiresonances, zeros in the right half
-//! plane, modes above half the sampling rate.
+//! [`LinearDynamics`](crate::linear::LinearDynamics) with any dead time: resonances, antiresonances, zeros in the right
+//! half plane, modes above half the sampling rate.
 //!
 //! Between samples the held input leaves a ripple: behind a resonance f of a sine of the frequency F about
 //! (pi F T)^2 / 6 of what the resonance adds, and next to corners what [`DynamicsInverse`] says.

@@ -306,8 +306,8 @@ fn preview_reaches_as_far_as_its_window() {
     assert!(worst(&pair, 8) > 0.5 && worst(&pair, 200) < 0.04, "{} {}", worst(&pair, 8), worst(&pair, 200));
 }
 
-/// The sample at which the position is furthest from the reference, and how far, for `inputs` of the dynamics from rest at the
-/// position `start`; nothing if all samples pass before the start has faded to exp(-7).
+/// The sample at which the position is furthest from the reference, and how far, for `inputs` of the dynamics from rest
+/// at the position `start`; nothing if all samples pass before the start has faded to exp(-7).
 fn worst_miss(dynamics: &LinearDynamics, reference: &[f64], inputs: &[f64], start: f64) -> Option<(usize, f64)> {
     let mut block = dynamics.block(DT).unwrap();
     block.settle(start / dynamics.static_gain());

@@ -418,16 +418,16 @@ impl HybridController {
         if learns { Ok(()) } else { Err(errors::value("repetitive", "expected a controller that learns, got None")) }
     }
 
-    /// Measurements outside this range (low, high) are not believed, and counted in `implausible_count`; None without such a
-    /// gate.
+    /// Measurements outside this range (low, high) are not believed, and counted in `implausible_count`; None without
+    /// such a gate.
     #[getter]
     fn measurement_range(&self) -> Option<(f64, f64)> {
         self.controller().options().measurement_range
     }
 
-    /// The largest change of the measurement from one sample to the next; None without such a gate. What is farther from the
-    /// last good one is not believed, and counted in `implausible_count`; after `max_missing` in a row that were no good, and at
-    /// least one, the next one is taken.
+    /// The largest change of the measurement from one sample to the next; None without such a gate. What is farther
+    /// from the last good one is not believed, and counted in `implausible_count`; after `max_missing` in a row that
+    /// were no good, and at least one, the next one is taken.
     #[getter]
     fn max_measurement_step(&self) -> Option<f64> {
         self.controller().options().max_measurement_step
