@@ -367,7 +367,7 @@ mpih_status mpih_axes_forward_save(const mpih_axes_forward *forward, char *text,
 mpih_status mpih_axes_forward_load(mpih_axes_forward *forward,
                                    const char *text);
 
-// Fills the options with what stands for NaN and -1.
+// Leaves every option open (NaN, -1, NULL): what stands for it is chosen when the controller is made.
 mpih_status mpih_axes_controller_options_default(mpih_axes_controller_options *options);
 
 // How many bytes mpih_axes_controller_new needs.
@@ -674,8 +674,8 @@ mpih_status mpih_controller_save(const mpih_controller *controller, char *text, 
 mpih_status mpih_controller_load(mpih_controller *controller,
                                  const char *text);
 
-// Fills the options with what the stage says: tuned gains with their filters, the limits and the slew rate of the stage, the
-// exact inverse of the reference of now.
+// Leaves every option open (NaN, -1): the stage decides when the controller is made. The feed-forward is the exact
+// inverse of the reference of now.
 mpih_status mpih_controller_options_default(mpih_controller_options *options);
 
 // The terms of the last sample. Does not allocate.

@@ -3,7 +3,7 @@
 use core::ffi::{c_char, c_void};
 use core::mem::MaybeUninit;
 
-use hysteresis_control::multi_axis::{MultiAxisForward, MultiAxisStage, MultiAxisState};
+use hysteresis_control::multi_axis::{MultiAxisForward, MultiAxisForwardState, MultiAxisStage};
 
 use crate::boundary::{
     Buffer, Object, Owner, Place, Rows, Status, end, free, guard, hand_over, read, read_file, run_rows, save, saved,
@@ -220,7 +220,7 @@ pub unsafe extern "C" fn mpih_axes_forward_load(forward: Option<&mut AxesForward
     guard(|| {
         let stream = &mut there("forward", forward)?.stream;
         // SAFETY: as the header asks of the caller.
-        let state: MultiAxisState = saved(unsafe { read("text", text) }?)?;
+        let state: MultiAxisForwardState = saved(unsafe { read("text", text) }?)?;
         Ok(stream.set_state(&state)?)
     })
 }

@@ -11,9 +11,10 @@ use hysteresis_core::{ControllerOptions, HybridController};
 
 use crate::axes::AxesStage;
 use crate::boundary::{
-    Buffer, Failure, Object, Owner, Place, Rows, Status, end, guard, read, run_rows, save, saved, slice, tell, there,
+    Buffer, Failure, Object, Owner, Place, Rows, Status, count, end, given, guard, read, run_rows, save, saved, slice,
+    tell, there, wrong,
 };
-use crate::controller::{Counters, Mode, count, given, known_mode, wrong};
+use crate::controller::{Counters, Mode, known_mode};
 
 /// Feed-forward and feedback that lead all drives of a stage of several axes, within limits and slew rates.
 pub struct AxesController {
@@ -154,7 +155,7 @@ impl AxesControllerOptions {
     }
 }
 
-/// Fills the options with what stands for NaN and -1.
+/// Leaves every option open (NaN, -1, NULL): what stands for it is chosen when the controller is made.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_axes_controller_options_default(
     options: Option<&mut MaybeUninit<AxesControllerOptions>>,

@@ -116,6 +116,43 @@ pub(crate) fn tell<T>(name: &str, place: Option<&mut MaybeUninit<T>>, value: T) 
     Ok(())
 }
 
+/// A refusal of an argument.
+pub(crate) fn wrong(message: String) -> Failure {
+    Failure::new(Status::Argument, message)
+}
+
+/// A number that may be left open.
+pub(crate) fn given(number: f64) -> Option<f64> {
+    (!number.is_nan()).then_some(number)
+}
+
+/// Two numbers that are given together or not at all.
+pub(crate) fn pair(names: [&str; 2], numbers: [f64; 2]) -> Result<Option<(f64, f64)>, Failure> {
+    match numbers.map(given) {
+        [Some(one), Some(other)] => Ok(Some((one, other))),
+        [None, None] => Ok(None),
+        [Some(one), None] => {
+            Err(wrong(format!("{}: expected a number beside {} = {one:?}, got nan", names[1], names[0])))
+        }
+        [None, Some(other)] => {
+            Err(wrong(format!("{}: expected a number beside {} = {other:?}, got nan", names[0], names[1])))
+        }
+    }
+}
+
+/// Limits of the drive, or those of the stage.
+pub(crate) fn limits(low: f64, high: f64) -> Result<Option<(f64, f64)>, Failure> {
+    pair(["limit_low", "limit_high"], [low, high])
+}
+
+/// A count that may be left open by -1.
+pub(crate) fn count(name: &str, got: i32) -> Result<Option<u32>, Failure> {
+    match got {
+        -1 => Ok(None),
+        _ => u32::try_from(got).map(Some).map_err(|_| wrong(format!("{name}: expected 0 or more, or -1, got {got}"))),
+    }
+}
+
 /// The message about the last call of this thread that failed: the argument, what was expected, what came. Empty if none
 /// failed. It is valid until the next call of this thread that fails; do not free it.
 #[unsafe(no_mangle)]

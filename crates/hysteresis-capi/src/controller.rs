@@ -7,7 +7,8 @@ use hysteresis_control::stage::{self, FeedForwardKind};
 use hysteresis_core::{Command, ControllerOptions as Options, ControllerState, HybridController};
 
 use crate::boundary::{
-    Buffer, Failure, Object, Owner, Place, Status, end, guard, read, run, save, saved, slice, tell, there,
+    Buffer, Failure, Object, Owner, Place, Status, count, end, given, guard, limits, pair, read, run, save, saved,
+    slice, tell, there, wrong,
 };
 use crate::stage::Stage;
 
@@ -434,42 +435,6 @@ impl Default for ControllerOptions {
     }
 }
 
-pub(crate) fn wrong(message: String) -> Failure {
-    Failure::new(Status::Argument, message)
-}
-
-/// A number that may be left open.
-pub(crate) fn given(number: f64) -> Option<f64> {
-    (!number.is_nan()).then_some(number)
-}
-
-/// Two numbers that are given together or not at all.
-fn pair(names: [&str; 2], numbers: [f64; 2]) -> Result<Option<(f64, f64)>, Failure> {
-    match numbers.map(given) {
-        [Some(one), Some(other)] => Ok(Some((one, other))),
-        [None, None] => Ok(None),
-        [Some(one), None] => {
-            Err(wrong(format!("{}: expected a number beside {} = {one:?}, got nan", names[1], names[0])))
-        }
-        [None, Some(other)] => {
-            Err(wrong(format!("{}: expected a number beside {} = {other:?}, got nan", names[0], names[1])))
-        }
-    }
-}
-
-/// Limits of the drive, or those of the stage.
-pub(crate) fn limits(low: f64, high: f64) -> Result<Option<(f64, f64)>, Failure> {
-    pair(["limit_low", "limit_high"], [low, high])
-}
-
-/// A count that may be left open by -1.
-pub(crate) fn count(name: &str, got: i32) -> Result<Option<u32>, Failure> {
-    match got {
-        -1 => Ok(None),
-        _ => u32::try_from(got).map(Some).map_err(|_| wrong(format!("{name}: expected 0 or more, or -1, got {got}"))),
-    }
-}
-
 impl ControllerOptions {
     /// A controller of a stage.
     pub(crate) fn controller(&self, stage: &stage::Stage, dt: f64) -> Result<HybridController, Failure> {
@@ -521,8 +486,8 @@ impl ControllerOptions {
     }
 }
 
-/// Fills the options with what the stage says: tuned gains with their filters, the limits and the slew rate of the stage, the
-/// exact inverse of the reference of now.
+/// Leaves every option open (NaN, -1): the stage decides when the controller is made. The feed-forward is the exact
+/// inverse of the reference of now.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_controller_options_default(options: Option<&mut MaybeUninit<ControllerOptions>>) -> Status {
     guard(|| tell("options", options, ControllerOptions::default()))

@@ -7,8 +7,9 @@ use hysteresis_control::binary::Sampled;
 use hysteresis_control::stage::{StageForward, StageState};
 use hysteresis_core::{Process, QuasiStaticInverse, QuasiStaticState};
 
-use crate::boundary::{Buffer, Object, Owner, Place, Status, at, end, guard, read, run, save, saved, slice, there};
-use crate::controller::limits;
+use crate::boundary::{
+    Buffer, Object, Owner, Place, Status, at, end, guard, limits, read, run, save, saved, slice, there,
+};
 use crate::stage::Stage;
 
 /// The whole stage sample by sample, from the drive to the position: dead time, amplifier, maps, hysteresis, loop shift,

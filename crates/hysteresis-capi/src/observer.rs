@@ -6,8 +6,7 @@ use core::mem::MaybeUninit;
 use hysteresis_control::stage::Error;
 use hysteresis_control::{ObserverOptions, ObserverState};
 
-use crate::boundary::{Buffer, Object, Owner, Place, Status, end, guard, read, run, save, saved, slice, there};
-use crate::controller::given;
+use crate::boundary::{Buffer, Object, Owner, Place, Status, end, given, guard, read, run, save, saved, slice, there};
 use crate::stage::Stage;
 
 /// What the model of a stage and a noisy measurement say together of the position: a Kalman filter. Feed its estimate to the

@@ -19,9 +19,9 @@ use hysteresis_core::{
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::learning::{RepetitiveOptions, RepetitiveState, Supervision};
+use crate::learning::RepetitiveState;
 use crate::observer::ObserverState;
-use crate::stage::{Error, Later, Latest, Stage, StageBytes, StageState};
+use crate::stage::{Error, Stage, StageBytes, StageState};
 use crate::stage_controller::StageControllerState;
 
 const MAGIC: [u8; 8] = *b"mpi_hyst";
@@ -137,34 +137,12 @@ pub fn pack(kind: Kind, content: &impl Serialize) -> Vec<u8> {
 /// # Errors
 /// [`Error::Bytes`] that says what the bytes are not.
 pub fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, Error> {
-    // Nothing may come behind it: `()` has no bytes.
-    unpack_grown::<T, (), ()>(kind, bytes).map(|(value, ..)| value)
-}
-
-/// As [`unpack`], where something may come behind the content that older bytes do not have, and behind that once more.
-fn unpack_grown<T: DeserializeOwned, A: DeserializeOwned, B: DeserializeOwned>(
-    kind: Kind,
-    bytes: &[u8],
-) -> Result<(T, Option<A>, Option<B>), Error> {
     let content = content_of(kind, bytes).map_err(|got| refused(kind, got))?;
-    let read = postcard::take_from_bytes(content).and_then(|(value, rest)| {
-        let (first, rest) = appended(rest)?;
-        let (second, rest) = appended(rest)?;
-        Ok((value, first, second, rest))
-    });
-    match read {
-        Ok((value, first, second, [])) => Ok((value, first, second)),
-        Ok((.., rest)) => Err(refused(kind, format!("{} bytes too many", rest.len()))),
+    match postcard::take_from_bytes(content) {
+        Ok((value, [])) => Ok(value),
+        Ok((_, rest)) => Err(refused(kind, format!("{} bytes too many", rest.len()))),
         Err(error) => Err(refused(kind, format!("a content that cannot be read: {error}"))),
     }
-}
-
-/// What comes next, if anything does, and the rest.
-fn appended<A: DeserializeOwned>(rest: &[u8]) -> postcard::Result<(Option<A>, &[u8])> {
-    if rest.is_empty() {
-        return Ok((None, rest));
-    }
-    postcard::take_from_bytes(rest).map(|(appended, rest)| (Some(appended), rest))
 }
 
 fn refused(kind: Kind, got: String) -> Error {
@@ -199,17 +177,11 @@ fn content_of(kind: Kind, bytes: &[u8]) -> Result<&[u8], String> {
 
 impl Binary for Stage {
     fn to_bytes(&self) -> Vec<u8> {
-        let content = StageBytes::from(self.parts());
-        match (content.later(), content.latest()) {
-            (None, None) => pack(Kind::Stage, &content),
-            (Some(later), None) => pack(Kind::Stage, &(content, later)),
-            (later, Some(latest)) => pack(Kind::Stage, &(content, later.unwrap_or_default(), latest)),
-        }
+        pack(Kind::Stage, &StageBytes::from(self.parts()))
     }
 
     fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let (content, later, latest) = unpack_grown::<StageBytes, Later, Latest>(Kind::Stage, bytes)?;
-        content.stage(later.unwrap_or_default(), latest.unwrap_or_default())
+        unpack::<StageBytes>(Kind::Stage, bytes)?.stage()
     }
 }
 
@@ -228,36 +200,20 @@ struct WholeController {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(remote = "RepetitiveState")]
-struct UnsupervisedLearning {
-    model: u64,
-    dt: f64,
-    period: usize,
-    options: RepetitiveOptions,
-    corrections: Vec<f64>,
-    errors: Vec<f64>,
-    sum: f64,
-    waited: u64,
-    rejected: u64,
-    #[serde(skip)]
-    supervision: Supervision,
-}
-
-#[derive(Serialize, Deserialize)]
-struct OfLearning(#[serde(with = "UnsupervisedLearning")] RepetitiveState);
-
-/// What bytes had before there was a supervisor. It comes behind them now.
-#[derive(Serialize, Deserialize)]
-struct UnsupervisedStageController {
+#[serde(remote = "StageControllerState")]
+struct WholeStageController {
     #[serde(with = "WholeController")]
     controller: ControllerState,
     observer: Option<ObserverState>,
-    repetitive: Option<OfLearning>,
+    repetitive: Option<RepetitiveState>,
     rest_samples: u32,
 }
 
 #[derive(Serialize, Deserialize)]
 struct OfController(#[serde(with = "WholeController")] ControllerState);
+
+#[derive(Serialize, Deserialize)]
+struct OfStageController(#[serde(with = "WholeStageController")] StageControllerState);
 
 impl Binary for ControllerState {
     fn to_bytes(&self) -> Vec<u8> {
@@ -271,30 +227,11 @@ impl Binary for ControllerState {
 
 impl Binary for StageControllerState {
     fn to_bytes(&self) -> Vec<u8> {
-        let Self { controller, observer, repetitive, rest_samples } = self.clone();
-        let supervision = repetitive.as_ref().map(|learning| learning.supervision.clone());
-        let repetitive = repetitive.map(OfLearning);
-        let unsupervised = UnsupervisedStageController { controller, observer, repetitive, rest_samples };
-        match supervision {
-            Some(supervision) => pack(Kind::StageController, &(unsupervised, supervision)),
-            None => pack(Kind::StageController, &unsupervised),
-        }
+        pack(Kind::StageController, &OfStageController(self.clone()))
     }
 
     fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let (unsupervised, supervision, _) = unpack_grown::<_, _, ()>(Kind::StageController, bytes)?;
-        let UnsupervisedStageController { controller, observer, repetitive, rest_samples } = unsupervised;
-        let repetitive = match (repetitive, supervision) {
-            (None, Some::<Supervision>(_)) => {
-                let (expected, got) = (Kind::StageController.name(), "a supervisor without learning".into());
-                return Err(Error::Bytes { expected, got });
-            }
-            (None, None) => None,
-            (Some(OfLearning(learning)), supervision) => {
-                Some(RepetitiveState { supervision: supervision.unwrap_or_default(), ..learning })
-            }
-        };
-        Ok(Self { controller, observer, repetitive, rest_samples })
+        unpack(Kind::StageController, bytes).map(|OfStageController(state)| state)
     }
 }
 

@@ -42,10 +42,13 @@ impl From<serde_json::Error> for FileError {
     }
 }
 
-/// Read first, alone.
-#[derive(Deserialize)]
-struct Header {
-    schema: Option<String>,
+/// The schema that a text names, if any. It is read first, alone, so that a text of another schema is called just that.
+pub(crate) fn schema_of(text: &str) -> Result<Option<String>, serde_json::Error> {
+    #[derive(Deserialize)]
+    struct Header {
+        schema: Option<String>,
+    }
+    serde_json::from_str(text).map(|Header { schema }| schema)
 }
 
 /// Reads what is written as `F`, of a schema.
@@ -54,9 +57,9 @@ where
     F: DeserializeOwned,
     T: TryFrom<F, Error = Error>,
 {
-    let header: Header = serde_json::from_str(text)?;
-    if header.schema.as_deref() != Some(schema) {
-        return Err(FileError::Schema { expected: schema, got: header.schema });
+    let got = schema_of(text)?;
+    if got.as_deref() != Some(schema) {
+        return Err(FileError::Schema { expected: schema, got });
     }
     T::try_from(serde_json::from_str::<F>(text)?).map_err(FileError::Value)
 }

@@ -52,8 +52,8 @@ pub use control::{
 #[cfg(feature = "alloc")]
 pub use control::{
     ArrayController, ArrayControllerState, ArrayCounters, ArrayInverse, ArrayOptions, ArraySample, ArrayStop,
-    AxesCommand, AxisMatrix, ControllerState, DriveLimits, FeedForwardState, MultiAxisController, MultiAxisState,
-    PreviewState,
+    AxesCommand, AxisMatrix, ControllerState, DriveLimits, FeedForwardState, MultiAxisController,
+    MultiAxisControllerState, PreviewState,
 };
 pub use duhem::{Duhem, DuhemForward, DuhemInverse, DuhemInverseState, DuhemState};
 #[cfg(feature = "alloc")]

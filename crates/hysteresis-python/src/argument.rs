@@ -201,6 +201,11 @@ pub(crate) trait Words: Copy + PartialEq + 'static {
         Self::WORDS.iter().find(|(_, value)| *value == self).map_or("", |(word, _)| word)
     }
 
+    /// The value of a word.
+    fn named(word: &str) -> Option<Self> {
+        Self::WORDS.iter().find(|(known, _)| *known == word).map(|(_, value)| *value)
+    }
+
     /// The words as messages show them.
     fn expected() -> String {
         let words: Vec<String> = Self::WORDS.iter().map(|(word, _)| format!("\"{word}\"")).collect();
@@ -216,10 +221,7 @@ impl<T: Words> Argument<'_> for T {
 
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         let got = arguments::word(name, &Self::expected(), value)?;
-        match Self::WORDS.iter().find(|(word, _)| *word == got) {
-            Some((_, value)) => Ok(*value),
-            None => arguments::unknown(name, &Self::expected(), &got),
-        }
+        Self::named(&got).map_or_else(|| arguments::unknown(name, &Self::expected(), &got), Ok)
     }
 }
 

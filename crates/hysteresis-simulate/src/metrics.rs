@@ -139,12 +139,6 @@ impl Run {
         &self.record
     }
 
-    /// The samples, without a copy.
-    #[must_use]
-    pub fn into_record(self) -> LoopRecord {
-        self.record
-    }
-
     /// The limits of the drive (low, high), if there are any.
     #[must_use]
     pub fn limits(&self) -> Option<(f64, f64)> {

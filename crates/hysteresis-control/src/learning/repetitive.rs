@@ -329,7 +329,7 @@ impl RepetitiveControl {
             return Err(Error::domain("state.corrections", Some(index), expected, corrections[index]));
         }
         self.supervisor.check(&saved.supervisor)?;
-        // States of before there was a supervisor have no references.
+        // A text that says nothing of supervision has no references: none are known.
         if saved.references.is_empty() {
             self.references.clear();
         } else {
@@ -438,7 +438,7 @@ pub struct RepetitiveState {
     pub waited: u64,
     /// How many errors were not finite.
     pub rejected: u64,
-    /// Whether learning goes on, and what there is to tell. States of before there was a supervisor have none.
+    /// Whether learning goes on, and what there is to tell. A text without it goes on to learn, and tells nothing.
     #[serde(default)]
     pub supervision: Supervision,
 }

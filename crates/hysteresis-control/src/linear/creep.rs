@@ -140,34 +140,6 @@ pub struct CreepBlock {
     terms: Box<[Term]>,
 }
 
-impl CreepBlock {
-    /// sum_k c_k q_k: what creep adds to the input at t_k.
-    #[must_use]
-    #[inline]
-    pub fn excess(&self) -> f64 {
-        self.terms.iter().map(|term| term.amplitude * term.lag).sum()
-    }
-
-    /// q_k: all that the block remembers.
-    #[must_use]
-    pub fn lags(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
-        self.terms.iter().map(|term| term.lag)
-    }
-
-    /// Goes on from the lags of a block of the same creep.
-    ///
-    /// # Errors
-    /// [`Error`] if there are not as many as terms, or one is not finite; then nothing changes.
-    pub fn restore(&mut self, lags: &[f64]) -> Result<(), Error> {
-        check_whole("lags", lags.len() == self.terms.len(), "as many as creep has terms", lags.len())?;
-        check_all_finite("lags", lags)?;
-        for (term, lag) in self.terms.iter_mut().zip(lags) {
-            term.lag = *lag;
-        }
-        Ok(())
-    }
-}
-
 impl Block for CreepBlock {
     #[inline]
     fn output(&self, input: f64) -> f64 {

@@ -368,7 +368,7 @@ impl MultiAxisStageController {
     /// Everything that is remembered. Allocates.
     #[must_use]
     pub fn state(&self) -> MultiAxisStageState {
-        let hysteresis_core::MultiAxisState { decoupling, controllers } = self.controller.state();
+        let hysteresis_core::MultiAxisControllerState { decoupling, controllers } = self.controller.state();
         MultiAxisStageState { decoupling, controllers, tracking: self.tracking.as_ref().map(Tracking::state) }
     }
 
@@ -385,7 +385,7 @@ impl MultiAxisStageController {
             _ => return Err(Error::State { expected: "what leads a stage if, and only if, the controller does" }),
         }
         let MultiAxisStageState { decoupling, controllers, .. } = state.clone();
-        self.controller.set_state(&hysteresis_core::MultiAxisState { decoupling, controllers })?;
+        self.controller.set_state(&hysteresis_core::MultiAxisControllerState { decoupling, controllers })?;
         (self.tracking, self.planned) = (tracking, None);
         Ok(())
     }

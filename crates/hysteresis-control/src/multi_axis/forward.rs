@@ -33,7 +33,7 @@ pub struct MultiAxisForward {
 /// Everything that a stream remembers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct MultiAxisState {
+pub struct MultiAxisForwardState {
     /// x.
     pub states: Vec<f64>,
     /// The last drives.
@@ -176,10 +176,10 @@ impl MultiAxisForward {
 
     /// Everything that it remembers.
     #[must_use]
-    pub fn state(&self) -> MultiAxisState {
+    pub fn state(&self) -> MultiAxisForwardState {
         let (states, drives) = self.from.split_at(self.states);
         let operators = self.operators.iter().map(OperatorStream::state).collect();
-        MultiAxisState { states: states.to_vec(), drives: drives.to_vec(), operators }
+        MultiAxisForwardState { states: states.to_vec(), drives: drives.to_vec(), operators }
     }
 
     /// Goes on from a saved state, bit for bit.
@@ -187,7 +187,7 @@ impl MultiAxisForward {
     /// # Errors
     /// [`Error`] that names what is wrong, for another number of states, drives or operators, operators of another
     /// kind, or a number that is not finite; the stream is as before then.
-    pub fn set_state(&mut self, state: &MultiAxisState) -> Result<(), Error> {
+    pub fn set_state(&mut self, state: &MultiAxisForwardState) -> Result<(), Error> {
         check_numbers("state.states", self.states, &state.states)?;
         check_numbers("state.drives", self.drives(), &state.drives)?;
         check_length("state.operators", self.operators.len(), state.operators.len())?;

@@ -6,7 +6,7 @@ use hysteresis_core::{Error, check_all_finite, check_length};
 use nalgebra::{Complex, DMatrix, DVector};
 use realfft::RealFftPlanner;
 
-use super::forward::{MultiAxisForward, MultiAxisState};
+use super::forward::{MultiAxisForward, MultiAxisForwardState};
 use super::model::MultiAxisStage;
 use super::operator::{OperatorStream, ScalarOperator, middle};
 use super::sub_steps::Sample;
@@ -33,7 +33,7 @@ const SHRINKS: f64 = 0.9;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PrecompensationOptions {
     /// What the stage remembers before the first sample; at rest by default.
-    pub start: Option<MultiAxisState>,
+    pub start: Option<MultiAxisForwardState>,
     /// The limits of each drive; without them drives are what the reference asks for.
     pub limits: Option<Vec<(f64, f64)>>,
 }

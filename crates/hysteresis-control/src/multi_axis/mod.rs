@@ -17,7 +17,7 @@ mod tracking_gains;
 
 pub use crate::json_file::FileError;
 pub use controller::{MultiAxisStageController, MultiAxisStageState};
-pub use forward::{MultiAxisForward, MultiAxisState};
+pub use forward::{MultiAxisForward, MultiAxisForwardState};
 pub use inverse::{Precompensation, PrecompensationOptions};
 pub use model::{Matrices, MultiAxisStage, SCHEMA};
 pub use operator::{OperatorState, ScalarOperator};

@@ -6,7 +6,7 @@ use hysteresis_core::{Error, check_length, is_admissible};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use super::forward::{MultiAxisForward, MultiAxisState};
+use super::forward::{MultiAxisForward, MultiAxisForwardState};
 use super::model::MultiAxisStage;
 use super::operator::middle;
 use super::tracking_gains::{TrackingGains, TrackingOptions};
@@ -83,7 +83,7 @@ pub struct Tracking {
 #[serde(deny_unknown_fields)]
 pub struct TrackingState {
     /// The model.
-    pub model: MultiAxisState,
+    pub model: MultiAxisForwardState,
     /// What the states are beside those of the model, then the disturbance of each drive.
     pub beside: Vec<f64>,
     /// What the last drives that went out were beside those of the model, with the disturbance.

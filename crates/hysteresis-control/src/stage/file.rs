@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Error, ErrorBand, Identified, LoopShift, SlowGain, Stage, StageParts, TemperatureTerm, Units};
+use crate::json_file::schema_of;
 use crate::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, Section, StateSpace};
 use crate::oscillator::tables;
 
@@ -36,12 +37,6 @@ pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Read first, alone, so that a file of another schema is called just that.
-#[derive(Deserialize)]
-struct Header {
-    schema: Option<String>,
-}
-
 /// What is saved of a stage, in the order of both.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -54,7 +49,7 @@ struct File {
     amplifier_bandwidth: Option<f64>,
     input_map: Option<MapFile>,
     hysteresis: Hysteresis,
-    /// Not there in files of stages without one, which older readers take then; likewise below.
+    /// Not there in files of stages without one; likewise below.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     duhem: Option<DuhemFile>,
     output_map: Option<MapFile>,
@@ -72,7 +67,7 @@ struct File {
     temperature: Option<TemperatureTerm>,
 }
 
-/// As bytes it has all fields but for the schema, and for those that come behind the others.
+/// Bytes have no names, so they leave no field out but the schema, for which their header stands.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "File")]
 struct Whole {
@@ -85,33 +80,15 @@ struct Whole {
     amplifier_bandwidth: Option<f64>,
     input_map: Option<MapFile>,
     hysteresis: Hysteresis,
-    #[serde(skip)]
     duhem: Option<DuhemFile>,
     output_map: Option<MapFile>,
     loop_shift: Option<LoopShiftFile>,
-    #[serde(skip)]
     slow_gain: Option<SlowGainFile>,
     creep: Option<CreepFile>,
     dynamics: Vec<AnySection>,
     noise: Option<f64>,
-    #[serde(skip)]
     error_band: Option<ErrorBand>,
     identified: Option<Identified>,
-    #[serde(skip)]
-    temperature: Option<TemperatureTerm>,
-}
-
-/// What comes behind the other bytes of a stage that has any of it.
-#[derive(Default, Serialize, Deserialize)]
-pub(crate) struct Later {
-    slow_gain: Option<SlowGainFile>,
-    error_band: Option<ErrorBand>,
-}
-
-/// What comes behind that.
-#[derive(Default, Serialize, Deserialize)]
-pub(crate) struct Latest {
-    duhem: Option<DuhemFile>,
     temperature: Option<TemperatureTerm>,
 }
 
@@ -153,15 +130,15 @@ struct LoopShiftFile {
     limit: f64,
 }
 
-#[derive(Clone, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct DuhemFile {
+struct DuhemFile {
     knots: Vec<f64>,
     rising: Vec<f64>,
     falling: Vec<f64>,
 }
 
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SlowGainFile {
     half_range: f64,
@@ -224,8 +201,7 @@ impl Stage {
     /// [`Error::File`] for a text that is cut off, of another schema, or has a field that is missing or unknown; otherwise
     /// [`Error`] that names the part that no stage may have.
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        let header: Header = serde_json::from_str(text).map_err(|error| syntax(&error))?;
-        match header.schema.as_deref() {
+        match schema_of(text).map_err(|error| syntax(&error))?.as_deref() {
             Some(SCHEMA) => serde_json::from_str::<File>(text).map_err(|error| syntax(&error))?.stage(),
             Some(schema) if schema.starts_with("mpi_hyst/model/") => Self::new(StageParts::new(hysteresis(text)?)),
             got => {
@@ -254,24 +230,9 @@ impl From<&StageParts> for StageBytes {
 }
 
 impl StageBytes {
-    /// What comes behind the other bytes of a stage that has it.
-    pub(crate) fn later(&self) -> Option<Later> {
-        let File { slow_gain, error_band, .. } = &self.0;
-        let has_any = slow_gain.is_some() || error_band.is_some();
-        has_any.then(|| Later { slow_gain: *slow_gain, error_band: error_band.clone() })
-    }
-
-    /// What comes behind that.
-    pub(crate) fn latest(&self) -> Option<Latest> {
-        let File { duhem, temperature, .. } = &self.0;
-        let has_any = duhem.is_some() || temperature.is_some();
-        has_any.then(|| Latest { duhem: duhem.clone(), temperature: *temperature })
-    }
-
-    /// The stage, with what came behind.
-    pub(crate) fn stage(self, later: Later, latest: Latest) -> Result<Stage, Error> {
-        let (Later { slow_gain, error_band }, Latest { duhem, temperature }) = (later, latest);
-        File { duhem, slow_gain, error_band, temperature, ..self.0 }.stage()
+    /// The stage, unless a part is one that no stage may have.
+    pub(crate) fn stage(self) -> Result<Stage, Error> {
+        self.0.stage()
     }
 }
 

@@ -43,7 +43,7 @@ mod temperature;
 
 pub use band::{Branches, CELLS, ErrorBand, ErrorBounds, Place};
 pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
-pub(crate) use file::{Later, Latest, StageBytes};
+pub(crate) use file::StageBytes;
 pub use file::{SCHEMA, read_file};
 pub use forward::{StageForward, StageState};
 pub use parts::{Identified, LoopShift, RecordSource, SlowGain, StageParts, StageWarning, Units};

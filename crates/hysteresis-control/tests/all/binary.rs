@@ -1,7 +1,6 @@
 //! Stages and states as bytes: bit for bit there and back, and nothing but an error for other bytes.
 
 use hysteresis_control::binary::{Binary, Sampled};
-use hysteresis_control::learning::{RepetitiveControl, RepetitiveOptions, RepetitiveState, Supervision};
 use hysteresis_control::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, StateSpace};
 use hysteresis_control::stage::{
     CELLS, ErrorBand, FeedForwardKind, Identified, LoopShift, RecordSource, SlowGain, Stage, StageParts, StageWarning,
@@ -44,6 +43,10 @@ fn error_band() -> ErrorBand {
     ErrorBand::new(0.003, (-1.5, 2.5), 0.1, errors, vec![(300.0, 1.5)], vec![(0.1, 1.0), (10.0, 2.0)]).unwrap()
 }
 
+fn temperature() -> TemperatureTerm {
+    TemperatureTerm::new(0.02, 60.0, 25.0).unwrap()
+}
+
 fn every_section() -> LinearDynamics {
     let mode = |frequency| SecondOrder::new(frequency, 0.1).unwrap();
     let pair = Antiresonance::new(mode(700.0), mode(900.0));
@@ -84,7 +87,7 @@ prop_compose! {
         hysteresis in hysteresis(),
         maps in prop::array::uniform2(prop::option::of(0.5..2.0)),
         amplifier in prop::option::of(100.0..5000.0),
-        (shift, gain, band) in any::<(bool, bool, bool)>(),
+        (shift, gain, band, warm) in any::<(bool, bool, bool, bool)>(),
         duhem in prop::option::of(prop::sample::select(vec![1.0, -1.0])),
         creep in prop::option::of(1_u16..5),
         order in any::<bool>(),
@@ -108,6 +111,7 @@ prop_compose! {
             noise,
             error_band: band.then(error_band),
             duhem: duhem.map(bouc_wen),
+            temperature: warm.then(temperature),
             identified: known.map(identified),
             units: Units { drive: "V".into(), position: "µm".into() },
             ..StageParts::new(hysteresis)
@@ -161,36 +165,30 @@ fn controllers_of(stage: &Stage) -> [StageController; 3] {
     kinds.map(|(kind, options)| stage.controller(kind, &options).unwrap().into())
 }
 
-/// What stages without them write is what they wrote before there were any.
 #[test]
-fn slow_gain_and_band_come_behind_all_other_bytes() {
-    let with = stage();
-    let without = Stage::new(StageParts { slow_gain: None, ..with.parts().clone() }).unwrap();
-    let content = |stage: &Stage| {
-        let bytes = stage.to_bytes();
-        bytes[14..bytes.len() - 4].to_vec()
+fn a_file_leaves_out_parts_that_a_stage_does_not_have() {
+    let names = ["slow_gain", "loop_shift", "error_band", "duhem", "temperature"];
+    let whole = StageParts {
+        error_band: Some(error_band()),
+        duhem: Some(bouc_wen(1.0)),
+        temperature: Some(temperature()),
+        ..stage().parts().clone()
     };
-    let (longer, shorter) = (content(&with), content(&without));
-    // Two marks say that there is a slow gain, and no band.
-    assert_eq!(longer.len(), shorter.len() + 2 + 4 * 8);
-    assert!(longer.starts_with(&shorter));
-    assert!(with.to_json().contains("slow_gain") && !without.to_json().contains("slow_gain"));
-    let band = Stage::new(StageParts { error_band: Some(error_band()), ..without.parts().clone() }).unwrap();
-    assert!(content(&band).starts_with(&shorter) && content(&band).len() > shorter.len() + CELLS * CELLS * 8);
-    let beside = Stage::new(StageParts { duhem: Some(bouc_wen(1.0)), ..with.parts().clone() }).unwrap();
-    // Three lists of three numbers, and what else may come there.
-    assert!(content(&beside).starts_with(&longer) && content(&beside).len() == longer.len() + 2 + 3 * (1 + 3 * 8));
-    assert!(beside.to_json().contains("duhem") && !with.to_json().contains("duhem"));
-    let term = TemperatureTerm::new(0.02, 60.0, 25.0).unwrap();
-    for other in [&with, &without] {
-        let warm = Stage::new(StageParts { temperature: Some(term), ..other.parts().clone() }).unwrap();
-        assert!(content(&warm).starts_with(&content(other)));
-        assert_eq!(Stage::from_bytes(&warm.to_bytes()).unwrap(), warm);
-        assert_eq!(Stage::from_json(&warm.to_json()).unwrap(), warm);
-        assert!(!other.to_json().contains("temperature"));
+    let whole = Stage::new(whole).unwrap().to_json();
+    let none = Stage::new(StageParts::new(stage().parts().hysteresis.clone())).unwrap().to_json();
+    for name in names {
+        assert!(whole.contains(name) && !none.contains(name), "{name}");
     }
-    let cut = sealed(1, &longer[..longer.len() - 1]);
-    assert_eq!(Stage::from_bytes(&cut).unwrap_err().parameter(), Some("bytes"));
+}
+
+#[test]
+fn a_content_that_is_cut_off_is_refused() {
+    let bytes = stage().to_bytes();
+    let content = &bytes[14..bytes.len() - 4];
+    for length in 0..content.len() {
+        let error = Stage::from_bytes(&sealed(1, &content[..length])).unwrap_err();
+        assert_eq!(error.parameter(), Some("bytes"), "{length}: {error}");
+    }
 }
 
 proptest! {
@@ -330,34 +328,6 @@ fn controllers_go_on_bit_for_bit() {
             assert_eq!(other.step(row.0.into(), row.1).to_bits(), controller.step(row.0.into(), row.1).to_bits());
         }
     }
-}
-
-/// Before there was a supervisor, learning was the same without what comes behind it now.
-#[test]
-fn bytes_of_learning_without_a_supervisor_are_read() {
-    let around = stage().feedback_loop(DT, (0.0, 0.0), Sections::default()).unwrap();
-    let learning = RepetitiveControl::new(&around, 20, &RepetitiveOptions::new(200.0)).unwrap();
-    let mut controller = controllers().swap_remove(0).with_repetitive(learning).unwrap();
-    for k in 0..200 {
-        controller.step(f64::from(k % 20).into(), f64::from(k % 20) - 1.0);
-    }
-    let state = controller.state();
-    let bytes = state.to_bytes();
-    assert_eq!(StageControllerState::from_bytes(&bytes).as_ref(), Ok(&state));
-    let learned = state.repetitive.as_ref().unwrap();
-    let appended = postcard::to_allocvec(&learned.supervision).unwrap().len();
-    let old = sealed(6, &bytes[14..bytes.len() - 4 - appended]);
-    let unsupervised = RepetitiveState { supervision: Supervision::default(), ..learned.clone() };
-    let expected = StageControllerState { repetitive: Some(unsupervised), ..state.clone() };
-    assert_eq!(StageControllerState::from_bytes(&old).as_ref(), Ok(&expected));
-    controller.set_state(&expected).unwrap();
-    let message = |content: &[u8]| StageControllerState::from_bytes(&sealed(6, content)).unwrap_err().to_string();
-    let content = &bytes[14..bytes.len() - 4];
-    assert!(message(&[content, &[0]].concat()).ends_with("got 1 bytes too many"));
-    assert!(message(&content[..content.len() - 1]).contains("cannot be read"));
-    let alone = StageControllerState { repetitive: None, ..state }.to_bytes();
-    let lost = [&alone[14..alone.len() - 4], &content[content.len() - appended..]].concat();
-    assert!(message(&lost).ends_with("got a supervisor without learning"));
 }
 
 /// Thresholds that no order nests have a bank of operators for their memory.

@@ -311,9 +311,8 @@ fn a_state_of_any_phase_goes_on_bit_for_bit() {
     }
 }
 
-/// Of a learning controller before there was a supervisor.
 #[test]
-fn an_older_state_is_read() {
+fn a_text_without_supervision_goes_on_to_learn() {
     let mut controller = made(true);
     let mut bench = Bench::new(FREQUENCY, 1e-3, 1);
     for _ in 0..7 {
@@ -327,8 +326,8 @@ fn an_older_state_is_read() {
     assert!(correction != 0.0);
     assert_eq!(twin.repetitive().unwrap().peek().to_bits(), correction.to_bits());
     assert_eq!(phase(&twin), LearningPhase::Learning);
-    let (old, new) = (twin.repetitive().unwrap().state(), controller.repetitive().unwrap().state());
-    assert_eq!(RepetitiveState { supervision: new.supervision.clone(), ..old }, new);
+    let (read, own) = (twin.repetitive().unwrap().state(), controller.repetitive().unwrap().state());
+    assert_eq!(RepetitiveState { supervision: own.supervision.clone(), ..read }, own);
 }
 
 #[test]

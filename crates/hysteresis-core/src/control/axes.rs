@@ -437,7 +437,7 @@ fn window(controller: &HybridController) -> (usize, usize) {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
-pub struct MultiAxisState {
+pub struct MultiAxisControllerState {
     /// The decoupling, row by row.
     pub decoupling: Vec<f64>,
     /// What the controller of each actuator remembers.
@@ -556,8 +556,8 @@ impl MultiAxisController {
 
     /// Everything that the axes remember. Allocates.
     #[must_use]
-    pub fn state(&self) -> MultiAxisState {
-        MultiAxisState {
+    pub fn state(&self) -> MultiAxisControllerState {
+        MultiAxisControllerState {
             decoupling: self.decoupling.entries().to_vec(),
             controllers: self.controllers.iter().map(HybridController::state).collect(),
         }
@@ -568,7 +568,7 @@ impl MultiAxisController {
     /// # Errors
     /// [`Error::State`] for another decoupling or number of axes, and those of
     /// [`HybridController::set_state`]; all is as before then.
-    pub fn set_state(&mut self, state: &MultiAxisState) -> Result<(), Error> {
+    pub fn set_state(&mut self, state: &MultiAxisControllerState) -> Result<(), Error> {
         if state.decoupling != self.decoupling.entries() {
             return Err(Error::State { expected: "the decoupling that the controller has" });
         }

@@ -38,7 +38,7 @@ pub use array::{
     ArrayController, ArrayControllerState, ArrayCounters, ArrayInverse, ArrayOptions, ArraySample, ArrayStop,
 };
 #[cfg(feature = "alloc")]
-pub use axes::{AxesCommand, AxisMatrix, MultiAxisController, MultiAxisState};
+pub use axes::{AxesCommand, AxisMatrix, MultiAxisController, MultiAxisControllerState};
 pub use controller::{Command, HybridController};
 #[cfg(feature = "alloc")]
 pub use controller_state::{ControllerState, DriveLimits};

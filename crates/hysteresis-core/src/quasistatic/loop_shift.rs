@@ -1,6 +1,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
+use super::follower::Follower;
 use crate::error::{Bound, Error, check_all_finite, check_between, check_finite};
 
 /// The least and the greatest half range, and the greatest limit: products with admissible drives then stay finite.
@@ -47,22 +48,15 @@ pub struct LoopShiftTerms {
     decay: f64,
 }
 
-/// m, n and f, beside what moves them.
+/// m, n and f, and what becomes of them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
     terms: LoopShiftTerms,
-    /// (a - a^8) / 7
-    square_gain: f64,
+    follower: Follower,
     /// (a - a^4) / 3
     product_gain: f64,
-    /// a^4
-    follower_decay: f64,
-    /// m
-    mean_square: f64,
     /// n
     mean_product: f64,
-    /// f
-    follower: f64,
 }
 
 impl LoopShiftTerms {
@@ -126,19 +120,16 @@ impl Motion {
     /// At rest in the middle of the range.
     pub(super) fn new(terms: &LoopShiftTerms) -> Self {
         let a = terms.decay;
-        let (a2, a4) = (a * a, a * a * a * a);
-        // As products, so that no digit is lost where a is nearly 1.
-        let square_gain = a * (1.0 - a) * (1.0 + a + a2 + a2 * a + a4 + a4 * a + a4 * a2) / 7.0;
-        let product_gain = a * (1.0 - a) * (1.0 + a + a2) / 3.0;
-        let (mean_square, mean_product, follower) = (0.0, 0.0, 0.0);
-        Self { terms: *terms, square_gain, product_gain, follower_decay: a4, mean_square, mean_product, follower }
+        // As a product, so that no digit is lost where a is nearly 1.
+        let product_gain = a * (1.0 - a) * (1.0 + a + a * a) / 3.0;
+        Self { terms: *terms, follower: Follower::new(a, terms.limit), product_gain, mean_product: 0.0 }
     }
 
     /// s: by how much the loop has shifted.
     #[inline]
     pub(super) fn shift(&self) -> f64 {
         let [square, product] = self.terms.amplitudes;
-        square * self.mean_square + product * self.mean_product
+        square * self.follower.mean_square() + product * self.mean_product
     }
 
     fn scaled(&self, drive: f64) -> f64 {
@@ -149,24 +140,24 @@ impl Motion {
     #[inline]
     pub(super) fn hold(&mut self, drive: f64) {
         let x = self.scaled(drive);
-        let behind = (x - self.follower).max(-self.terms.limit).min(self.terms.limit);
-        self.mean_square = self.terms.decay * self.mean_square + self.square_gain * (behind * behind);
+        let behind = self.follower.hold(x);
         self.mean_product = self.terms.decay * self.mean_product + self.product_gain * (x * behind.abs());
-        self.follower = x - self.follower_decay * behind;
     }
 
     /// The drive has been held since forever.
     pub(super) fn settle(&mut self, drive: f64) {
-        (self.mean_square, self.mean_product, self.follower) = (0.0, 0.0, self.scaled(drive));
+        self.follower.settle(self.scaled(drive));
+        self.mean_product = 0.0;
     }
 
     /// m, n and f.
     pub(super) fn states(&self) -> Vec<f64> {
-        vec![self.mean_square, self.mean_product, self.follower]
+        vec![self.follower.mean_square(), self.mean_product, self.follower.place()]
     }
 
     /// Continues from a state that was checked.
     pub(super) fn restore(&mut self, [mean_square, mean_product, follower]: [f64; 3]) {
-        (self.mean_square, self.mean_product, self.follower) = (mean_square, mean_product, follower);
+        self.follower.restore(mean_square, follower);
+        self.mean_product = mean_product;
     }
 }

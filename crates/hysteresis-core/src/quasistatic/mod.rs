@@ -6,6 +6,7 @@
 mod beside;
 mod bracket;
 mod creep;
+mod follower;
 mod inverse;
 mod loop_shift;
 mod map;

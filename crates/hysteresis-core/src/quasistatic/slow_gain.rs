@@ -1,6 +1,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
+use super::follower::Follower;
 use crate::error::{Bound, Error, check_between, check_finite};
 
 /// The least and the greatest half range.
@@ -48,18 +49,11 @@ pub struct SlowGainTerms {
     decay: f64,
 }
 
-/// m and f, beside what moves them.
+/// m and f, and what becomes of them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Activity {
     terms: SlowGainTerms,
-    /// (a - a^8) / 7
-    square_gain: f64,
-    /// a^4
-    follower_decay: f64,
-    /// m
-    mean_square: f64,
-    /// f
-    follower: f64,
+    follower: Follower,
 }
 
 impl SlowGainTerms {
@@ -113,17 +107,13 @@ impl SlowGainTerms {
 impl Activity {
     /// At rest at the drive 0.
     pub(super) fn new(terms: &SlowGainTerms) -> Self {
-        let a = terms.decay;
-        let (a2, a4) = (a * a, a * a * a * a);
-        // As a product, so that no digit is lost where a is nearly 1.
-        let square_gain = a * (1.0 - a) * (1.0 + a + a2 + a2 * a + a4 + a4 * a + a4 * a2) / 7.0;
-        Self { terms: *terms, square_gain, follower_decay: a4, mean_square: 0.0, follower: 0.0 }
+        Self { terms: *terms, follower: Follower::new(terms.decay, 1.0) }
     }
 
     /// 1 + kappa m.
     #[inline]
     pub(super) fn gain(&self) -> f64 {
-        1.0 + self.terms.amplitude * self.mean_square
+        1.0 + self.terms.amplitude * self.follower.mean_square()
     }
 
     pub(super) fn zero(&self) -> f64 {
@@ -133,20 +123,17 @@ impl Activity {
     /// Holds a drive for one sampling interval.
     #[inline]
     pub(super) fn hold(&mut self, drive: f64) {
-        let x = drive / self.terms.half_range;
-        let behind = (x - self.follower).clamp(-1.0, 1.0);
-        self.mean_square = self.terms.decay * self.mean_square + self.square_gain * (behind * behind);
-        self.follower = x - self.follower_decay * behind;
+        self.follower.hold(drive / self.terms.half_range);
     }
 
     /// The drive has been held since forever.
     pub(super) fn settle(&mut self, drive: f64) {
-        (self.mean_square, self.follower) = (0.0, drive / self.terms.half_range);
+        self.follower.settle(drive / self.terms.half_range);
     }
 
     /// m and f.
     pub(super) fn states(&self) -> Vec<f64> {
-        vec![self.mean_square, self.follower]
+        vec![self.follower.mean_square(), self.follower.place()]
     }
 
     /// A state that there can be: of m, which comes first.
@@ -156,6 +143,6 @@ impl Activity {
 
     /// Continues from a state that was checked.
     pub(super) fn restore(&mut self, mean_square: f64, follower: f64) {
-        (self.mean_square, self.follower) = (mean_square, follower);
+        self.follower.restore(mean_square, follower);
     }
 }

@@ -208,7 +208,7 @@ impl HybridController {
     }
 
     #[setter]
-    fn set_mode(slf: &Bound<'_, Self>, #[py("Literal['run', 'feedforward', 'hold']")] mode: Mode) -> PyResult<()> {
+    fn set_mode(slf: &Bound<'_, Self>, mode: Mode) -> PyResult<()> {
         exclusive(slf)?.controller_mut().set_mode(mode).map_err(raise)
     }
 
@@ -372,6 +372,11 @@ impl HybridController {
         (self.observer, self.repetitive) = (observer, repetitive);
         Ok(self)
     }
+
+    /// Whether its state is that of a controller alone.
+    fn is_plain(&self) -> bool {
+        self.observer.is_none() && self.repetitive.is_none()
+    }
 }
 
 #[methods]
@@ -413,13 +418,16 @@ impl HybridController {
         if learns { Ok(()) } else { Err(errors::value("repetitive", "expected a controller that learns, got None")) }
     }
 
-    /// Measurements outside this range (low, high) count as missing; None without such a gate.
+    /// Measurements outside this range (low, high) are not believed, and counted in `implausible_count`; None without
+    /// such a gate.
     #[getter]
     fn measurement_range(&self) -> Option<(f64, f64)> {
         self.controller().options().measurement_range
     }
 
-    /// Measurements farther than this from the last good one count as missing; None without such a gate.
+    /// The largest change of the measurement from one sample to the next; None without such a gate. What is farther
+    /// from the last good one is not believed, and counted in `implausible_count`; after `max_missing` in a row that
+    /// were no good, and at least one, the next one is taken.
     #[getter]
     fn max_measurement_step(&self) -> Option<f64> {
         self.controller().options().max_measurement_step
@@ -580,15 +588,13 @@ impl HybridController {
     #[getter]
     #[py(-> "dict[str, Any]")]
     pub(super) fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let state = shared(slf)?.stage_controller.state();
-        let is_plain = state.observer.is_none() && state.repetitive.is_none();
+        let (state, is_plain) = shared(slf).map(|this| (this.stage_controller.state(), this.is_plain()))?;
         Ok(if is_plain { pythonize(slf.py(), &state.controller) } else { pythonize(slf.py(), &state) }?)
     }
 
     /// What `state` says, as bytes: `state` takes them too.
     fn state_bytes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyBytes>> {
-        let state = shared(slf)?.stage_controller.state();
-        let is_plain = state.observer.is_none() && state.repetitive.is_none();
+        let (state, is_plain) = shared(slf).map(|this| (this.stage_controller.state(), this.is_plain()))?;
         Ok(PyBytes::new(slf.py(), &if is_plain { state.controller.to_bytes() } else { state.to_bytes() }))
     }
 
@@ -597,11 +603,7 @@ impl HybridController {
         slf: &Bound<'_, Self>,
         #[py("dict[str, Any] | bytes")] state: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
-        let is_plain = {
-            let this = shared(slf)?;
-            this.observer.is_none() && this.repetitive.is_none()
-        };
-        if is_plain {
+        if shared(slf)?.is_plain() {
             let state = bytes_of(state).unwrap_or_else(|| plain_state(state))?;
             return exclusive(slf)?.controller_mut().set_state(&state).map_err(raise);
         }

@@ -10,10 +10,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 use pythonize::pythonize;
 
-use crate::argument::SampleCount;
+use crate::argument::{Argument, SampleCount, Words};
 use crate::control::controller::HybridController;
 use crate::control::filters::Filters;
-use crate::control::shared_by_controllers::{ControllerTerms, MODES, mode_name, mode_of, plain_state, source};
+use crate::control::shared_by_controllers::{ControllerTerms, mode_name, plain_state, source};
 use crate::convert::arrays;
 use crate::convert::errors::{self, Place, raise, unexpected};
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, shared};
@@ -544,13 +544,19 @@ impl MultiAxisController {
         >,
     ) -> PyResult<()> {
         let axes = shared(slf)?.axes();
-        let modes = if let Ok(word) = mode.cast::<PyString>() {
-            vec![mode_of("mode", word.to_str()?)?; axes]
+        let modes = if mode.is_instance_of::<PyString>() {
+            vec![core::Mode::from_argument("mode", mode)?; axes]
         } else {
             let words = mode.extract::<Vec<String>>().ok().filter(|words| words.len() == axes);
-            let words =
-                words.ok_or_else(|| unexpected("mode", format_args!("{MODES}, or a list of {axes} of these"), mode))?;
-            let each = words.iter().enumerate().map(|(i, word)| mode_of(&format!("mode[{i}]"), word));
+            let expected = core::Mode::expected();
+            let words = words
+                .ok_or_else(|| unexpected("mode", format_args!("{expected}, or a list of {axes} of these"), mode))?;
+            let each = words.iter().enumerate().map(|(i, word)| {
+                core::Mode::named(word).ok_or_else(|| {
+                    let place = format!("mode[{i}]");
+                    errors::value(Place::part("mode", &place), format_args!("expected {expected}, got \"{word}\""))
+                })
+            });
             each.collect::<PyResult<Vec<_>>>()?
         };
         let mut this = exclusive(slf)?;

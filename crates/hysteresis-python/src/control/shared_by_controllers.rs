@@ -8,9 +8,9 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use pythonize::{depythonize, pythonize};
 use serde::{Deserialize, Serialize};
 
-use crate::argument::Argument;
-use crate::convert::arguments::{is_word, word};
-use crate::convert::errors::{self, Place, unexpected};
+use crate::argument::Words;
+use crate::convert::arguments::is_word;
+use crate::convert::errors::{self, unexpected};
 use crate::convert::objects::shared;
 use crate::model::models::compiled_if_model;
 use crate::stage::streams::StageInverse;
@@ -104,26 +104,16 @@ impl ControllerTerms {
     }
 }
 
+/// The modes that can be set: a stop has a method of its own.
+impl Words for Mode {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("run", Self::Run), ("feedforward", Self::Feedforward), ("hold", Self::Hold)];
+}
+
+/// The word of any mode.
 pub(super) fn mode_name(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Run => "run",
-        Mode::Feedforward => "feedforward",
-        Mode::Hold => "hold",
-        Mode::Stop => "stop",
-    }
+    if mode == Mode::Stop { "stop" } else { mode.word() }
 }
-
-/// A mode that can be set: a stop has a method of its own.
-pub(super) fn mode_of(place: &str, name: &str) -> PyResult<Mode> {
-    let modes = [Mode::Run, Mode::Feedforward, Mode::Hold];
-    match modes.into_iter().find(|known| mode_name(*known) == name) {
-        Some(mode) => Ok(mode),
-        None => Err(errors::value(Place::part("mode", place), format_args!("expected {MODES}, got \"{name}\""))),
-    }
-}
-
-/// The words that [`mode_of`] takes.
-pub(super) const MODES: &str = "\"run\", \"feedforward\" or \"hold\"";
 
 /// A state from a dictionary that says exactly that.
 pub(super) fn plain_state<T: Serialize + for<'de> Deserialize<'de>>(state: &Bound<'_, PyAny>) -> PyResult<T> {
@@ -157,11 +147,5 @@ fn is_same(made: &Bound<'_, PyAny>, given: &Bound<'_, PyAny>) -> PyResult<bool> 
         Ok(made.len()? == given.len()?)
     } else {
         made.eq(given)
-    }
-}
-
-impl Argument<'_> for Mode {
-    fn from_argument(name: &'static str, mode: &Bound<'_, PyAny>) -> PyResult<Self> {
-        mode_of(name, &word(name, MODES, mode)?)
     }
 }

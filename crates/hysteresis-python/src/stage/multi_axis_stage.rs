@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hysteresis_control::multi_axis::{self, Matrices, MultiAxisState, PrecompensationOptions, ScalarOperator};
+use hysteresis_control::multi_axis::{self, Matrices, MultiAxisForwardState, PrecompensationOptions, ScalarOperator};
 use hysteresis_core::{DuhemForward, Play};
 use hysteresis_python_macros::methods;
 use nalgebra::DMatrix;
@@ -407,7 +407,7 @@ impl MultiAxisStage {
 
 impl MultiAxisStage {
     /// What a stream of this stage remembers.
-    fn remembered(&self, stream: &Bound<'_, MultiAxisForward>) -> PyResult<MultiAxisState> {
+    fn remembered(&self, stream: &Bound<'_, MultiAxisForward>) -> PyResult<MultiAxisForwardState> {
         let stream = shared(stream)?;
         if stream.made_of.get().0 == self.0 {
             Ok(stream.stream.state())

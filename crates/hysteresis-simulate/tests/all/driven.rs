@@ -112,7 +112,7 @@ fn samples_without_a_reading_are_left_out_of_the_measured_errors() {
     assert!(settled.max_position_error.is_finite());
     let again = Run::with_missing(run.record().clone(), run.limits(), run.period()).unwrap();
     assert_eq!(again.metrics(), all);
-    assert!(Run::new(run.into_record(), None, None).is_err());
+    assert!(Run::new(run.record().clone(), None, None).is_err());
     let record = |drive| LoopRecord { reference: vec![0.0], measured: vec![0.0], position: vec![0.0], drive };
     assert!(Run::with_missing(record(vec![f64::NAN]), None, None).is_err());
 }
