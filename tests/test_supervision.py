@@ -138,14 +138,6 @@ def test_a_reference_that_changes_is_no_divergence() -> None:
         learning.step(0.1, "far")  # type: ignore[arg-type]
 
 
-def test_an_older_state_is_read() -> None:
-    controller = made()
-    older = json.loads(json.dumps(controller.state))
-    del older["repetitive"]["supervision"]
-    controller.state = older
-    assert controller.learning_phase == "learning"
-
-
 def test_a_loop_in_real_time_says_that_learning_had_diverged() -> None:
     controller = made()
     errors(controller, stage(0.75 * FREQUENCY).plant(DT, seed=1), 100)

@@ -1,11 +1,12 @@
 //! Writes `python/mpi_hyst/_core.pyi`, which tells editors and type checkers what the module offers.
 //!
-//! All of it is read from the sources: names, parameters, defaults and docstrings from what `#[function]`, `#[methods]` and
-//! `#[pyclass]` stand at, types from those of Rust ([`types`]) or, where these do not tell, from what `#[py("...")]` says.
+//! All of it is read from the sources: names, parameters, defaults and docstrings from what `#[function]`, `#[methods]`
+//! and `#[pyclass]` stand at, types from those of Rust ([`types`]) or, where these do not tell, from what
+//! `#[py("...")]` says.
 //!
-//! pyo3 describes itself too (`experimental-inspect`), but not well enough yet: a type that is said in `signature` comes out as quoted
-//! text whose names nobody imports, a default that is no literal of the Rust type as `...`, an array of numpy as nothing, and a getter
-//! cannot say its type at all.
+//! pyo3 describes itself too (`experimental-inspect`), but not well enough yet: a type that is said in `signature`
+//! comes out as quoted text whose names nobody imports, a default that is no literal of the Rust type as `...`, an
+//! array of numpy as nothing, and a getter cannot say its type at all.
 
 #[path = "../hysteresis-python-macros/src/signature.rs"]
 mod signature;

@@ -36,7 +36,8 @@ pub enum What {
     StageInverse,
     /// The hybrid controller with its exact inverse, along the outputs of the model.
     Controller,
-    /// The same behind a notch and two more second-order sections, with the observer of a stage with a resonance before its feedback.
+    /// The same behind a notch and two more second-order sections, with the observer of a stage with a resonance before
+    /// its feedback.
     ObservedController,
     /// A Duhem operator of nine knots.
     Duhem,
@@ -204,8 +205,8 @@ impl Case {
         }
     }
 
-    /// Every how manieth sample of the signal a loop takes: what a sample costs there does not depend on the sample, and
-    /// over many operators a whole second would take minutes.
+    /// Every how manieth sample of the signal a loop takes: what a sample costs there does not depend on the sample,
+    /// and over many operators a whole second would take minutes.
     fn thinning(self) -> u32 {
         let loops = self.mode == Mode::Step && What::YARDSTICKS.contains(&self.what);
         if loops { (self.operators / 100).max(1) } else { 1 }

@@ -231,7 +231,8 @@ fn periodic_outputs(
     drive.iter().map(|second| second.iter().map(|x| step(*x)).collect()).collect()
 }
 
-/// The public Bouc-Wen benchmark with another operator inside, at the sampling rate of the signals: four sub-steps a sample.
+/// The public Bouc-Wen benchmark with another operator inside, at the sampling rate of the signals: four sub-steps a
+/// sample.
 fn oscillator() -> OscillatorForward {
     let oscillator = HystereticOscillator::new(0.5, 5.0, 2.5e4, duhem_inside()).expect("the parameters are valid");
     OscillatorForward::new(&oscillator, DT, None).expect("the interval resolves a period")

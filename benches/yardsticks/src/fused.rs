@@ -1,7 +1,8 @@
-//! The fused loop: all operators in one loop over vectors. What a user can write with care, for one instruction set each.
+//! The fused loop: all operators in one loop over vectors. What a user can write with care, for one instruction set
+//! each.
 //!
-//! Outputs, thresholds and weights lie in vectors of as many operators as an instruction takes. There is no branch, so a
-//! sample costs the same on any signal. The loop over samples is compiled for the same instructions as the loop over
+//! Outputs, thresholds and weights lie in vectors of as many operators as an instruction takes. There is no branch, so
+//! a sample costs the same on any signal. The loop over samples is compiled for the same instructions as the loop over
 //! operators, which is inlined into it.
 
 use std::array;

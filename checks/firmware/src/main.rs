@@ -1,4 +1,5 @@
-//! Instructions per sample of the streams of fixed size on a Cortex-M4F, in qemu; and the same bits there as on the host.
+//! Instructions per sample of the streams of fixed size on a Cortex-M4F, in qemu; and the same bits there as on the
+//! host.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

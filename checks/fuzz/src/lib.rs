@@ -1,6 +1,6 @@
-//! The targets of coverage-guided fuzzing. Each takes bytes, makes of them what a user or an attacker may hand over, and panics
-//! where something does not hold that must. `make fuzz` runs them under libFuzzer with the address sanitizer; `tests/replay.rs`
-//! runs the seeds, what was found, and some thousands of mutations on any machine.
+//! The targets of coverage-guided fuzzing. Each takes bytes, makes of them what a user or an attacker may hand over,
+//! and panics where something does not hold that must. `make fuzz` runs them under libFuzzer with the address
+//! sanitizer; `tests/replay.rs` runs the seeds, what was found, and some thousands of mutations on any machine.
 
 mod bytes;
 mod c_interface;

@@ -20,7 +20,8 @@ pub(crate) struct Slot<T> {
 }
 
 impl<T> Slot<T> {
-    /// Makes an object in memory that may be too small or not aligned: then there is a status that says so, and no object.
+    /// Makes an object in memory that may be too small or not aligned: then there is a status that says so, and no
+    /// object.
     pub(crate) fn new(
         bytes: &mut Bytes<'_>,
         (size, align): (usize, usize),

@@ -8,11 +8,11 @@ use serde::ser::{Serialize, SerializeTuple, Serializer};
 
 use crate::stages::{DT, whole};
 
-/// What is read is refused with a message, or else it is written as bytes that read back as the same. A state that an object
-/// takes over leaves it with outputs that are finite, and within the limits where there are any.
+/// What is read is refused with a message, or else it is written as bytes that read back as the same. A state that an
+/// object takes over leaves it with outputs that are finite, and within the limits where there are any.
 ///
-/// The first byte says what it is and of which stage, the others are the content: header and checksum are put around it, as a checksum is what
-/// no mutation guesses. With an odd first byte they are not.
+/// The first byte says what it is and of which stage, the others are the content: header and checksum are put around
+/// it, as a checksum is what no mutation guesses. With an odd first byte they are not.
 ///
 /// # Panics
 /// If not.

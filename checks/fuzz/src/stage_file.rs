@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 use crate::bytes::Bytes;
 use crate::stages::{DT, every_part};
 
-/// The stage is refused with a message, or else it writes a file that reads back as the same one, and whatever is made from
-/// it gives finite outputs, its inverse within the limits.
+/// The stage is refused with a message, or else it writes a file that reads back as the same one, and whatever is made
+/// from it gives finite outputs, its inverse within the limits.
 ///
 /// Bytes that begin like JSON are the file. Others say which values of a good file become other ones.
 ///

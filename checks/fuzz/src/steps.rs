@@ -18,8 +18,8 @@ const POSITIONS: f64 = 25.0;
 /// The period of learning in samples.
 const PERIOD: usize = 20;
 
-/// Every drive is finite, within limits and slew; a peek is the step that follows it; a state continues bit for bit in a
-/// controller that is made anew.
+/// Every drive is finite, within limits and slew; a peek is the step that follows it; a state continues bit for bit in
+/// a controller that is made anew.
 ///
 /// # Panics
 /// If not.

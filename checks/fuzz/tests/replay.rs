@@ -1,5 +1,5 @@
-//! The seeds of all targets, what fuzzing has found, and mutations of both: what `make fuzz` does without end, for a moment and
-//! on any machine. FUZZ_INPUTS sets how many mutations of each target are tried.
+//! The seeds of all targets, what fuzzing has found, and mutations of both: what `make fuzz` does without end, for a
+//! moment and on any machine. FUZZ_INPUTS sets how many mutations of each target are tried.
 
 use std::fs;
 use std::path::Path;

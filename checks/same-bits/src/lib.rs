@@ -1,8 +1,8 @@
-//! A million mixed samples through everything that a stage makes, and the SHA-256 of what comes out: the C interface, the
-//! Python package, functional mock-up units and the record of a loop in real time must give the same digests.
+//! A million mixed samples through everything that a stage makes, and the SHA-256 of what comes out: the C interface,
+//! the Python package, functional mock-up units and the record of a loop in real time must give the same digests.
 //!
-//! With `s` a [`Mixed`] signal of seed 1, `d` one of seed 2 without its first 503 samples, so that both are seldom bad at once,
-//! and a sampling interval of 0.1 ms:
+//! With `s` a [`Mixed`] signal of seed 1, `d` one of seed 2 without its first 503 samples, so that both are seldom bad
+//! at once, and a sampling interval of 0.1 ms:
 //!
 //! ```text
 //! forward     position(k) = step(60 + 90 s(k))
@@ -13,8 +13,8 @@
 //! loop        drive(k)    = step(r(k), y(k))                    r(k) is 14 + 18 s(k), or the last one where that is not finite
 //! ```
 //!
-//! The loop has its y from drives of its own, as the controller. A loop in real time takes no other references, so its record has
-//! these drives. Numbers beyond 1e100 count as not finite.
+//! The loop has its y from drives of its own, as the controller. A loop in real time takes no other references, so its
+//! record has these drives. Numbers beyond 1e100 count as not finite.
 //!
 //! Only Rust and Python can ask for a method. There the hysteresis alone, by the bank, must give the same digests too:
 //!

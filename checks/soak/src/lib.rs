@@ -1,4 +1,5 @@
-//! No drift: after any number of samples, the engine and its inverse equal a bank that has seen only what still matters.
+//! No drift: after any number of samples, the engine and its inverse equal a bank that has seen only what still
+//! matters.
 //!
 //! [`Mixed`] targets go through the inverse within limits, its drive through the forward stream, so both see the same
 //! history. [`Reduced`] keeps what is left of that history after the textbook's deletions, without a look at the
@@ -6,8 +7,8 @@
 //! [`TOLERANCE`], now and for every move that may come next.
 
 //!
-//! [`loops`] are what runs around the inverse: controllers with filters, smoothed previews, observers and learning, of one
-//! axis, of several and of arrays, with plants that show and do anything. No drive ever leaves limits or slew rate.
+//! [`loops`] are what runs around the inverse: controllers with filters, smoothed previews, observers and learning, of
+//! one axis, of several and of arrays, with plants that show and do anything. No drive ever leaves limits or slew rate.
 
 #![forbid(unsafe_code)]
 

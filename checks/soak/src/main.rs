@@ -1,6 +1,6 @@
-//! `soak [samples] [operators] [seed]`: mixed signals through an actuator's inverse and the actuator, compared ten times
-//! with a bank that is fed the reduced history. Then a hundredth as many samples of every loop with a plant that shows and
-//! does anything, in set-ups that begin with the seed.
+//! `soak [samples] [operators] [seed]`: mixed signals through an actuator's inverse and the actuator, compared ten
+//! times with a bank that is fed the reduced history. Then a hundredth as many samples of every loop with a plant that
+//! shows and does anything, in set-ups that begin with the seed.
 
 use std::error::Error;
 use std::time::Instant;

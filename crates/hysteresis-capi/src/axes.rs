@@ -11,14 +11,14 @@ use crate::boundary::{
 };
 use crate::oscillator::Oscillator;
 
-/// A stage of several axes: what the file of a MultiAxisStage says. It never changes, so several threads may use it at once.
-/// What is made from it keeps what it needs: the stage may be freed before.
+/// A stage of several axes: what the file of a MultiAxisStage says. It never changes, so several threads may use it at
+/// once. What is made from it keeps what it needs: the stage may be freed before.
 pub struct AxesStage {
     pub(crate) inner: MultiAxisStage,
 }
 
-/// Reads a stage of several axes from the text of its file. `text` is UTF-8 and ends with a zero byte. Free the stage with
-/// mpih_axes_stage_free.
+/// Reads a stage of several axes from the text of its file. `text` is UTF-8 and ends with a zero byte. Free the stage
+/// with mpih_axes_stage_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_stage_from_json(text: *const c_char, stage: *mut *mut AxesStage) -> Status {
     // SAFETY: as the header asks of the caller.
@@ -77,8 +77,8 @@ pub extern "C" fn mpih_axes_stage_dt(stage: Option<&AxesStage>) -> f64 {
     stage.map_or(f64::NAN, |stage| stage.inner.dt())
 }
 
-/// A stage of several axes sample by sample, from the drives to the positions. A simulated plant, or the model beside a real
-/// one.
+/// A stage of several axes sample by sample, from the drives to the positions. A simulated plant, or the model beside a
+/// real one.
 pub struct AxesForward {
     owner: Owner,
     stream: MultiAxisForward,
@@ -121,8 +121,8 @@ pub extern "C" fn mpih_axes_forward_align() -> usize {
     align_of::<AxesForward>()
 }
 
-/// Makes a forward model of a stage of several axes at rest, in `memory` of `bytes` bytes, or on the heap if `memory` is NULL.
-/// End it with mpih_axes_forward_free.
+/// Makes a forward model of a stage of several axes at rest, in `memory` of `bytes` bytes, or on the heap if `memory`
+/// is NULL. End it with mpih_axes_forward_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_forward_new(
     stage: Option<&AxesStage>,
@@ -160,8 +160,9 @@ pub unsafe extern "C" fn mpih_axes_forward_step(
     unsafe { mpih_axes_forward_run(forward, drives, positions, 1) }
 }
 
-/// A plant in a loop: holds the drives for one sampling interval, then writes the positions at its end, just before the next
-/// drives. That is what a controller reads next. Bad drives are as for mpih_axes_forward_step. Fails for NULL alone.
+/// A plant in a loop: holds the drives for one sampling interval, then writes the positions at its end, just before the
+/// next drives. That is what a controller reads next. Bad drives are as for mpih_axes_forward_step. Fails for NULL
+/// alone.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_forward_advance(
     forward: Option<&mut AxesForward>,
@@ -173,8 +174,8 @@ pub unsafe extern "C" fn mpih_axes_forward_advance(
     unsafe { run_rows(("forward", forward), 1, inputs, output, AxesForward::advance) }
 }
 
-/// mpih_axes_forward_step for `n` rows, one behind the other, bit for bit. Both arrays may be the same where rows of both are as
-/// long.
+/// mpih_axes_forward_step for `n` rows, one behind the other, bit for bit. Both arrays may be the same where rows of
+/// both are as long.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_forward_run(
     forward: Option<&mut AxesForward>,
@@ -213,8 +214,8 @@ pub unsafe extern "C" fn mpih_axes_forward_save(
     unsafe { save(("forward", forward), |forward| forward.stream.state(), Buffer { to: text.cast(), bytes, needed }) }
 }
 
-/// Goes on, bit for bit, from what mpih_axes_forward_save wrote for a model of the same stage. If it fails the model is as
-/// before.
+/// Goes on, bit for bit, from what mpih_axes_forward_save wrote for a model of the same stage. If it fails the model is
+/// as before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_forward_load(forward: Option<&mut AxesForward>, text: *const c_char) -> Status {
     guard(|| {

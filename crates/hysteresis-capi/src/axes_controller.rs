@@ -71,8 +71,8 @@ impl AxesController {
     }
 }
 
-/// How a controller of several axes is set up. Fill it with mpih_axes_controller_options_default first, then change what you
-/// need.
+/// How a controller of several axes is set up. Fill it with mpih_axes_controller_options_default first, then change
+/// what you need.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct AxesControllerOptions {
@@ -80,11 +80,13 @@ pub struct AxesControllerOptions {
     pub slew: f64,
     /// By how much the feedback may at most amplify what disturbs a position, at any frequency: 1.05 to 5; NaN for 2.
     pub peak_sensitivity: f64,
-    /// How long a motion takes from where it starts to its references, and a change to vanish, in seconds; NaN for 5 ms.
+    /// How long a motion takes from where it starts to its references, and a change to vanish, in seconds; NaN for 5
+    /// ms.
     pub bumpless_time: f64,
     /// How many samples early references come, 1 to 512; -1 for as many as the dynamics use.
     pub ahead: i32,
-    /// For how many measurements in a row that are missing the estimate stands in, before feed-forward goes on alone; -1 for 10.
+    /// For how many measurements in a row that are missing the estimate stands in, before feed-forward goes on alone;
+    /// -1 for 10.
     pub max_missing: i32,
     /// A row for each drive, the lowest and the highest measurement that can be, as its controller sees it: in the
     /// unit of the drive, what mpih_axes_controller_decoupling makes of the positions. A row of NaN is for no bounds,
@@ -175,9 +177,9 @@ pub extern "C" fn mpih_axes_controller_align() -> usize {
     align_of::<AxesController>()
 }
 
-/// Makes a controller of a stage with as many drives as positions, 16 at most, in `memory` of `bytes` bytes, or on the heap if
-/// `memory` is NULL. `limits` has `n` rows, the lowest and the highest drive of each. NULL for `options` stands for
-/// those of mpih_axes_controller_options_default. End it with mpih_axes_controller_free.
+/// Makes a controller of a stage with as many drives as positions, 16 at most, in `memory` of `bytes` bytes, or on the
+/// heap if `memory` is NULL. `limits` has `n` rows, the lowest and the highest drive of each. NULL for `options` stands
+/// for those of mpih_axes_controller_options_default. End it with mpih_axes_controller_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_controller_new(
     stage: Option<&AxesStage>,
@@ -210,11 +212,12 @@ pub unsafe extern "C" fn mpih_axes_controller_free(controller: *mut AxesControll
     unsafe { end(controller) }
 }
 
-/// Takes the references, which come mpih_axes_controller_ahead samples early, and the measurements of now, and writes the
-/// drives to put out: a number for each axis.
+/// Takes the references, which come mpih_axes_controller_ahead samples early, and the measurements of now, and writes
+/// the drives to put out: a number for each axis.
 ///
-/// Drives are always finite, within their limits and no farther than the slew allows from the last ones. A reference that is
-/// not finite holds all drives; a measurement that is not finite moves no estimate. All are counted. Fails for NULL alone.
+/// Drives are always finite, within their limits and no farther than the slew allows from the last ones. A reference
+/// that is not finite holds all drives; a measurement that is not finite moves no estimate. All are counted. Fails for
+/// NULL alone.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_controller_step(
     controller: Option<&mut AxesController>,
@@ -253,8 +256,8 @@ pub unsafe extern "C" fn mpih_axes_controller_peek(
     unsafe { run_rows(("controller", controller), 1, inputs, ("drives", drives), AxesController::peek) }
 }
 
-/// The drives for a sample that only mpih_axes_controller_commit takes: where writing to the amplifiers may fail. A plan
-/// replaces the one before; any change of the controller drops it. Fails for NULL alone.
+/// The drives for a sample that only mpih_axes_controller_commit takes: where writing to the amplifiers may fail. A
+/// plan replaces the one before; any change of the controller drops it. Fails for NULL alone.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_controller_plan(
     controller: Option<&mut AxesController>,
@@ -280,7 +283,8 @@ pub extern "C" fn mpih_axes_controller_drive(controller: Option<&AxesController>
     of_axis.map_or(f64::NAN, HybridController::drive)
 }
 
-/// What comes in with a drive that is not of the model, as measurements tell. NaN for NULL, and if there is no such axis.
+/// What comes in with a drive that is not of the model, as measurements tell. NaN for NULL, and if there is no such
+/// axis.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_axes_controller_disturbance(controller: Option<&AxesController>, axis: usize) -> f64 {
     let of = |controller: &AxesController| controller.controller.tracking()?.disturbance().get(axis).copied();
@@ -324,8 +328,8 @@ pub extern "C" fn mpih_axes_controller_ahead(controller: Option<&AxesController>
     controller.and_then(|controller| controller.controller.tracking()).map_or(0, Tracking::ahead)
 }
 
-/// For how many seconds at most, from the next sample on, a drive is not yet that of the law: the longest of all axes. NaN for
-/// NULL.
+/// For how many seconds at most, from the next sample on, a drive is not yet that of the law: the longest of all axes.
+/// NaN for NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_axes_controller_lead_in(controller: Option<&AxesController>) -> f64 {
     let longest =
@@ -369,9 +373,9 @@ pub extern "C" fn mpih_axes_controller_hold(controller: Option<&mut AxesControll
     }
 }
 
-/// Ramps the `n` drives to their `rest_drives` at `rate` per second, or at the slew if that is slower, and holds them there,
-/// whatever references and measurements come. Go on calling step: every call writes the next drives of the ramp. Does not
-/// allocate unless it fails.
+/// Ramps the `n` drives to their `rest_drives` at `rate` per second, or at the slew if that is slower, and holds them
+/// there, whatever references and measurements come. Go on calling step: every call writes the next drives of the ramp.
+/// Does not allocate unless it fails.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_controller_stop(
     controller: Option<&mut AxesController>,
@@ -395,8 +399,9 @@ pub extern "C" fn mpih_axes_controller_release(controller: Option<&mut AxesContr
     }
 }
 
-/// As made, but for the drives, which stay: the next motion starts from them. For the model it is as if they had come from
-/// rest one sample ago: mpih_axes_controller_follow tells it more. All counts are zero. Neither allocates nor fails.
+/// As made, but for the drives, which stay: the next motion starts from them. For the model it is as if they had come
+/// from rest one sample ago: mpih_axes_controller_follow tells it more. All counts are zero. Neither allocates nor
+/// fails.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_axes_controller_reset(controller: Option<&mut AxesController>) {
     if let Some(controller) = controller {
@@ -419,9 +424,9 @@ pub unsafe extern "C" fn mpih_axes_controller_reset_at(
     })
 }
 
-/// Goes on from `n` other drives that the amplifiers have, with everything that is remembered. For the model they go out for
-/// one sample more: in a new controller, as if they had come from rest one sample ago. mpih_axes_controller_follow tells it
-/// more.
+/// Goes on from `n` other drives that the amplifiers have, with everything that is remembered. For the model they go
+/// out for one sample more: in a new controller, as if they had come from rest one sample ago.
+/// mpih_axes_controller_follow tells it more.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_controller_start_at(
     controller: Option<&mut AxesController>,
@@ -481,8 +486,8 @@ pub unsafe extern "C" fn mpih_axes_controller_save(
     }
 }
 
-/// Goes on, bit for bit, from what mpih_axes_controller_save wrote for a controller of the same stage, limits and options. The
-/// amplifiers must be at the drives of the state. If it fails the controller is as before.
+/// Goes on, bit for bit, from what mpih_axes_controller_save wrote for a controller of the same stage, limits and
+/// options. The amplifiers must be at the drives of the state. If it fails the controller is as before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_axes_controller_load(
     controller: Option<&mut AxesController>,

@@ -1,4 +1,5 @@
-//! What passes between C and here: statuses and messages, places and memory of objects, strings and saved states, arrays.
+//! What passes between C and here: statuses and messages, places and memory of objects, strings and saved states,
+//! arrays.
 
 use core::ffi::{CStr, c_char, c_void};
 use core::mem::MaybeUninit;
@@ -153,8 +154,8 @@ pub(crate) fn count(name: &str, got: i32) -> Result<Option<u32>, Failure> {
     }
 }
 
-/// The message about the last call of this thread that failed: the argument, what was expected, what came. Empty if none
-/// failed. It is valid until the next call of this thread that fails; do not free it.
+/// The message about the last call of this thread that failed: the argument, what was expected, what came. Empty if
+/// none failed. It is valid until the next call of this thread that fails; do not free it.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_last_error() -> *const c_char {
     LAST.try_with(|last| last.borrow().as_ptr()).unwrap_or(c"".as_ptr())

@@ -22,16 +22,16 @@ unsafe fn read<T: Binary>(bytes: *const u8, n: usize) -> Result<T, Failure> {
     Ok(T::from_bytes(unsafe { slice("bytes", n, bytes) }?)?)
 }
 
-/// Reads a stage from the `n` bytes that mpih_stage_to_bytes wrote, or from those in a header that `mpi-hyst export --c` made.
-/// Other bytes are refused: MPIH_STATUS_FORMAT. Free the stage with mpih_stage_free.
+/// Reads a stage from the `n` bytes that mpih_stage_to_bytes wrote, or from those in a header that
+/// `mpi-hyst export --c` made. Other bytes are refused: MPIH_STATUS_FORMAT. Free the stage with mpih_stage_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_stage_from_bytes(bytes: *const u8, n: usize, stage: *mut *mut Stage) -> Status {
     // SAFETY: as the header asks of the caller.
     unsafe { hand_over("stage", stage, || Stage::of(read::<stage::Stage>(bytes, n)?)) }
 }
 
-/// Writes a stage to `bytes`, of which there are `n`, and how many that takes to `needed`. With NULL for `bytes` it only tells
-/// how many; `needed` may be NULL otherwise.
+/// Writes a stage to `bytes`, of which there are `n`, and how many that takes to `needed`. With NULL for `bytes` it
+/// only tells how many; `needed` may be NULL otherwise.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_stage_to_bytes(
     stage: Option<&Stage>,

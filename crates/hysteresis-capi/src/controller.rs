@@ -41,9 +41,9 @@ pub extern "C" fn mpih_controller_align() -> usize {
     align_of::<Controller>()
 }
 
-/// Makes a controller of a stage for a sampling interval of `dt` seconds, in `memory` of `bytes` bytes, or on the heap if
-/// `memory` is NULL. NULL for `options` stands for those of mpih_controller_options_default. The stage needs limits, or the
-/// options. End it with mpih_controller_free.
+/// Makes a controller of a stage for a sampling interval of `dt` seconds, in `memory` of `bytes` bytes, or on the heap
+/// if `memory` is NULL. NULL for `options` stands for those of mpih_controller_options_default. The stage needs limits,
+/// or the options. End it with mpih_controller_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_controller_new(
     stage: Option<&Stage>,
@@ -71,9 +71,9 @@ pub unsafe extern "C" fn mpih_controller_free(controller: *mut Controller) {
 
 /// Takes the reference and the measurement of now and returns the drive to put out.
 ///
-/// The drive is always finite, within the limits and no farther than the slew allows from the last one. The first drive is
-/// that of the start. A reference that is not finite holds the drive, a measurement that is not finite or cannot be does so
-/// for a few samples; all are counted. NaN for NULL: there is no last drive that could be held.
+/// The drive is always finite, within the limits and no farther than the slew allows from the last one. The first drive
+/// is that of the start. A reference that is not finite holds the drive, a measurement that is not finite or cannot be
+/// does so for a few samples; all are counted. NaN for NULL: there is no last drive that could be held.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_controller_step(controller: Option<&mut Controller>, reference: f64, measurement: f64) -> f64 {
     controller.map_or(f64::NAN, |controller| controller.controller.step(reference.into(), measurement))
@@ -110,8 +110,8 @@ pub extern "C" fn mpih_controller_peek_given(
         .map_or(f64::NAN, |controller| controller.controller.peek(with_given(reference, feedforward), measurement))
 }
 
-/// The drive for a sample that only mpih_controller_commit takes: where writing to the amplifier may fail. A plan replaces the
-/// one before; any change of the controller drops it. NaN for NULL.
+/// The drive for a sample that only mpih_controller_commit takes: where writing to the amplifier may fail. A plan
+/// replaces the one before; any change of the controller drops it. NaN for NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_controller_plan(controller: Option<&mut Controller>, reference: f64, measurement: f64) -> f64 {
     controller.map_or(f64::NAN, |controller| controller.controller.plan(reference.into(), measurement))
@@ -247,8 +247,8 @@ pub extern "C" fn mpih_controller_mode(controller: Option<&Controller>) -> Mode 
     controller.map_or(Mode::Hold, |controller| controller.controller.mode().into())
 }
 
-/// Changes what the controller does with its samples, from the next one on and without a jump: a number of mpih_mode, but for
-/// MPIH_MODE_STOP, which mpih_controller_stop enters.
+/// Changes what the controller does with its samples, from the next one on and without a jump: a number of mpih_mode,
+/// but for MPIH_MODE_STOP, which mpih_controller_stop enters.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_controller_set_mode(controller: Option<&mut Controller>, mode: i32) -> Status {
     guard(|| Ok(there("controller", controller)?.controller.set_mode(known_mode(mode)?)?))
@@ -271,8 +271,8 @@ pub extern "C" fn mpih_controller_hold(controller: Option<&mut Controller>) {
 }
 
 /// Ramps the drive to `rest_drive` at `rate` per second, or at the slew if that is slower, and holds it there, whatever
-/// reference and measurement come. Go on calling step: every call returns the next drive of the ramp. Does not allocate unless
-/// it fails.
+/// reference and measurement come. Go on calling step: every call returns the next drive of the ramp. Does not allocate
+/// unless it fails.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_controller_stop(controller: Option<&mut Controller>, rate: f64, rest_drive: f64) -> Status {
     guard(|| Ok(there("controller", controller)?.controller.stop(rate, rest_drive)?))
@@ -292,8 +292,8 @@ pub extern "C" fn mpih_controller_set_gains(controller: Option<&mut Controller>,
     guard(|| Ok(there("controller", controller)?.controller.set_gains(kp, ki)?))
 }
 
-/// As made, but for gains that were changed since and for the drive, which stays: the next motion starts from it. All counts
-/// are zero. Neither allocates nor fails.
+/// As made, but for gains that were changed since and for the drive, which stays: the next motion starts from it. All
+/// counts are zero. Neither allocates nor fails.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_controller_reset(controller: Option<&mut Controller>) {
     if let Some(controller) = controller {
@@ -307,15 +307,15 @@ pub extern "C" fn mpih_controller_reset_at(controller: Option<&mut Controller>, 
     guard(|| Ok(there("controller", controller)?.controller.reset_at(drive)?))
 }
 
-/// Goes on from another drive that the amplifier has, with everything that is remembered: after mpih_controller_load, if the
-/// amplifier is not where it was.
+/// Goes on from another drive that the amplifier has, with everything that is remembered: after mpih_controller_load,
+/// if the amplifier is not where it was.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_controller_start_at(controller: Option<&mut Controller>, drive: f64) -> Status {
     guard(|| Ok(there("controller", controller)?.controller.start_at(drive)?))
 }
 
-/// Takes over what was driven before, oldest drive first, one per sampling interval. The next motion starts from the last of
-/// the drives.
+/// Takes over what was driven before, oldest drive first, one per sampling interval. The next motion starts from the
+/// last of the drives.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_controller_follow(
     controller: Option<&mut Controller>,
@@ -347,8 +347,8 @@ pub unsafe extern "C" fn mpih_controller_save(
     }
 }
 
-/// Goes on, bit for bit, from what mpih_controller_save wrote for a controller of the same stage, sampling interval, limits and
-/// gains. The amplifier must be at the drive of the state. If it fails the controller is as before.
+/// Goes on, bit for bit, from what mpih_controller_save wrote for a controller of the same stage, sampling interval,
+/// limits and gains. The amplifier must be at the drive of the state. If it fails the controller is as before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_controller_load(controller: Option<&mut Controller>, text: *const c_char) -> Status {
     guard(|| {
@@ -365,15 +365,15 @@ pub unsafe extern "C" fn mpih_controller_load(controller: Option<&mut Controller
 pub enum Feedforward {
     /// The exact inverse of the reference of now.
     Inverse = 0,
-    /// The exact inverse of a target made of references that come early (mpih_controller_ahead samples): through the inverse of
-    /// amplifier, modes and dead time too.
+    /// The exact inverse of a target made of references that come early (mpih_controller_ahead samples): through the
+    /// inverse of amplifier, modes and dead time too.
     Preview = 1,
     /// Drives that come with every sample: mpih_controller_step_given.
     Given = 2,
 }
 
-/// How a controller is set up. Fill it with mpih_controller_options_default first, then change what you need. NaN stands for
-/// what the stage says.
+/// How a controller is set up. Fill it with mpih_controller_options_default first, then change what you need. NaN
+/// stands for what the stage says.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct ControllerOptions {
@@ -381,7 +381,8 @@ pub struct ControllerOptions {
     pub limit_low: f64,
     /// The highest drive.
     pub limit_high: f64,
-    /// The proportional gain, in V/um. Both gains are given or none: without them gains and filters are tuned for the stage.
+    /// The proportional gain, in V/um. Both gains are given or none: without them gains and filters are tuned for the
+    /// stage.
     pub kp: f64,
     /// The integral gain, in V/um/s.
     pub ki: f64,
@@ -391,14 +392,15 @@ pub struct ControllerOptions {
     pub start_drive: f64,
     /// How long the difference at a start or a switch takes to go to zero, in seconds; NaN for 5 ms.
     pub bumpless_time: f64,
-    /// The lowest measurement that the sensor can show; both ends are given or none. NaN for a stroke beyond the positions.
+    /// The lowest measurement that the sensor can show; both ends are given or none. NaN for a stroke beyond the
+    /// positions.
     pub measurement_low: f64,
     /// The highest measurement that the sensor can show.
     pub measurement_high: f64,
     /// The largest change of the measurement from one sample to the next; NaN for no bound.
     pub max_measurement_step: f64,
-    /// Over how many seconds references with steps and corners are smoothed; 0 for not at all. With MPIH_FEEDFORWARD_PREVIEW
-    /// only. The `smoothing` of the properties of a stage leaves its modes at rest.
+    /// Over how many seconds references with steps and corners are smoothed; 0 for not at all. With
+    /// MPIH_FEEDFORWARD_PREVIEW only. The `smoothing` of the properties of a stage leaves its modes at rest.
     pub smoothing: f64,
     /// One of the numbers of mpih_feedforward.
     pub feedforward: i32,
@@ -493,8 +495,8 @@ pub extern "C" fn mpih_controller_options_default(options: Option<&mut MaybeUnin
     guard(|| tell("options", options, ControllerOptions::default()))
 }
 
-/// The terms of the last sample that was acted upon: the first four in the unit of the measurement, the others in that of the
-/// drive. `unlimited_drive` = `feedforward` + `proportional` + `integral` + `bumpless`.
+/// The terms of the last sample that was acted upon: the first four in the unit of the measurement, the others in that
+/// of the drive. `unlimited_drive` = `feedforward` + `proportional` + `integral` + `bumpless`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Terms {

@@ -1,13 +1,15 @@
-//! The C interface: the stage file in, and from it the forward model, the exact inverse, the controller and the observer.
+//! The C interface: the stage file in, and from it the forward model, the exact inverse, the controller and the
+//! observer.
 //!
-//! The header `include/mpi_hyst.h` is made from these files, so their documentation is that of C: `docs/c.md` is where to
-//! begin. Nothing is computed here. `boundary` has what can go wrong, where objects lie, strings and the loops of `run`; on it stand
-//! `stage`, then `controller`, `models` (forward model and inverse) and `observer`, then `bytes`, what all of them are as bytes.
-//! Beside them stand `oscillator`, `axes` and `axes_controller`, for hysteresis inside the dynamics and for several axes.
+//! The header `include/mpi_hyst.h` is made from these files, so their documentation is that of C: `docs/c.md` is where
+//! to begin. Nothing is computed here. `boundary` has what can go wrong, where objects lie, strings and the loops of
+//! `run`; on it stand `stage`, then `controller`, `models` (forward model and inverse) and `observer`, then `bytes`,
+//! what all of them are as bytes. Beside them stand `oscillator`, `axes` and `axes_controller`, for hysteresis inside
+//! the dynamics and for several axes.
 //!
 //! # Pointers
-//! A pointer to an object is an `Option` of a reference, which C sees as a pointer that may be NULL. So the functions of the
-//! loop are safe code. What else C must keep is at the top of the header.
+//! A pointer to an object is an `Option` of a reference, which C sees as a pointer that may be NULL. So the functions
+//! of the loop are safe code. What else C must keep is at the top of the header.
 
 mod axes;
 mod axes_controller;

@@ -12,8 +12,8 @@ use crate::boundary::{
 };
 use crate::stage::Stage;
 
-/// The whole stage sample by sample, from the drive to the position: dead time, amplifier, maps, hysteresis, loop shift,
-/// creep and modes. A simulated plant, or the model beside a real one.
+/// The whole stage sample by sample, from the drive to the position: dead time, amplifier, maps, hysteresis, loop
+/// shift, creep and modes. A simulated plant, or the model beside a real one.
 pub struct Forward {
     owner: Owner,
     rest_drive: f64,
@@ -44,8 +44,8 @@ pub extern "C" fn mpih_forward_align() -> usize {
     align_of::<Forward>()
 }
 
-/// Makes a forward model at rest for a sampling interval of `dt` seconds, in `memory` of `bytes` bytes, or on the heap if
-/// `memory` is NULL. End it with mpih_forward_free.
+/// Makes a forward model at rest for a sampling interval of `dt` seconds, in `memory` of `bytes` bytes, or on the heap
+/// if `memory` is NULL. End it with mpih_forward_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_forward_new(
     stage: Option<&Stage>,
@@ -69,10 +69,11 @@ pub unsafe extern "C" fn mpih_forward_free(forward: *mut Forward) {
     unsafe { end(forward) }
 }
 
-/// A row of a record: puts out a drive and returns the position at this moment, t_k. The drive is then held until t_(k+1).
+/// A row of a record: puts out a drive and returns the position at this moment, t_k. The drive is then held until
+/// t_(k+1).
 ///
-/// A drive beyond the limits of the stage is clamped and counted. One that is not finite leaves the position as it is and is
-/// counted. NaN for NULL.
+/// A drive beyond the limits of the stage is clamped and counted. One that is not finite leaves the position as it is
+/// and is counted. NaN for NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_forward_step(forward: Option<&mut Forward>, drive: f64) -> f64 {
     forward.map_or(f64::NAN, |forward| forward.stream.step(drive))
@@ -122,8 +123,8 @@ pub extern "C" fn mpih_forward_clamped(forward: Option<&Forward>) -> u64 {
     forward.map_or(0, |forward| forward.stream.clamped())
 }
 
-/// At rest since forever at a drive: creep and modes at their ends, the hysteresis virgin but for the way there. Returns the
-/// position. NaN for NULL.
+/// At rest since forever at a drive: creep and modes at their ends, the hysteresis virgin but for the way there.
+/// Returns the position. NaN for NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_forward_settle(forward: Option<&mut Forward>, drive: f64) -> f64 {
     forward.map_or(f64::NAN, |forward| forward.stream.settle(drive))
@@ -148,8 +149,8 @@ pub unsafe extern "C" fn mpih_forward_follow(forward: Option<&mut Forward>, driv
     })
 }
 
-/// Writes everything that the model remembers to `text`, as JSON with a closing zero byte, and the bytes that this takes to
-/// `needed`. With NULL for `text` it only tells how many; `needed` may be NULL otherwise. Allocates.
+/// Writes everything that the model remembers to `text`, as JSON with a closing zero byte, and the bytes that this
+/// takes to `needed`. With NULL for `text` it only tells how many; `needed` may be NULL otherwise. Allocates.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_forward_save(
     forward: Option<&Forward>,
@@ -161,8 +162,8 @@ pub unsafe extern "C" fn mpih_forward_save(
     unsafe { save(("forward", forward), Forward::state, Buffer { to: text.cast(), bytes, needed }) }
 }
 
-/// Goes on, bit for bit, from what mpih_forward_save wrote for a model of the same stage and sampling interval. If it fails
-/// the model is as before.
+/// Goes on, bit for bit, from what mpih_forward_save wrote for a model of the same stage and sampling interval. If it
+/// fails the model is as before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_forward_load(forward: Option<&mut Forward>, text: *const c_char) -> Status {
     guard(|| {
@@ -173,8 +174,8 @@ pub unsafe extern "C" fn mpih_forward_load(forward: Option<&mut Forward>, text: 
     })
 }
 
-/// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample: the drive that brings the position to the
-/// target. Modes, amplifier and dead time are not part of it. The drive never leaves its limits.
+/// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample: the drive that brings the position to
+/// the target. Modes, amplifier and dead time are not part of it. The drive never leaves its limits.
 pub struct Inverse {
     owner: Owner,
     pub(crate) dt: f64,
@@ -206,9 +207,9 @@ pub extern "C" fn mpih_inverse_align() -> usize {
     align_of::<Inverse>()
 }
 
-/// Makes an inverse at rest for a sampling interval of `dt` seconds and drives from `limit_low` to `limit_high`, in `memory`
-/// of `bytes` bytes, or on the heap if `memory` is NULL. Limits that are both NaN are those of the stage. End it with
-/// mpih_inverse_free.
+/// Makes an inverse at rest for a sampling interval of `dt` seconds and drives from `limit_low` to `limit_high`, in
+/// `memory` of `bytes` bytes, or on the heap if `memory` is NULL. Limits that are both NaN are those of the stage. End
+/// it with mpih_inverse_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_inverse_new(
     stage: Option<&Stage>,
@@ -235,8 +236,8 @@ pub unsafe extern "C" fn mpih_inverse_free(inverse: *mut Inverse) {
     unsafe { end(inverse) }
 }
 
-/// The drive for a target. A target out of reach puts the drive at a limit. One that is not finite leaves the drive as it is
-/// and is counted. NaN for NULL.
+/// The drive for a target. A target out of reach puts the drive at a limit. One that is not finite leaves the drive as
+/// it is and is counted. NaN for NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_inverse_step(inverse: Option<&mut Inverse>, target: f64) -> f64 {
     inverse.map_or(f64::NAN, |inverse| inverse.stream.step(target))
@@ -285,15 +286,16 @@ pub extern "C" fn mpih_inverse_rejected(inverse: Option<&Inverse>) -> u64 {
     inverse.map_or(0, |inverse| inverse.stream.rejected())
 }
 
-/// Puts out another drive than one that a target asks for, and remembers it: where something else drives for a while. It is
-/// kept within the limits; one that is not finite is counted and changes nothing else. Returns the drive. NaN for NULL.
+/// Puts out another drive than one that a target asks for, and remembers it: where something else drives for a while.
+/// It is kept within the limits; one that is not finite is counted and changes nothing else. Returns the drive. NaN for
+/// NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_inverse_follow_drive(inverse: Option<&mut Inverse>, drive: f64) -> f64 {
     inverse.map_or(f64::NAN, |inverse| inverse.stream.follow_drive(drive))
 }
 
-/// At rest since forever at a drive: the creep at its end, the hysteresis virgin but for the way there. Returns the position.
-/// NaN for NULL.
+/// At rest since forever at a drive: the creep at its end, the hysteresis virgin but for the way there. Returns the
+/// position. NaN for NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_inverse_settle(inverse: Option<&mut Inverse>, drive: f64) -> f64 {
     inverse.map_or(f64::NAN, |inverse| inverse.stream.settle(drive))
@@ -330,8 +332,8 @@ pub unsafe extern "C" fn mpih_inverse_save(
     unsafe { save(("inverse", inverse), Inverse::state, Buffer { to: text.cast(), bytes, needed }) }
 }
 
-/// Goes on, bit for bit, from what mpih_inverse_save wrote for an inverse of the same stage, sampling interval and limits. If
-/// it fails the inverse is as before.
+/// Goes on, bit for bit, from what mpih_inverse_save wrote for an inverse of the same stage, sampling interval and
+/// limits. If it fails the inverse is as before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_inverse_load(inverse: Option<&mut Inverse>, text: *const c_char) -> Status {
     guard(|| {

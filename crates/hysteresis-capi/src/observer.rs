@@ -9,8 +9,8 @@ use hysteresis_control::{ObserverOptions, ObserverState};
 use crate::boundary::{Buffer, Object, Owner, Place, Status, end, given, guard, read, run, save, saved, slice, there};
 use crate::stage::Stage;
 
-/// What the model of a stage and a noisy measurement say together of the position: a Kalman filter. Feed its estimate to the
-/// controller instead of the measurement.
+/// What the model of a stage and a noisy measurement say together of the position: a Kalman filter. Feed its estimate
+/// to the controller instead of the measurement.
 pub struct Observer {
     owner: Owner,
     pub(crate) observer: hysteresis_control::Observer,
@@ -37,8 +37,8 @@ pub extern "C" fn mpih_observer_align() -> usize {
 /// Makes an observer at rest for a sampling interval of `dt` seconds, in `memory` of `bytes` bytes, or on the heap if
 /// `memory` is NULL. End it with mpih_observer_free.
 ///
-/// `drift`: by how much what the model does not know changes in one second, rms, in the unit of the position. `noise`: the
-/// rms noise of the measurement; NaN for that of the stage.
+/// `drift`: by how much what the model does not know changes in one second, rms, in the unit of the position. `noise`:
+/// the rms noise of the measurement; NaN for that of the stage.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_observer_new(
     stage: Option<&Stage>,
@@ -66,11 +66,11 @@ pub unsafe extern "C" fn mpih_observer_free(observer: *mut Observer) {
     unsafe { end(observer) }
 }
 
-/// Takes the drive that was held since the last sample and the measurement of now, read just before the next drive is put
-/// out; returns the position of now.
+/// Takes the drive that was held since the last sample and the measurement of now, read just before the next drive is
+/// put out; returns the position of now.
 ///
-/// Without a finite measurement the model goes on alone, without a finite drive it stays at the last one; either is counted.
-/// NaN for NULL.
+/// Without a finite measurement the model goes on alone, without a finite drive it stays at the last one; either is
+/// counted. NaN for NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_observer_step(observer: Option<&mut Observer>, drive: f64, measurement: f64) -> f64 {
     observer.map_or(f64::NAN, |observer| observer.observer.step(drive, measurement))
@@ -135,8 +135,8 @@ pub unsafe extern "C" fn mpih_observer_save(
     }
 }
 
-/// Goes on, bit for bit, from what mpih_observer_save wrote for an observer of the same stage, sampling interval, noise and
-/// drift. If it fails the observer is as before.
+/// Goes on, bit for bit, from what mpih_observer_save wrote for an observer of the same stage, sampling interval, noise
+/// and drift. If it fails the observer is as before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_observer_load(observer: Option<&mut Observer>, text: *const c_char) -> Status {
     guard(|| {

@@ -10,8 +10,8 @@ use crate::boundary::{
     Buffer, Object, Owner, Place, Status, end, free, guard, hand_over, read, read_file, run, save, saved, there,
 };
 
-/// An oscillator with hysteresis inside: what the file of a HystereticOscillator says. It never changes, so several threads may
-/// use it at once. What is made from it keeps what it needs: the oscillator may be freed before.
+/// An oscillator with hysteresis inside: what the file of a HystereticOscillator says. It never changes, so several
+/// threads may use it at once. What is made from it keeps what it needs: the oscillator may be freed before.
 pub struct Oscillator {
     pub(crate) inner: HystereticOscillator,
 }
@@ -70,9 +70,9 @@ pub extern "C" fn mpih_oscillator_forward_align() -> usize {
     align_of::<OscillatorStream>()
 }
 
-/// Makes a forward model of an oscillator at rest for a sampling interval of `dt` seconds, integrated in so many sub-steps, or
-/// in as many as the oscillator needs for 0; in `memory` of `bytes` bytes, or on the heap if `memory` is NULL. End it with
-/// mpih_oscillator_forward_free.
+/// Makes a forward model of an oscillator at rest for a sampling interval of `dt` seconds, integrated in so many
+/// sub-steps, or in as many as the oscillator needs for 0; in `memory` of `bytes` bytes, or on the heap if `memory` is
+/// NULL. End it with mpih_oscillator_forward_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_oscillator_forward_new(
     oscillator: Option<&Oscillator>,
@@ -100,15 +100,15 @@ pub unsafe extern "C" fn mpih_oscillator_forward_free(forward: *mut OscillatorSt
 
 /// A row of a record: returns the position at this moment, t_k, then holds the drive until t_(k+1).
 ///
-/// A drive that is not finite counts as the last one. One that would bring the motion beyond 1e100 changes nothing. Both are
-/// counted. NaN for NULL.
+/// A drive that is not finite counts as the last one. One that would bring the motion beyond 1e100 changes nothing.
+/// Both are counted. NaN for NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_oscillator_forward_step(forward: Option<&mut OscillatorStream>, drive: f64) -> f64 {
     forward.map_or(f64::NAN, |forward| forward.stream.step(drive))
 }
 
-/// A plant in a loop: holds a drive for one sampling interval and returns the position at its end. Bad drives are as for
-/// mpih_oscillator_forward_step. NaN for NULL.
+/// A plant in a loop: holds a drive for one sampling interval and returns the position at its end. Bad drives are as
+/// for mpih_oscillator_forward_step. NaN for NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_oscillator_forward_advance(forward: Option<&mut OscillatorStream>, drive: f64) -> f64 {
     forward.map_or(f64::NAN, |forward| forward.stream.advance(drive))
@@ -159,8 +159,8 @@ pub unsafe extern "C" fn mpih_oscillator_forward_save(
     unsafe { save(("forward", forward), |forward| forward.stream.state(), Buffer { to: text.cast(), bytes, needed }) }
 }
 
-/// Goes on, bit for bit, from what mpih_oscillator_forward_save wrote for a model of the same oscillator. If it fails the model
-/// is as before.
+/// Goes on, bit for bit, from what mpih_oscillator_forward_save wrote for a model of the same oscillator. If it fails
+/// the model is as before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_oscillator_forward_load(
     forward: Option<&mut OscillatorStream>,

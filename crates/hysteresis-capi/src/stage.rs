@@ -8,8 +8,8 @@ use hysteresis_control::stage;
 
 use crate::boundary::{Failure, Status, free, guard, hand_over, read, read_file, tell, there};
 
-/// A stage: what a stage file says of an actuator. It never changes, so several threads may use it at once. What is made
-/// from it keeps what it needs: the stage may be freed before.
+/// A stage: what a stage file says of an actuator. It never changes, so several threads may use it at once. What is
+/// made from it keeps what it needs: the stage may be freed before.
 pub struct Stage {
     pub(crate) inner: stage::Stage,
     drive_unit: CString,
@@ -17,8 +17,8 @@ pub struct Stage {
     warnings: Vec<CString>,
 }
 
-/// What a stage says of itself. A number that the stage does not state is NaN. Drives and positions are in the units of the
-/// stage (V and um by default), times in seconds.
+/// What a stage says of itself. A number that the stage does not state is NaN. Drives and positions are in the units of
+/// the stage (V and um by default), times in seconds.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Properties {
@@ -26,11 +26,13 @@ pub struct Properties {
     pub limit_low: f64,
     /// The highest drive that the hardware takes.
     pub limit_high: f64,
-    /// The lowest drive of what is made from the stage, unless told: the limit, or the lowest drive that was identified.
+    /// The lowest drive of what is made from the stage, unless told: the limit, or the lowest drive that was
+    /// identified.
     pub drive_low: f64,
     /// The highest drive of what is made from the stage, unless told.
     pub drive_high: f64,
-    /// The lowest position that the stage reaches between these drives whatever happened before: the end of its slow loop.
+    /// The lowest position that the stage reaches between these drives whatever happened before: the end of its slow
+    /// loop.
     pub position_low: f64,
     /// The highest position that it reaches in the same sense.
     pub position_high: f64,
@@ -46,7 +48,8 @@ pub struct Properties {
     pub slope_low: f64,
     /// The highest slope of the position over the drive.
     pub slope_high: f64,
-    /// For how long a reference must be smoothed so that its steps leave lightly damped modes at rest; 0 without such modes.
+    /// For how long a reference must be smoothed so that its steps leave lightly damped modes at rest; 0 without such
+    /// modes.
     pub smoothing: f64,
 }
 
@@ -75,8 +78,8 @@ impl Stage {
     }
 }
 
-/// Reads a stage from the text of a stage file, or from that of a model file: a stage of that hysteresis alone. `text` is
-/// UTF-8 and ends with a zero byte. Free the stage with mpih_stage_free.
+/// Reads a stage from the text of a stage file, or from that of a model file: a stage of that hysteresis alone. `text`
+/// is UTF-8 and ends with a zero byte. Free the stage with mpih_stage_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mpih_stage_from_json(text: *const c_char, stage: *mut *mut Stage) -> Status {
     // SAFETY: as the header asks of the caller.
@@ -148,8 +151,8 @@ pub extern "C" fn mpih_stage_warning_count(stage: Option<&Stage>) -> usize {
     stage.map_or(0, |stage| stage.warnings.len())
 }
 
-/// A warning as one line, "severity: code: message: what to try": valid as long as the stage. The severity is "amber", or
-/// "red" where the stage is not to be used. NULL if there are not so many, and for NULL.
+/// A warning as one line, "severity: code: message: what to try": valid as long as the stage. The severity is "amber",
+/// or "red" where the stage is not to be used. NULL if there are not so many, and for NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn mpih_stage_warning(stage: Option<&Stage>, index: usize) -> *const c_char {
     stage.and_then(|stage| stage.warnings.get(index)).map_or(core::ptr::null(), |warning| warning.as_ptr())

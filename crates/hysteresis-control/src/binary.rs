@@ -9,8 +9,8 @@
 //! checksum    4 bytes  CRC-32 of all bytes before, as in zip files, little-endian
 //! ```
 //!
-//! Whatever the bytes are, reading them ends with a value or an [`Error::Bytes`]. It never takes more memory than a multiple of
-//! their length.
+//! Whatever the bytes are, reading them ends with a value or an [`Error::Bytes`]. It never takes more memory than a
+//! multiple of their length.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use hysteresis_core::{

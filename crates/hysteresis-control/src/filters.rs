@@ -1,9 +1,9 @@
-//! Filters of a feedback, by frequency and damping ratio: what a [`HybridController`](hysteresis_core::HybridController) takes as
-//! sections.
+//! Filters of a feedback, by frequency and damping ratio: what a
+//! [`HybridController`](hysteresis_core::HybridController) takes as sections.
 //!
-//! All come from their continuous form by the bilinear transform, prewarped: at their own frequency both have the same response. With
-//! w = 2 pi f and t = tan(w dt / 2), s / w becomes (1 - 1/z) / (1 + 1/z) / t (Oppenheim and Schafer, Discrete-Time Signal Processing,
-//! chapter 7).
+//! All come from their continuous form by the bilinear transform, prewarped: at their own frequency both have the same
+//! response. With w = 2 pi f and t = tan(w dt / 2), s / w becomes (1 - 1/z) / (1 + 1/z) / t (Oppenheim and Schafer,
+//! Discrete-Time Signal Processing, chapter 7).
 
 use core::f64::consts::PI;
 
@@ -23,8 +23,9 @@ const MAX_DAMPING: f64 = 100.0;
 /// (s^2 + 2 depth w s + w^2) / (s^2 + 2 width w s + w^2)
 /// ```
 ///
-/// At its frequency it passes depth / width. With the damping ratio of a mode for the depth, it cancels that mode and puts one with
-/// the damping ratio `width` in its place: a wide notch bears more uncertainty of the frequency, and lags more.
+/// At its frequency it passes depth / width. With the damping ratio of a mode for the depth, it cancels that mode and
+/// puts one with the damping ratio `width` in its place: a wide notch bears more uncertainty of the frequency, and lags
+/// more.
 ///
 /// ```
 /// use hysteresis_control::filters::Notch;
@@ -42,10 +43,12 @@ pub struct Notch {
     width: f64,
 }
 
-/// A low-pass of unit static gain: w / (s + w), or of second order w^2 / (s^2 + 2 zeta w s + w^2) if it has a damping ratio.
+/// A low-pass of unit static gain: w / (s + w), or of second order w^2 / (s^2 + 2 zeta w s + w^2) if it has a damping
+/// ratio.
 ///
-/// Behind one a small negative proportional gain damps a mode: that is integral resonant control (Fleming, Aphale and Moheimani,
-/// IEEE Transactions on Nanotechnology 9(4), 438-448, 2010), or positive position feedback for one of second order.
+/// Behind one a small negative proportional gain damps a mode: that is integral resonant control (Fleming, Aphale and
+/// Moheimani, IEEE Transactions on Nanotechnology 9(4), 438-448, 2010), or positive position feedback for one of second
+/// order.
 ///
 /// ```
 /// use hysteresis_control::filters::LowPass;
@@ -101,8 +104,8 @@ impl Notch {
     /// A notch at a frequency in Hz, with the damping ratios of its zeros and of its poles.
     ///
     /// # Errors
-    /// [`Error`] for a frequency that is not finite and above 0, a depth that is not 0 to 100, a width that is not above 0 and at
-    /// most 100.
+    /// [`Error`] for a frequency that is not finite and above 0, a depth that is not 0 to 100, a width that is not
+    /// above 0 and at most 100.
     pub fn new(frequency: f64, depth: f64, width: f64) -> Result<Self, Error> {
         let frequency = check_positive("frequency", None, frequency)?;
         check_number("depth", (0.0..=MAX_DAMPING).contains(&depth), "0 to 100, the damping ratio of its zeros", depth)?;

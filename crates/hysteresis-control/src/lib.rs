@@ -6,7 +6,8 @@
 //!
 //! - [`linear`]: modes, lags, creep, dead time, and what they do sample by sample; [`filters`] of a feedback.
 //! - [`sampling`]: how long a signal may be; [`trajectory`]: motions of one axis and scans.
-//! - [`feedforward`]: the inverse of linear dynamics. [`tuning`]: filters and gains. [`learning`]: from periods that repeat.
+//! - [`feedforward`]: the inverse of linear dynamics. [`tuning`]: filters and gains. [`learning`]: from periods that
+//!   repeat.
 //! - [`stage`]: all of an actuator in one object, its file, and what is made from it.
 //! - [`oscillator`]: hysteresis that acts on the motion itself, inside one mode.
 //! - [`multi_axis`]: several drives and positions with hysteresis in front of or inside shared dynamics.
@@ -39,8 +40,8 @@ pub use stage_controller::{StageController, StageControllerState};
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Runs work that other languages call. A panic, which is a defect of the library, becomes its message: it must not unwind into
-/// them. What the work was changing may be in any state then.
+/// Runs work that other languages call. A panic, which is a defect of the library, becomes its message: it must not
+/// unwind into them. What the work was changing may be in any state then.
 ///
 /// ```
 /// use hysteresis_control::guarded;

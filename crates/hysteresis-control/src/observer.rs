@@ -32,10 +32,10 @@ pub struct ObserverOptions {
 ///
 /// The applied drive moves the [model of the stage](StageForward), which has no lag for what it knows. What it does not
 /// know (creep, drift, its own error) is a disturbance d at the input of the modes that wanders by `drift`. A Kalman
-/// filter with the stationary gain estimates it and what the modes make of it from the difference between measurement and
-/// model. So noise goes down by the ratio of the filter's bandwidth to that of the sampling, and only what the model does
-/// not know is tracked as slowly as `drift` says. Where measurements are missing, the Riccati equation goes on without
-/// them, and the gain is that for what it has come to: the stationary one would not be stable then.
+/// filter with the stationary gain estimates it and what the modes make of it from the difference between measurement
+/// and model. So noise goes down by the ratio of the filter's bandwidth to that of the sampling, and only what the
+/// model does not know is tracked as slowly as `drift` says. Where measurements are missing, the Riccati equation goes
+/// on without them, and the gain is that for what it has come to: the stationary one would not be stable then.
 ///
 /// [`step`](Self::step) does not allocate, lock, panic, log or read a clock.
 ///
@@ -67,16 +67,16 @@ impl Observer {
     /// An observer of a stage that rests at its [rest drive](Stage::rest_drive).
     ///
     /// # Errors
-    /// [`Error`] for a number outside its domain, a negative dead time, or noise and drift so far apart that the gain does
-    /// not settle.
+    /// [`Error`] for a number outside its domain, a negative dead time, or noise and drift so far apart that the gain
+    /// does not settle.
     pub fn new(stage: &Stage, dt: f64, options: &ObserverOptions) -> Result<Self, Error> {
         let filter = Filter::new(&stage.parts().dynamics, dt, options)?;
         let (model, rest_drive) = (stage.forward(dt)?, stage.rest_drive());
         Ok(Self { model, filter, rest_drive, options: *options, predicted: false, rejected: 0 })
     }
 
-    /// Takes the drive that was put out at the last sample and held until now, and the measurement of now, read just before
-    /// the next drive is put out; returns the position of now: bit for bit [`predict`](Self::predict) and
+    /// Takes the drive that was put out at the last sample and held until now, and the measurement of now, read just
+    /// before the next drive is put out; returns the position of now: bit for bit [`predict`](Self::predict) and
     /// [`correct`](Self::correct).
     ///
     /// Without a finite measurement the model goes on alone, without a finite drive it stays at the last one; either is
@@ -88,8 +88,8 @@ impl Observer {
         self.take(measurement)
     }
 
-    /// Takes the drive that is held until the next measurement, as soon as it is put out. Once for each measurement: what comes
-    /// again changes nothing.
+    /// Takes the drive that is held until the next measurement, as soon as it is put out. Once for each measurement:
+    /// what comes again changes nothing.
     #[inline]
     pub fn predict(&mut self, drive: f64) {
         self.count(is_admissible(drive));
@@ -277,8 +277,8 @@ struct Filter {
     input: Box<[f64]>,
     /// The variance of v in units of that of the measurement.
     growth: f64,
-    /// The covariance before the measurement in units of the variance of the measurement: the one in which it settles, and
-    /// the present one, which differs where measurements are missing.
+    /// The covariance before the measurement in units of the variance of the measurement: the one in which it settles,
+    /// and the present one, which differs where measurements are missing.
     stationary: Box<[f64]>,
     present: Box<[f64]>,
     settled: bool,
@@ -382,8 +382,8 @@ impl Filter {
         }
     }
 
-    /// From one covariance P before the measurement to the next: F (P - g h'P) F' + q v v', without a measurement F P F' +
-    /// q v v'.
+    /// From one covariance P before the measurement to the next: F (P - g h'P) F' + q v v', without a measurement F P
+    /// F' + q v v'.
     #[cold]
     fn advance_covariance(&mut self, measured: bool) {
         let n = self.order();

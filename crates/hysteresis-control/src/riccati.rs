@@ -8,8 +8,8 @@ const VALUE_SETTLED: f64 = 1e-16;
 /// The covariance is found when a doubling changes no entry by more than this share of the largest.
 const COVARIANCE_SETTLED: f64 = 1e-13;
 
-/// The value of an optimal regulator: the stabilising solution of P = A'P A - A'P b (rho + b'P b)^-1 b'P A + Q; nothing where it
-/// is not found.
+/// The value of an optimal regulator: the stabilising solution of P = A'P A - A'P b (rho + b'P b)^-1 b'P A + Q; nothing
+/// where it is not found.
 pub(crate) fn regulator_value(a: &DMatrix<f64>, b: &DVector<f64>, q: DMatrix<f64>, rho: f64) -> Option<DMatrix<f64>> {
     value(a.clone(), b * b.transpose() / rho, q)
 }
@@ -71,8 +71,8 @@ pub(crate) fn filter_covariance(
     None
 }
 
-/// One doubling of the structure-preserving algorithm (Chu, Fan, Lin and Wang, Int. J. Control 77(8), 767-788, 2004): the next A,
-/// and what G and P gain. k doublings are 2^k steps of the recursion.
+/// One doubling of the structure-preserving algorithm (Chu, Fan, Lin and Wang, Int. J. Control 77(8), 767-788, 2004):
+/// the next A, and what G and P gain. k doublings are 2^k steps of the recursion.
 fn doubled(a: &DMatrix<f64>, g: &DMatrix<f64>, p: &DMatrix<f64>) -> Option<[DMatrix<f64>; 3]> {
     let lu = (DMatrix::identity(a.nrows(), a.nrows()) + g * p).lu();
     let (next_a, next_g) = (lu.solve(a)?, lu.solve(g)?);

@@ -152,10 +152,11 @@ pub fn reserve<T>(parameter: &'static str, samples: u32) -> Result<Vec<T>, Error
     }
 }
 
-/// One period of a sum of cosines, 2 cos(2 pi l n / samples + phase) over `lines` of (l, phase), with n from 0 to samples - 1: an
-/// inverse Fourier transform.
+/// One period of a sum of cosines, 2 cos(2 pi l n / samples + phase) over `lines` of (l, phase), with n from 0 to
+/// samples - 1: an inverse Fourier transform.
 ///
-/// It stands here as every crate that plans a transform compiles all algorithms of all lengths, which takes longer than the crate.
+/// It stands here as every crate that plans a transform compiles all algorithms of all lengths, which takes longer than
+/// the crate.
 ///
 /// ```
 /// use hysteresis_control::sampling::cosines;
@@ -165,7 +166,8 @@ pub fn reserve<T>(parameter: &'static str, samples: u32) -> Result<Vec<T>, Error
 /// ```
 ///
 /// # Errors
-/// [`Error::Whole`] for a line that is not above 0 and below half of the samples, [`Error::OutOfMemory`] for more samples than fit.
+/// [`Error::Whole`] for a line that is not above 0 and below half of the samples, [`Error::OutOfMemory`] for more
+/// samples than fit.
 #[expect(clippy::missing_panics_doc, reason = "both have the lengths of the plan, and the mean is real")]
 pub fn cosines(samples: u32, lines: &[(u32, f64)]) -> Result<Vec<f64>, Error> {
     lines.iter().try_for_each(|(line, _)| check_line(*line, samples))?;

@@ -9,25 +9,26 @@ use crate::learning::{RepetitiveControl, RepetitiveState};
 use crate::observer::{Observer, ObserverState};
 use crate::stage::Error;
 
-/// A [`HybridController`] with an [`Observer`] before its feedback, [`RepetitiveControl`] before its feed-forward, or both:
+/// A [`HybridController`] with an [`Observer`] before its feedback, [`RepetitiveControl`] before its feed-forward, or
+/// both:
 ///
 /// ```text
 /// u(k) = controller(r(k), y^(k), v(k))     y^ = observer(u(k-1), y(k))     v = learned from r - y of the last period
 /// ```
 ///
-/// With a preview the error that is learned from is that of the reference of now. Without observer and learning it is the controller
-/// alone, bit for bit.
+/// With a preview the error that is learned from is that of the reference of now. Without observer and learning it is
+/// the controller alone, bit for bit.
 ///
-/// **Limits** and slew, what is counted and the freedom from jumps are those of the controller: whatever is estimated or learned goes
-/// through it. Nothing is learned from a sample with a measurement that the controller would not believe, while the feedback is off, in
-/// the [lead-in](HybridController::lead_in) of a motion and for as long again: that would be the error of the start. Learning that
-/// diverges stops and fades out: see [`RepetitiveControl::phase`].
+/// **Limits** and slew, what is counted and the freedom from jumps are those of the controller: whatever is estimated
+/// or learned goes through it. Nothing is learned from a sample with a measurement that the controller would not
+/// believe, while the feedback is off, in the [lead-in](HybridController::lead_in) of a motion and for as long again:
+/// that would be the error of the start. Learning that diverges stops and fades out: see [`RepetitiveControl::phase`].
 ///
-/// **Missing measurements.** For up to `max_missing` of them in a row the observer stands in, and the loop goes on; after them
-/// feed-forward goes on alone. They are counted as without an observer.
+/// **Missing measurements.** For up to `max_missing` of them in a row the observer stands in, and the loop goes on;
+/// after them feed-forward goes on alone. They are counted as without an observer.
 ///
-/// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan) and [`commit`](Self::commit) do not allocate, lock, panic, log or
-/// read a clock.
+/// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan) and [`commit`](Self::commit) do not allocate, lock,
+/// panic, log or read a clock.
 ///
 /// ```
 /// use hysteresis_control::linear::SecondOrder;
@@ -94,7 +95,8 @@ impl StageController {
     /// With learning in the running loop.
     ///
     /// # Errors
-    /// [`Error`] for learning with another sampling interval, or for a controller without a feed-forward that targets reach.
+    /// [`Error`] for learning with another sampling interval, or for a controller without a feed-forward that targets
+    /// reach.
     pub fn with_repetitive(mut self, repetitive: RepetitiveControl) -> Result<Self, Error> {
         self.check_interval("repetitive.dt", repetitive.dt())?;
         let got = match self.controller.feedforward() {
@@ -228,7 +230,8 @@ impl StageController {
         self.controller.mode() == Mode::Run && self.controller.lead_in() <= 0.0
     }
 
-    /// Whether learning waits where it is in its period, until it is told to go on: while what is repeated has not begun.
+    /// Whether learning waits where it is in its period, until it is told to go on: while what is repeated has not
+    /// begun.
     pub fn set_learning_waits(&mut self, waits: bool) {
         self.learning_waits = waits;
     }
@@ -239,9 +242,9 @@ impl StageController {
         &self.controller
     }
 
-    /// The controller, for changes of gains, filters, model, mode and feed-forward: the observer keeps its model, and learning its filters.
-    /// What the amplifier gets otherwise goes to [`follow`](Self::follow), [`start_at`](Self::start_at) and [`reset`](Self::reset) of
-    /// the whole instead.
+    /// The controller, for changes of gains, filters, model, mode and feed-forward: the observer keeps its model, and
+    /// learning its filters. What the amplifier gets otherwise goes to [`follow`](Self::follow),
+    /// [`start_at`](Self::start_at) and [`reset`](Self::reset) of the whole instead.
     pub fn controller_mut(&mut self) -> &mut HybridController {
         &mut self.controller
     }
@@ -264,7 +267,8 @@ impl StageController {
         self.repetitive.as_mut().map(RepetitiveControl::restart).is_some()
     }
 
-    /// Back to the start, at the present drive or another one that the amplifier has now: controller, observer and learning forget.
+    /// Back to the start, at the present drive or another one that the amplifier has now: controller, observer and
+    /// learning forget.
     ///
     /// # Errors
     /// As [`HybridController::reset_at`]; nothing changes then.
@@ -285,8 +289,8 @@ impl StageController {
         Ok(())
     }
 
-    /// Takes over what was driven before, oldest drive first, one per sampling interval: as [`HybridController::follow`] and
-    /// [`Observer::follow`]. The last drive is held until the next measurement.
+    /// Takes over what was driven before, oldest drive first, one per sampling interval: as
+    /// [`HybridController::follow`] and [`Observer::follow`]. The last drive is held until the next measurement.
     ///
     /// # Errors
     /// As [`HybridController::follow`]; nothing changes then.
@@ -301,8 +305,8 @@ impl StageController {
         Ok(())
     }
 
-    /// Goes on from another drive that the amplifier has, with everything that is remembered: as [`HybridController::start_at`]. For the
-    /// observer it is one sample more.
+    /// Goes on from another drive that the amplifier has, with everything that is remembered: as
+    /// [`HybridController::start_at`]. For the observer it is one sample more.
     ///
     /// # Errors
     /// As [`HybridController::start_at`]; nothing changes then.

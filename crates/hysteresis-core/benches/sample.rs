@@ -1,7 +1,7 @@
 //! Time per sample of streams and of the controller, beside loops over all operators in the same run: `cargo bench`.
 //!
-//! A minute, and nothing but the standard library. `make bench` measures more: arrays, stages, instructions, and whether
-//! anything became slower.
+//! A minute, and nothing but the standard library. `make bench` measures more: arrays, stages, instructions, and
+//! whether anything became slower.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -110,8 +110,8 @@ fn drives(signal: Signal) -> Vec<Vec<f64>> {
     (0..seconds).map(|second| signal.samples(second)).collect()
 }
 
-/// Fewer samples for a loop: one costs the same wherever it lies, and a pass is to be shorter than the slice of time that
-/// a busy machine gives to a program.
+/// Fewer samples for a loop: one costs the same wherever it lies, and a pass is to be shorter than the slice of time
+/// that a busy machine gives to a program.
 fn thinned(operators: u32, signal: Signal) -> Vec<Vec<f64>> {
     let every = (operators as usize / 100).max(1);
     drives(signal).iter().map(|second| second.iter().step_by(every).copied().collect()).collect()

@@ -1,5 +1,5 @@
-//! A notch of idsp in front of the inverse of a stage, as one stage of dsp-process, as it runs on firmware: single precision, no
-//! allocation.
+//! A notch of idsp in front of the inverse of a stage, as one stage of dsp-process, as it runs on firmware: single
+//! precision, no allocation.
 //!
 //! ```text
 //! reference (um) -> notch at the resonance -> inverse of the hysteresis -> drive (V)
@@ -34,7 +34,8 @@ pub(crate) fn main() -> Result<(), Error> {
     let mut actuator = Split::stateful(Forward::new(&model));
     let mut alone = notch();
 
-    // A slow scan with a disturbance at the resonance on top: the drive must not excite it, and the stage must follow the rest.
+    // A slow scan with a disturbance at the resonance on top: the drive must not excite it, and the stage must follow
+    // the rest.
     let mut worst = 0.0_f32;
     for k in 0..20_000_u16 {
         let t = f32::from(k) / RATE;

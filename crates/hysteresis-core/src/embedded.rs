@@ -1,9 +1,9 @@
 //! Models and streams of a fixed size, without an allocator: for firmware.
 //!
-//! [`Model<T, N>`](Model) has room for N operators and works with numbers T, `f64` or `f32`. [`Forward`] and [`Inverse`] are its
-//! streams; each owns its model, or borrows one that several share. They run on the same engine as the streams on the heap: with
-//! `f64` their outputs are those of [`crate::Forward`](../struct.Forward.html) and [`crate::Inverse`](../struct.Inverse.html) bit for
-//! bit.
+//! [`Model<T, N>`](Model) has room for N operators and works with numbers T, `f64` or `f32`. [`Forward`] and
+//! [`Inverse`] are its streams; each owns its model, or borrows one that several share. They run on the same engine as
+//! the streams on the heap: with `f64` their outputs are those of [`crate::Forward`](../struct.Forward.html) and
+//! [`crate::Inverse`](../struct.Inverse.html) bit for bit.
 //!
 //! ```
 //! use hysteresis_core::embedded::{Inverse, Model};
@@ -16,17 +16,17 @@
 //! # Ok::<(), hysteresis_core::Error>(())
 //! ```
 //!
-//! **Single precision.** Sums over operators are kept in `f64`, whatever T is, and only the line on which a stream is has numbers T.
-//! So the error of `f32` does not grow with operators, turning points or time. With u = 6e-8, half of the distance from 1 to the next
-//! `f32`, an output is off by at most u times
+//! **Single precision.** Sums over operators are kept in `f64`, whatever T is, and only the line on which a stream is
+//! has numbers T. So the error of `f32` does not grow with operators, turning points or time. With u = 6e-8, half of
+//! the distance from 1 to the next `f32`, an output is off by at most u times
 //!
 //! ```text
 //! 4 |slope x| + 2 |offset of the line| + sum_i w_i a_i + |output offset| + |y|
 //! ```
 //!
-//! for rounding of the input x behind its offset, of the line, of the thresholds a_i and of the sum. Over the range of the drive that
-//! is about 8 u, 5e-7 of the range of the output. The tests ask for 1e-6 of that range, with up to 100 operators and signals of every
-//! kind, for the model and for the model behind its inverse.
+//! for rounding of the input x behind its offset, of the line, of the thresholds a_i and of the sum. Over the range of
+//! the drive that is about 8 u, 5e-7 of the range of the output. The tests ask for 1e-6 of that range, with up to 100
+//! operators and signals of every kind, for the model and for the model behind its inverse.
 
 use crate::engine::{Engine, Evaluates, Families, Point};
 use crate::error::{Error, check_length, check_non_negative};
@@ -39,9 +39,10 @@ use crate::stream::{ForwardCore, InverseCore, Walk, check_limits};
 
 /// A model of up to N operators, equations (4) and (6), ready to run, without an allocator.
 ///
-/// Constants come in `f64`, whatever T is, so they can be those of a file; weights in output unit per input unit (um/V), thresholds
-/// in the unit of the input (V). With `f32` it takes about 128 bytes for each of N, with `f64` 144; see docs/firmware.md. The thresholds must be nested: in the order of r no rb may fall, and in the order of ra no rc. Models of
-/// proportional thresholds and conventional models always are.
+/// Constants come in `f64`, whatever T is, so they can be those of a file; weights in output unit per input unit
+/// (um/V), thresholds in the unit of the input (V). With `f32` it takes about 128 bytes for each of N, with `f64` 144;
+/// see docs/firmware.md. The thresholds must be nested: in the order of r no rb may fall, and in the order of ra no rc.
+/// Models of proportional thresholds and conventional models always are.
 ///
 /// ```
 /// use hysteresis_core::embedded::{Forward, Model};
@@ -103,8 +104,8 @@ impl<T: Real, const N: usize> Model<T, N> {
     ///
     /// # Errors
     /// [`Error::Empty`] without operators, [`Error::Whole`] for more than N, [`Error::Length`] for unequal lengths,
-    /// [`Error::Domain`] for a number that is not finite or beyond 1e100 (`f32`: 1e11), thresholds that break r >= rc >= 0 or
-    /// ra >= rb >= 0, or that are not nested.
+    /// [`Error::Domain`] for a number that is not finite or beyond 1e100 (`f32`: 1e11), thresholds that break r >= rc
+    /// >= 0 or ra >= rb >= 0, or that are not nested.
     ///
     /// ```
     /// use hysteresis_core::Offsets;
@@ -128,8 +129,8 @@ impl<T: Real, const N: usize> Model<T, N> {
         Self::split(weights, weights, [r, ra, rb, rc], offsets)
     }
 
-    /// The same with weights of their own for the family below zero, and the thresholds r, ra, rb and rc side by side: the split
-    /// model.
+    /// The same with weights of their own for the family below zero, and the thresholds r, ra, rb and rc side by side:
+    /// the split model.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -207,8 +208,8 @@ impl<T: Real, const N: usize> Model<T, N> {
     /// Whether the sufficient condition for an inverse holds, and if not, why not.
     ///
     /// # Errors
-    /// [`Error::NotInvertible`] unless the weight of the identity operators exceeds the sum of the negative weights, by as much as T
-    /// can tell.
+    /// [`Error::NotInvertible`] unless the weight of the identity operators exceeds the sum of the negative weights, by
+    /// as much as T can tell.
     pub fn check_invertible(&self) -> Result<(), Error> {
         self.invertible
     }
@@ -244,8 +245,8 @@ fn fits<T: Real>(parameter: &'static str, index: Option<usize>, got: f64) -> Res
 
 /// The output of a model, sample by sample, without an allocator; it owns its model or borrows one.
 ///
-/// What [`crate::Forward`](../struct.Forward.html) is on the heap, and with `f64` bit for bit the same. Starts at rest. An input that
-/// is not finite, or beyond [`Real::MAX_MAGNITUDE`], leaves output and memory as they are and is counted.
+/// What [`crate::Forward`](../struct.Forward.html) is on the heap, and with `f64` bit for bit the same. Starts at rest.
+/// An input that is not finite, or beyond [`Real::MAX_MAGNITUDE`], leaves output and memory as they are and is counted.
 ///
 /// ```
 /// use hysteresis_core::embedded::{Forward, Model};
@@ -310,11 +311,13 @@ impl<T: Real, const N: usize, M: Holds<T, N>> Process<T> for Forward<T, N, M> {
     }
 }
 
-/// The exact inverse of a model, sample by sample, without an allocator: the drive that brings the model's output to the target.
+/// The exact inverse of a model, sample by sample, without an allocator: the drive that brings the model's output to
+/// the target.
 ///
-/// What [`crate::Inverse`](../struct.Inverse.html) is on the heap, and with `f64` bit for bit the same. The drive is always finite and
-/// within the limits. A target out of reach puts it at the limit, which is what the memory then knows, and sets
-/// [`saturated`](Self::saturated); a target that is not finite, or beyond [`Real::MAX_MAGNITUDE`], leaves it as it is and is counted.
+/// What [`crate::Inverse`](../struct.Inverse.html) is on the heap, and with `f64` bit for bit the same. The drive is
+/// always finite and within the limits. A target out of reach puts it at the limit, which is what the memory then
+/// knows, and sets [`saturated`](Self::saturated); a target that is not finite, or beyond [`Real::MAX_MAGNITUDE`],
+/// leaves it as it is and is counted.
 ///
 /// ```
 /// use hysteresis_core::embedded::{Inverse, Model};
@@ -332,8 +335,8 @@ pub struct Inverse<T: Real, const N: usize, M: Holds<T, N> = Model<T, N>> {
 }
 
 impl<T: Real, const N: usize, M: Holds<T, N>> Inverse<T, N, M> {
-    /// An inverse at rest, the drive kept within `limits` (low, high) in the unit of the model's input. If the rest position, the
-    /// input offset, lies outside the limits, the memory starts at the nearer one.
+    /// An inverse at rest, the drive kept within `limits` (low, high) in the unit of the model's input. If the rest
+    /// position, the input offset, lies outside the limits, the memory starts at the nearer one.
     ///
     /// # Errors
     /// [`Error::NotInvertible`] if the model may not be, [`Error::Domain`] unless the limits are finite and low < high.
@@ -379,9 +382,9 @@ impl<T: Real, const N: usize, M: Holds<T, N>> Inverse<T, N, M> {
         self.core.memory().model().model()
     }
 
-    /// Puts out another drive than the one that a target asks for, and remembers it: what a controller does that adds feedback or
-    /// limits a slew. The drive is kept within the limits; one that is not admissible is counted and changes nothing else. Returns
-    /// the output of the model there.
+    /// Puts out another drive than the one that a target asks for, and remembers it: what a controller does that adds
+    /// feedback or limits a slew. The drive is kept within the limits; one that is not admissible is counted and
+    /// changes nothing else. Returns the output of the model there.
     ///
     /// ```
     /// use hysteresis_core::embedded::{Inverse, Model};

@@ -1,7 +1,7 @@
 //! Filters of second-order sections, sample by sample and of fixed memory: what shapes a feedback.
 //!
-//! A [`Biquad`] is one section, [`Sections`] are a few in a row, a [`Filter`] runs them. How the coefficients follow from a frequency
-//! and a damping ratio is for the crate that designs.
+//! A [`Biquad`] is one section, [`Sections`] are a few in a row, a [`Filter`] runs them. How the coefficients follow
+//! from a frequency and a damping ratio is for the crate that designs.
 
 use crate::error::{Error, check_all_finite, check_finite, is_admissible};
 use crate::process::Process;
@@ -15,8 +15,9 @@ const MAX_COEFFICIENT: f64 = 1e12;
 /// y(k) = b0 u(k) + b1 u(k-1) + b2 u(k-2) - a1 y(k-1) - a2 y(k-2)
 /// ```
 ///
-/// A section of first order has b2 = a2 = 0. It is evaluated in the transposed direct form II, which has the fewest states and the
-/// least rounding of the direct forms (Oppenheim and Schafer, Discrete-Time Signal Processing, chapter 6).
+/// A section of first order has b2 = a2 = 0. It is evaluated in the transposed direct form II, which has the fewest
+/// states and the least rounding of the direct forms (Oppenheim and Schafer, Discrete-Time Signal Processing, chapter
+/// 6).
 ///
 /// ```
 /// use hysteresis_core::Biquad;
@@ -40,7 +41,8 @@ impl Biquad {
     /// A section of these coefficients, that before y(k) being 1.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a coefficient that is not finite or beyond 1e12, or unless both poles lie inside the unit circle.
+    /// [`Error::Domain`] for a coefficient that is not finite or beyond 1e12, or unless both poles lie inside the unit
+    /// circle.
     pub fn new(b: [f64; 3], a: [f64; 2]) -> Result<Self, Error> {
         for (parameter, values) in [("b", &b[..]), ("a", &a[..])] {
             check_all_finite(parameter, values)?;
@@ -76,7 +78,8 @@ impl Biquad {
         (self.b[0] + self.b[1] + self.b[2]) / (1.0 + self.a[0] + self.a[1])
     }
 
-    /// By how much the largest input may be amplified at most, or more: the sum of |b| over what the poles lack to the unit circle.
+    /// By how much the largest input may be amplified at most, or more: the sum of |b| over what the poles lack to the
+    /// unit circle.
     fn largest_gain(&self) -> f64 {
         let ([b0, b1, b2], [a1, a2]) = (self.b, self.a);
         // (1 - |p|) (1 - |q|) of the poles p and q, or less.
@@ -98,8 +101,8 @@ impl Biquad {
         (output, [b1 * input - a1 * output + t, b2 * input - a2 * output])
     }
 
-    /// The states in which the same input gives the same output again: exactly at rest if the output is the input times the static
-    /// gain.
+    /// The states in which the same input gives the same output again: exactly at rest if the output is the input times
+    /// the static gain.
     fn going_on(&self, input: f64, output: f64) -> [f64; 2] {
         [output - self.b[0] * input, self.b[2] * input - self.a[1] * output]
     }
@@ -108,7 +111,8 @@ impl Biquad {
 /// How many sections a filter has at most: a notch for each of three modes, two low-passes and a lead.
 pub const MAX_SECTIONS: usize = 6;
 
-/// Sections that amplify by more, for the worst of all inputs: terms of a feedback would not stay finite for all admissible numbers.
+/// Sections that amplify by more, for the worst of all inputs: terms of a feedback would not stay finite for all
+/// admissible numbers.
 const LARGEST_GAIN: f64 = 1e40;
 
 /// A number of a saved state may be this large; see [`LoopState`](crate::LoopState).
@@ -130,8 +134,8 @@ pub struct Sections {
     count: usize,
 }
 
-/// What a filter remembers, as a plain value: two numbers for each section, and the newest signal in front of each and behind the
-/// last. Places without a section hold zeros.
+/// What a filter remembers, as a plain value: two numbers for each section, and the newest signal in front of each and
+/// behind the last. Places without a section hold zeros.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct FilterState {
@@ -208,10 +212,11 @@ impl Sections {
         self.going_on(input, None)
     }
 
-    /// A state from which a filter that replaces `before` goes on without a jump: with the same input the output stays as it was.
+    /// A state from which a filter that replaces `before` goes on without a jump: with the same input the output stays
+    /// as it was.
     ///
-    /// Every section takes over the signal in front of it. What sections have more, or other static gains, the last one takes up; without
-    /// a section the output follows the input at once.
+    /// Every section takes over the signal in front of it. What sections have more, or other static gains, the last one
+    /// takes up; without a section the output follows the input at once.
     #[must_use]
     pub fn taking_over(&self, before: &FilterState, sections_before: &Self) -> FilterState {
         let input = if sections_before.count == 0 { before.output } else { before.inputs[0] };

@@ -9,15 +9,16 @@
 //! can fail fails at construction: [`Process::step`] and [`Process::peek`] never allocate, lock, panic, log or read a
 //! clock.
 //!
-//! The crate needs no standard library and has no dependency unless a feature asks for one. Without the feature `alloc`, which is on
-//! by default, it needs no allocator either: what is left is [`embedded`], models of a fixed size and their streams, `f64` and `f32`,
-//! and [`HybridController`] over them, for firmware.
+//! The crate needs no standard library and has no dependency unless a feature asks for one. Without the feature
+//! `alloc`, which is on by default, it needs no allocator either: what is left is [`embedded`], models of a fixed size
+//! and their streams, `f64` and `f32`, and [`HybridController`] over them, for firmware.
 
-// Where to read. `operator` has one operator, `model` the parameters of many, `embedded` both model and streams of a fixed size. A
-// sample of a stream begins in `stream`, and leaves it for `engine` where its straight line ends; each says the way in its first lines.
-// `quasistatic` puts maps, creep and loop shift around the hysteresis, `control` closes the loop, with the sections of `filter` in it.
-// Every file imports from those that come before it here, and none of these from it: `error`, `real`, `fingerprint`, `store`, `process`,
-// `operator`, `duhem`, `filter`, `model`, `engine`, `stream`, `embedded`, `quasistatic`, `control`, `dsp_process`.
+// Where to read. `operator` has one operator, `model` the parameters of many, `embedded` both model and streams of a
+// fixed size. A sample of a stream begins in `stream`, and leaves it for `engine` where its straight line ends; each
+// says the way in its first lines. `quasistatic` puts maps, creep and loop shift around the hysteresis, `control`
+// closes the loop, with the sections of `filter` in it. Every file imports from those that come before it here, and
+// none of these from it: `error`, `real`, `fingerprint`, `store`, `process`, `operator`, `duhem`, `filter`, `model`,
+// `engine`, `stream`, `embedded`, `quasistatic`, `control`, `dsp_process`.
 
 #![no_std]
 #![forbid(unsafe_code)]

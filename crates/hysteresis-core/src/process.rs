@@ -37,7 +37,8 @@ pub trait Process<T: Real = f64> {
         Ok(())
     }
 
-    /// [`step`](Self::step) if it needs no memory but what the process holds itself. None if it needs more, and nothing is taken then.
+    /// [`step`](Self::step) if it needs no memory but what the process holds itself. None if it needs more, and nothing
+    /// is taken then.
     #[doc(hidden)]
     #[inline]
     fn step_at_hand(&mut self, input: T) -> Option<T> {

@@ -45,8 +45,8 @@ pub trait Real:
     const NAN: Self;
     /// The lowest finite number.
     const MIN: Self;
-    /// The largest magnitude that any input, threshold, weight or offset may have, so that products of three and sums over
-    /// operators stay finite: 1e100, in `f32` 1e11.
+    /// The largest magnitude that any input, threshold, weight or offset may have, so that products of three and sums
+    /// over operators stay finite: 1e100, in `f32` 1e11.
     const MAX_MAGNITUDE: Self;
     /// In words, what is admissible.
     #[doc(hidden)]
@@ -83,8 +83,8 @@ pub trait Real:
     #[must_use]
     fn whole(self) -> usize;
 
-    /// Whether it is finite and at most [`MAX_MAGNITUDE`](Self::MAX_MAGNITUDE) in magnitude: what streams take, and nothing
-    /// else.
+    /// Whether it is finite and at most [`MAX_MAGNITUDE`](Self::MAX_MAGNITUDE) in magnitude: what streams take, and
+    /// nothing else.
     #[inline]
     #[must_use]
     fn is_admissible(self) -> bool {

@@ -23,7 +23,8 @@ pub struct HeaderOptions<'a> {
     pub sha256: Option<&'a str>,
 }
 
-/// The header: thresholds, weights, offsets, limits, maps and, for a sampling interval, gains and filters; then the stage as bytes.
+/// The header: thresholds, weights, offsets, limits, maps and, for a sampling interval, gains and filters; then the
+/// stage as bytes.
 ///
 /// Numbers are written so that a compiler reads them back bit for bit.
 ///

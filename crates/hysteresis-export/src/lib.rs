@@ -1,8 +1,8 @@
 //! A stage for other tools.
 //!
 //! - [`c_header`]: its constants for C and C++, and the stage itself as bytes.
-//! - [`MockUp`]: what a functional mock-up unit (FMI 2.0, co-simulation) says of itself. [`Simulation`] is what runs in it;
-//!   `hysteresis-fmu` is the shared library around that. Both use one table of variables.
+//! - [`MockUp`]: what a functional mock-up unit (FMI 2.0, co-simulation) says of itself. [`Simulation`] is what runs in
+//!   it; `hysteresis-fmu` is the shared library around that. Both use one table of variables.
 //!
 //! Nothing is computed here: constants are those of the stage, and what runs is made by it.
 

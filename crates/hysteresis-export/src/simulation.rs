@@ -7,13 +7,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 
-/// By which share of a sampling interval a step may differ from a whole number of them: the difference of two large times.
+/// By which share of a sampling interval a step may differ from a whole number of them: the difference of two large
+/// times.
 const TOLERANCE: f64 = 1e-6;
 /// A step with more samples is a mistake.
 const MOST_SAMPLES: f64 = 1e9;
 
-/// A forward model, an inverse or a controller with inputs that stay until they are set, as a master of a co-simulation wants
-/// it.
+/// A forward model, an inverse or a controller with inputs that stay until they are set, as a master of a co-simulation
+/// wants it.
 ///
 /// ```
 /// use hysteresis_control::stage::{Stage, StageParts};
@@ -173,8 +174,8 @@ impl Simulation {
     /// Sets an input.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a reference that is not that of an input. Any number is taken: what is not finite is held back
-    /// and counted by the next step.
+    /// [`Error::Argument`] for a reference that is not that of an input. Any number is taken: what is not finite is
+    /// held back and counted by the next step.
     pub fn set_real(&mut self, reference: u32, value: f64) -> Result<(), Error> {
         let variable = self.variable(reference, Type::Real)?;
         if variable.role != Role::Input {

@@ -1,5 +1,5 @@
-//! An instance of a unit, from [`fmi2Instantiate`] to [`fmi2FreeInstance`]: its resources, its messages to the tool, and what
-//! becomes of a call.
+//! An instance of a unit, from [`fmi2Instantiate`] to [`fmi2FreeInstance`]: its resources, its messages to the tool,
+//! and what becomes of a call.
 
 use core::ffi::{CStr, c_char, c_int, c_void};
 use std::ffi::CString;

@@ -50,8 +50,8 @@ fn instance(folder: &tempfile::TempDir, guid: &str, kind: c_int) -> Option<Box<C
     let location = CString::new(format!("file://{}", folder.path().display())).unwrap();
     let guid = CString::new(guid).unwrap();
     let callbacks = Callbacks { log, others: [null_mut(); 4] };
-    // SAFETY: the same struct but for the variable arguments of the logger, and it is called with none of them. Texts end with a
-    // zero byte.
+    // SAFETY: the same struct but for the variable arguments of the logger, and it is called with none of them. Texts
+    // end with a zero byte.
     unsafe {
         let callbacks = &*(&raw const callbacks).cast::<CallbackFunctions>();
         fmi2Instantiate(c"one".as_ptr(), kind, guid.as_ptr(), location.as_ptr(), Some(callbacks), 0, 0)

@@ -41,7 +41,8 @@ pub enum RecordError {
         /// Its time.
         got: f64,
     },
-    /// The times of samples contradict the sampling interval, by more than 1 % and their jitter: another unit, or another clock.
+    /// The times of samples contradict the sampling interval, by more than 1 % and their jitter: another unit, or
+    /// another clock.
     TimeStep {
         /// The sampling interval in seconds.
         expected: f64,

@@ -37,16 +37,17 @@ use crate::uncertainty::standard_errors::{Covariance, Spread, StandardErrors};
 
 /// Fits a model to records: weights w_i >= 0, one output offset per record, and whatever `options` leaves to search.
 ///
-/// The sum of squared errors over all fitted samples is minimised. Weights and output offsets are exact at every
-/// point of the search (QR of the regressor, block by block, then non-negative least squares on its triangle).
-/// Plays are fitted first; coupled plays take their place if they predict better ([`RatiosModel::Auto`](crate::RatiosModel::Auto)).
-/// Their ratios and input offset, and the delay, go from the best of several starts on a selection of the samples to Gauss-Newton
-/// steps on all of them. `progress` is called after a pass over the records; [`ControlFlow::Break`] stops, with the
-/// best so far as the result ([`Stop::KeepBest`]) or without one.
+/// The sum of squared errors over all fitted samples is minimised. Weights and output offsets are exact at every point
+/// of the search (QR of the regressor, block by block, then non-negative least squares on its triangle). Plays are
+/// fitted first; coupled plays take their place if they predict better
+/// ([`RatiosModel::Auto`](crate::RatiosModel::Auto)). Their ratios and input offset, and the delay, go from the best of
+/// several starts on a selection of the samples to Gauss-Newton steps on all of them. `progress` is called after a pass
+/// over the records; [`ControlFlow::Break`] stops, with the best so far as the result ([`Stop::KeepBest`]) or without
+/// one.
 ///
-/// Starts and terms that need no result of each other are searched on all processors if the records have 10 000 samples or more
-/// together. The result has the same bits for any number of them, if it was not stopped. `progress` is called by this thread alone,
-/// a few passes late at most.
+/// Starts and terms that need no result of each other are searched on all processors if the records have 10 000 samples
+/// or more together. The result has the same bits for any number of them, if it was not stopped. `progress` is called
+/// by this thread alone, a few passes late at most.
 ///
 /// Input and output may have any unit; weights come in output unit per input unit, the delay in samples.
 ///
@@ -69,10 +70,10 @@ use crate::uncertainty::standard_errors::{Covariance, Spread, StandardErrors};
 /// ```
 ///
 /// # Errors
-/// [`Error::NoRecords`], [`Error::NoOperators`], [`Error::Record`] for times of samples that contradict the sampling interval,
-/// [`Error::Core`] for bad thresholds, offset or delay,
-/// [`Error::Core`] for bad ratios, [`Error::TooFewSamples`] for fewer fitted samples than twice the unknowns (weights,
-/// output offsets and searched parameters), [`Error::Interrupted`] when `progress` said to stop and discard.
+/// [`Error::NoRecords`], [`Error::NoOperators`], [`Error::Record`] for times of samples that contradict the sampling
+/// interval, [`Error::Core`] for bad thresholds, offset or delay, [`Error::Core`] for bad ratios,
+/// [`Error::TooFewSamples`] for fewer fitted samples than twice the unknowns (weights, output offsets and searched
+/// parameters), [`Error::Interrupted`] when `progress` said to stop and discard.
 pub fn identify(
     records: &[Record<'_>],
     options: &Options,

@@ -47,8 +47,8 @@ impl DynamicsOptions {
         Self { dt, order: Order::default(), dead_time: Setting::Fit, creep: CreepModel::None }
     }
 
-    /// The options of a joint identification in which the output of the known hysteresis is the input: one operator, the
-    /// identity, whose weight is the gain.
+    /// The options of a joint identification in which the output of the known hysteresis is the input: one operator,
+    /// the identity, whose weight is the gain.
     pub(crate) fn joint(&self) -> Options {
         Options {
             model: ModelKind::Conventional,
@@ -129,17 +129,18 @@ impl DynamicsIdentification {
     }
 }
 
-/// Fits the linear part of the cascade hysteresis - creep - dynamics - dead time to a record, for a known hysteresis model.
+/// Fits the linear part of the cascade hysteresis - creep - dynamics - dead time to a record, for a known hysteresis
+/// model.
 ///
-/// It is the joint fit of [`identify`](crate::identify()) with the output of the known model in place of the operators' and
-/// one weight, the gain: the equations are those. The record starts at rest at its first value: start a step record a sample
-/// or more before the step.
+/// It is the joint fit of [`identify`](crate::identify()) with the output of the known model in place of the operators'
+/// and one weight, the gain: the equations are those. The record starts at rest at its first value: start a step record
+/// a sample or more before the step.
 ///
-/// The sum of squared output errors over the fitted samples is minimised. Gain and offset enter linearly and are exact at
-/// every point; frequency, damping, dead time and creep go from the best minima of a grid, ten per cent apart in frequency,
-/// to bounded Gauss-Newton steps. Standard errors allow for coloured noise; the [`Finding`]s in `warnings` tell what makes the
-/// numbers doubtful. A record that does not reach the resonance gives a finding, not an error: what the numbers are worth
-/// then is in their standard errors.
+/// The sum of squared output errors over the fitted samples is minimised. Gain and offset enter linearly and are exact
+/// at every point; frequency, damping, dead time and creep go from the best minima of a grid, ten per cent apart in
+/// frequency, to bounded Gauss-Newton steps. Standard errors allow for coloured noise; the [`Finding`]s in `warnings`
+/// tell what makes the numbers doubtful. A record that does not reach the resonance gives a finding, not an error: what
+/// the numbers are worth then is in their standard errors.
 ///
 /// `proceed` is called after every pass over the record; [`ControlFlow::Break`] stops.
 ///
@@ -169,9 +170,9 @@ impl DynamicsIdentification {
 /// ```
 ///
 /// # Errors
-/// [`Error::Core`] for a bad sampling interval, dead time or creep, [`Error::Record`] if the model's output does not vary,
-/// [`Error::TooFewSamples`] for fewer fitted samples than twice the unknowns, [`Error::Interrupted`] when `proceed` said
-/// so.
+/// [`Error::Core`] for a bad sampling interval, dead time or creep, [`Error::Record`] if the model's output does not
+/// vary, [`Error::TooFewSamples`] for fewer fitted samples than twice the unknowns, [`Error::Interrupted`] when
+/// `proceed` said so.
 pub fn identify_dynamics(
     record: &Record<'_>,
     model: &CompiledModel,

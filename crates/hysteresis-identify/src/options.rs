@@ -38,8 +38,8 @@ impl From<Setting<Ratios>> for RatiosModel {
     }
 }
 
-/// The options of [`identify`](crate::identify): by default a modified model of 20 operators, or of more where that predicts better,
-/// everything searched.
+/// The options of [`identify`](crate::identify): by default a modified model of 20 operators, or of more where that
+/// predicts better, everything searched.
 ///
 /// ```
 /// use hysteresis_core::Ratios;
@@ -62,10 +62,10 @@ pub struct Options {
     pub thresholds: Thresholds,
     /// The ratios of the thresholds. Ignored by the conventional model.
     pub ratios: RatiosModel,
-    /// Where the operators have their zero, in the unit of the input: searched in the range of the input and a
-    /// fifth of that range beyond either end. That of the plays of [`RatiosModel::Auto`] moves their virgin state alone. It is where the
-    /// first record begins; or 0, an end of the range of the input or its middle, where this lowers the sum of squares of the plays alone
-    /// to less than half. That of the conventional model is the middle of the range.
+    /// Where the operators have their zero, in the unit of the input: searched in the range of the input and a fifth of
+    /// that range beyond either end. That of the plays of [`RatiosModel::Auto`] moves their virgin state alone. It is
+    /// where the first record begins; or 0, an end of the range of the input or its middle, where this lowers the sum
+    /// of squares of the plays alone to less than half. That of the conventional model is the middle of the range.
     pub input_offset: Setting<f64>,
     /// The sampling interval of the records in seconds, for those that do not have their own
     /// ([`Record::sampled_every`](crate::Record::sampled_every)). Without any, only the hysteresis can be fitted.
@@ -93,19 +93,19 @@ pub struct Options {
     pub output_map: MapModel,
     /// What the output lags the input besides, in seconds; in samples for records without a sampling interval.
     ///
-    /// Searched from 0, and with dynamics from -1.5 samples, to a tenth of the shortest record. With dynamics a dead time
-    /// that is not told from 0 by more than the noise is 0, and a negative one gives a finding: see
-    /// [`FindingCode::NegativeDeadTime`](crate::FindingCode::NegativeDeadTime). Dynamics of [`DynamicsModel::Auto`] beside one of half a
-    /// sample or more are left out, and everything is searched without dynamics.
+    /// Searched from 0, and with dynamics from -1.5 samples, to a tenth of the shortest record. With dynamics a dead
+    /// time that is not told from 0 by more than the noise is 0, and a negative one gives a finding: see
+    /// [`FindingCode::NegativeDeadTime`](crate::FindingCode::NegativeDeadTime). Dynamics of [`DynamicsModel::Auto`]
+    /// beside one of half a sample or more are left out, and everything is searched without dynamics.
     pub dead_time: Setting<f64>,
     /// How smooth the weights should be, 0 or more; 0 asks for nothing. [`Setting::Fit`], the default, leaves it to
     /// cross-validation over stretches of the records, with all other terms in the model.
     ///
-    /// The sum of squared errors grows by `smoothness` U D: U is the sum of squares of the input about its mean in every
-    /// record, D that of the second differences w_(i-1) - 2 w_i + w_(i+1) of the weights i = 1..n-1, of both families if
-    /// split. So the number has no unit: at 1 such a difference costs what as large an error of the slope w_0 would.
-    /// Where thresholds are uneven, w_i is taken per interval that r_i stands for, and the differences are divided ones:
-    /// D is the same for the same density of weights.
+    /// The sum of squared errors grows by `smoothness` U D: U is the sum of squares of the input about its mean in
+    /// every record, D that of the second differences w_(i-1) - 2 w_i + w_(i+1) of the weights i = 1..n-1, of both
+    /// families if split. So the number has no unit: at 1 such a difference costs what as large an error of the slope
+    /// w_0 would. Where thresholds are uneven, w_i is taken per interval that r_i stands for, and the differences are
+    /// divided ones: D is the same for the same density of weights.
     pub smoothness: Setting<f64>,
     /// Whether glitches of the position are left out of the fit.
     pub loss: Loss,
@@ -137,7 +137,8 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The number of operators; while it is left to cross-validation the fewest there may be, or 0 where these may be any.
+    /// The number of operators; while it is left to cross-validation the fewest there may be, or 0 where these may be
+    /// any.
     #[must_use]
     pub fn operators(&self) -> usize {
         self.thresholds.operators()
@@ -246,7 +247,8 @@ impl Options {
         Self { dynamics, ..self.clone() }
     }
 
-    /// The same with the hysteresis and a dead time alone: the plays, and the Duhem operator of which it is known where its search begins.
+    /// The same with the hysteresis and a dead time alone: the plays, and the Duhem operator of which it is known where
+    /// its search begins.
     pub(crate) fn hysteresis_and_dead_time(&self) -> Self {
         let duhem = match &self.duhem {
             DuhemModel::Near(_) => self.duhem.clone(),
@@ -321,9 +323,9 @@ fn check_thresholds(thresholds: &[f64]) -> Result<(), Error> {
 
 /// How far the errors of single samples count.
 ///
-/// A glitch is a wrong sample of the position, or a run of a few: a drop-out to zero, a spike. It lies far from the model and from
-/// the samples about it, and it begins and ends abruptly. What lasts more than 25 samples is an error of the model, and so is what
-/// comes and goes smoothly, or what comes with most jumps of the drive.
+/// A glitch is a wrong sample of the position, or a run of a few: a drop-out to zero, a spike. It lies far from the
+/// model and from the samples about it, and it begins and ends abruptly. What lasts more than 25 samples is an error of
+/// the model, and so is what comes and goes smoothly, or what comes with most jumps of the drive.
 ///
 /// ```
 /// use hysteresis_identify::{Loss, Options};
@@ -332,14 +334,14 @@ fn check_thresholds(thresholds: &[f64]) -> Result<(), Error> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Loss {
-    /// Squares of the errors of all samples but glitches that lie more than seven standard deviations of the residual from the
-    /// samples about them. Records without any give the same bits as [`Squares`](Self::Squares).
+    /// Squares of the errors of all samples but glitches that lie more than seven standard deviations of the residual
+    /// from the samples about them. Records without any give the same bits as [`Squares`](Self::Squares).
     #[default]
     Auto,
     /// Squares of the errors of all samples.
     Squares,
-    /// As [`Auto`](Self::Auto) from 4.5 standard deviations on, for records that are known to have glitches. Of good samples with
-    /// normal noise one in 150 000 lies that far.
+    /// As [`Auto`](Self::Auto) from 4.5 standard deviations on, for records that are known to have glitches. Of good
+    /// samples with normal noise one in 150 000 lies that far.
     Robust,
 }
 

@@ -1,4 +1,5 @@
-//! How serde takes apart what has no way of its own: matrices, models and parts of other crates, checked when they come back.
+//! How serde takes apart what has no way of its own: matrices, models and parts of other crates, checked when they come
+//! back.
 
 use faer::Mat;
 use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, Modes, SecondOrder};

@@ -41,8 +41,8 @@ impl<'a> Shared<'a> {
         Self { threads: threads.clamp(1, MOST), tell, done: 0 }
     }
 
-    /// Does work number 0 to `count` - 1 and returns what came of it, in this order; nothing if it was stopped. Only work that
-    /// is `counted` is told.
+    /// Does work number 0 to `count` - 1 and returns what came of it, in this order; nothing if it was stopped. Only
+    /// work that is `counted` is told.
     pub(crate) fn all<T: Send>(
         &mut self,
         count: usize,

@@ -15,22 +15,25 @@
 //! is a `#[pyfunction]` with the signature that `help` shows. Each argument comes as any object of Python and is
 //! converted by `Argument` of its Rust type, which gets its name: an error tells it. The default that is written is the
 //! one that takes effect: it is converted like an argument. Objects of Python and options of them (`&Bound<'_, PyAny>`)
-//! are handed on as they are, and have no default but None: another one would have to be written again where it takes effect.
+//! are handed on as they are, and have no default but None: another one would have to be written again where it takes
+//! effect.
 //!
 //! None that is given stands for the default, unless it is a value of the type, or the parameter says `not_none`.
 //!
-//! A new option of a call is one such line where the options are gathered: of a function with `#[gather(options: Options)]` the
-//! parameters with `#[py(field, ...)]` set fields of the value `options`. There the default that takes effect is that of `Options`,
-//! or of the value behind `=` in `#[gather(options: Options = Options::new(dt))]`. What is written is only shown, as Python needs it
-//! as text; `argument::Shown` has the comparison of each pair, which a test makes.
+//! A new option of a call is one such line where the options are gathered: of a function with
+//! `#[gather(options: Options)]` the parameters with `#[py(field, ...)]` set fields of the value `options`. There the
+//! default that takes effect is that of `Options`, or of the value behind `=` in
+//! `#[gather(options: Options = Options::new(dt))]`. What is written is only shown, as Python needs it as text;
+//! `argument::Shown` has the comparison of each pair, which a test makes.
 //!
-//! `#[methods]` stands in place of `#[pymethods]` and does the same for all methods of a block. `#[methods(A, B)]` gives the block
-//! to several classes: what they share is written once. A method with `#[like(step)]` has the parameters of `step`.
+//! `#[methods]` stands in place of `#[pymethods]` and does the same for all methods of a block. `#[methods(A, B)]`
+//! gives the block to several classes: what they share is written once. A method with `#[like(step)]` has the
+//! parameters of `step`.
 //!
 //! `#[copies(Other)]` at a class copies the fields of a struct of another crate, each of which the class has.
 //!
-//! `#[py(-> "type")]` at a function says its result where Rust does not, and `#[py("type")]` at `impl Argument for T` what every
-//! parameter of the type T takes. Only the stub, which the build script of the binding writes, reads them.
+//! `#[py(-> "type")]` at a function says its result where Rust does not, and `#[py("type")]` at `impl Argument for T`
+//! what every parameter of the type T takes. Only the stub, which the build script of the binding writes, reads them.
 
 mod signature;
 
@@ -195,9 +198,9 @@ fn converted(
     Ok(Converted { conversions, shown, put })
 }
 
-/// `#[gather(name: Type = base, put)]`: the options of which the parameters with `field` set a field, where they are given. All else is
-/// as in the base, by default that of the type. `put` is a function beside the method that turns it round: it puts the parameters
-/// that make given options into a dictionary.
+/// `#[gather(name: Type = base, put)]`: the options of which the parameters with `field` set a field, where they are
+/// given. All else is as in the base, by default that of the type. `put` is a function beside the method that turns it
+/// round: it puts the parameters that make given options into a dictionary.
 struct Gathered {
     name: Ident,
     ty: syn::Path,

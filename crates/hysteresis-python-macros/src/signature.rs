@@ -68,9 +68,9 @@ impl Kind {
     }
 }
 
-/// `#[py(...)]` of a parameter: `*` where those by name begin, `/` behind those by place, `**` for all others by name, `field` of
-/// what is gathered or `field(path.to.it)` where that has another name, `not_none` where None does not stand for the default, the
-/// Python type, the default.
+/// `#[py(...)]` of a parameter: `*` where those by name begin, `/` behind those by place, `**` for all others by name,
+/// `field` of what is gathered or `field(path.to.it)` where that has another name, `not_none` where None does not stand
+/// for the default, the Python type, the default.
 #[derive(Default)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a mark that a parameter has or has not")]
 struct Said {

@@ -1,7 +1,7 @@
 //! An argument of a call: any object of Python becomes a value of Rust, or an error with the name of the argument.
 //!
-//! The attributes `function` and `methods` convert every parameter by [`Argument`] of its type. What a parameter may be,
-//! and what an error says that it may be, stands once: at the type that is made from an object.
+//! The attributes `function` and `methods` convert every parameter by [`Argument`] of its type. What a parameter may
+//! be, and what an error says that it may be, stands once: at the type that is made from an object.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -83,7 +83,8 @@ pub(crate) fn of_default<T: for<'py> Argument<'py>>(
     Python::attach(|py| T::from_argument(name, &default.into_bound_py_any(py)?)).map(T::into_default)
 }
 
-/// The defaults that a function shows for the options that it gathers. In effect are those of the options, where nothing is given.
+/// The defaults that a function shows for the options that it gathers. In effect are those of the options, where
+/// nothing is given.
 pub(crate) struct Shown {
     pub(crate) function: &'static str,
     /// Each parameter, and whether both are the same.
@@ -97,7 +98,8 @@ pub(crate) fn is_shown<T: Into<F>, F: PartialEq>(shown: PyResult<T>, in_effect: 
     shown.is_ok_and(|shown| shown.into() == *in_effect)
 }
 
-/// All defaults of gathered options by `function.parameter`, each with whether the one that is shown takes effect: for the tests.
+/// All defaults of gathered options by `function.parameter`, each with whether the one that is shown takes effect: for
+/// the tests.
 #[pyfunction]
 #[pyo3(name = "_defaults")]
 pub(crate) fn shown_defaults() -> Vec<(String, bool)> {

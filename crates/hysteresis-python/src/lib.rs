@@ -8,20 +8,22 @@
 //! | `ValueError`, `TypeError`, `NotInvertibleError`, `OSError` | the `Error` of each crate, mapped in [`convert::errors`] |
 //!
 //! A signature stands in one place, at the parameters of the Rust function: `#[function]` and `#[methods]` of
-//! `hysteresis_python_macros` read its names, defaults and types there, [`argument`] converts what comes, and the build script writes
-//! the stub from the same lines. A new option is one line where the options of a call are gathered. Other ways were tried:
+//! `hysteresis_python_macros` read its names, defaults and types there, [`argument`] converts what comes, and the build
+//! script writes the stub from the same lines. A new option is one line where the options of a call are gathered. Other
+//! ways were tried:
 //!
-//! - Public functions in Python that hand on to a bare module: the names stand three times (signature, call, Rust), a class needs
-//!   each of its methods again, and `step` costs twice as much (52 ns in place of 26).
-//! - What pyo3 offers by itself: a default must be of the Rust type, so "auto" of an option that may also be 1, 2 or None cannot be
-//!   said, and an error of its conversion does not begin with the name of the argument. Its description of the module
-//!   (`experimental-inspect`) imports no name of a type that is said as text, shows such defaults as `...`, knows no array of
-//!   numpy and asks for a flag of the linker on macOS.
+//! - Public functions in Python that hand on to a bare module: the names stand three times (signature, call, Rust), a
+//!   class needs each of its methods again, and `step` costs twice as much (52 ns in place of 26).
+//! - What pyo3 offers by itself: a default must be of the Rust type, so "auto" of an option that may also be 1, 2 or
+//!   None cannot be said, and an error of its conversion does not begin with the name of the argument. Its description
+//!   of the module (`experimental-inspect`) imports no name of a type that is said as text, shows such defaults as
+//!   `...`, knows no array of numpy and asks for a flag of the linker on macOS.
 //!
 //! The interpreter stays attached while a stream runs, so that nothing can change an array under it; blocks are short
 //! (a million samples take milliseconds) and signals are looked at between them. The threads of an array of streams are
-//! Rust's own and end before the call does. So the module needs the lock of the interpreter: a free-threaded one takes it up
-//! when it imports the module. Identification works on its own copy and lets the interpreter go, as does a loop in real time.
+//! Rust's own and end before the call does. So the module needs the lock of the interpreter: a free-threaded one takes
+//! it up when it imports the module. Identification works on its own copy and lets the interpreter go, as does a loop
+//! in real time.
 
 mod argument;
 mod control;

@@ -1,4 +1,5 @@
-//! Rows of plain numbers in a text, on all cores. What is not plain is left to the reader in Python, which names its place.
+//! Rows of plain numbers in a text, on all cores. What is not plain is left to the reader in Python, which names its
+//! place.
 //!
 //! A row is plain if it has exactly the cells of the table, holds no quotation mark and no NUL, does not begin as a
 //! comment, and if each chosen cell is a decimal number: the reader would take the same numbers from it.
@@ -215,8 +216,8 @@ fn size_of_cell(text: &[u8], layout: &Layout) -> Option<usize> {
 
 /// Returns bytes and number of the cell that comes next, if few digits without an exponent are all it holds.
 ///
-/// They are a whole number below 2^53 over a power of ten that is exact: one division rounds once, as the parser of the standard
-/// library does.
+/// They are a whole number below 2^53 over a power of ten that is exact: one division rounds once, as the parser of the
+/// standard library does.
 fn few_digits(text: &[u8], layout: &Layout) -> Option<(usize, f64)> {
     let blank = usize::from(text.first() == Some(&b' ') && !layout.in_blanks());
     let sign = text.get(blank)?;

@@ -1,4 +1,5 @@
-//! The loop of `same-bits` as a loop in real time on a simulated clock, with its record: same_bits STAGE.json RECORD.npy.
+//! The loop of `same-bits` as a loop in real time on a simulated clock, with its record: same_bits STAGE.json
+//! RECORD.npy.
 //!
 //! Prints the digest of the recorded drives up to the end of the reference.
 

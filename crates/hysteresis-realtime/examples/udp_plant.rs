@@ -1,6 +1,7 @@
 //! The benchmark plant A1 behind UDP, on a clock of its own: the other side of `--example loop -- --udp`.
 //!
-//! At every sample it takes the newest drive, moves on, and sends a measurement. It loses datagrams of both directions, as it is told to.
+//! At every sample it takes the newest drive, moves on, and sends a measurement. It loses datagrams of both directions,
+//! as it is told to.
 
 use std::error::Error;
 use std::io::ErrorKind;

@@ -17,8 +17,8 @@ pub trait Clock {
 
 /// The monotonic clock of the machine.
 ///
-/// On Linux it sleeps by `clock_nanosleep` with an absolute deadline, so the time between reading the clock and going to sleep is
-/// no error. Elsewhere it sleeps for the time that is left.
+/// On Linux it sleeps by `clock_nanosleep` with an absolute deadline, so the time between reading the clock and going
+/// to sleep is no error. Elsewhere it sleeps for the time that is left.
 ///
 /// ```
 /// use hysteresis_realtime::clock::{Clock, RealClock};

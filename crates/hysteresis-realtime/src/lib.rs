@@ -4,12 +4,13 @@
 //! deadline k: sleep until it -> read -> controller -> write -> row into a ring -> deadline k+1
 //! ```
 //!
-//! [`Session::start`] starts it with a [`StageController`](hysteresis_control::StageController), an [`Io`](io::Io), a [`Reference`] and
-//! [`Settings`]; [`Session::wait`] returns the [`Report`]. Once started, the loop does not allocate, lock or log. Another thread writes
-//! the record. [`run_on`] runs the same loop on any [`Clock`](clock::Clock).
+//! [`Session::start`] starts it with a [`StageController`](hysteresis_control::StageController), an [`Io`](io::Io), a
+//! [`Reference`] and [`Settings`]; [`Session::wait`] returns the [`Report`]. Once started, the loop does not allocate,
+//! lock or log. Another thread writes the record. [`run_on`] runs the same loop on any [`Clock`](clock::Clock).
 //!
-//! Files know only those above them: `clock`, `io`; `settings` (what is asked), `schedule` (when samples are due); `privileges`,
-//! `report` (how a loop ends, and what it tells), `recorder`; `runner`, the loop itself; `session`, its thread.
+//! Files know only those above them: `clock`, `io`; `settings` (what is asked), `schedule` (when samples are due);
+//! `privileges`, `report` (how a loop ends, and what it tells), `recorder`; `runner`, the loop itself; `session`, its
+//! thread.
 //!
 //! # Safety of the stage
 //!

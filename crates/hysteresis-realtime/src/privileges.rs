@@ -54,8 +54,8 @@ pub(crate) fn unlock(warnings: &mut Vec<String>) {
     }
 }
 
-/// Memory is locked for the whole process: from the first loop that wants it until the last one has ended, or for ever where the
-/// program had locked memory before.
+/// Memory is locked for the whole process: from the first loop that wants it until the last one has ended, or for ever
+/// where the program had locked memory before.
 mod locked {
     use std::io::Result;
     use std::sync::{Mutex, PoisonError};

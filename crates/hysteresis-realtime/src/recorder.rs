@@ -1,12 +1,13 @@
 //! A thread that writes the rows of a loop to a file.
 //!
-//! The file is `.npy` of version 1.0: an array of records with the fields [`COLUMNS`], all of them doubles. Libraries for the format write
-//! an array whose length they know. This one grows, so the header has room for any length and is written anew at every flush, after
-//! the rows that it counts: whatever ends the process, numpy reads the file up to the last flush.
+//! The file is `.npy` of version 1.0: an array of records with the fields [`COLUMNS`], all of them doubles. Libraries
+//! for the format write an array whose length they know. This one grows, so the header has room for any length and is
+//! written anew at every flush, after the rows that it counts: whatever ends the process, numpy reads the file up to
+//! the last flush.
 //!
-//! It begins under a random name (`.mpi_hyst-<16 digits>.tmp`) and gets its own with the first rows, so a record that is there is only
-//! replaced by one that has rows. It is locked meanwhile, as that of a living process: other files of this library are saved so too, and
-//! clear away what is not locked.
+//! It begins under a random name (`.mpi_hyst-<16 digits>.tmp`) and gets its own with the first rows, so a record that
+//! is there is only replaced by one that has rows. It is locked meanwhile, as that of a living process: other files of
+//! this library are saved so too, and clear away what is not locked.
 
 use std::fs::{self, File, OpenOptions};
 use std::hash::{BuildHasher, RandomState};

@@ -1,4 +1,5 @@
-//! How a running loop is asked to end, what it shows of itself meanwhile, and what it did, in numbers that can be quoted.
+//! How a running loop is asked to end, what it shows of itself meanwhile, and what it did, in numbers that can be
+//! quoted.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -145,7 +146,8 @@ pub struct Counts {
     pub write_faults: u64,
     /// Samples of the ramp to rest.
     pub rest_samples: u64,
-    /// Rows that are not in the record: the recorder was too slow to take them or, as one of the warnings then says, could not write them.
+    /// Rows that are not in the record: the recorder was too slow to take them or, as one of the warnings then says,
+    /// could not write them.
     pub lost_rows: u64,
 }
 
@@ -154,7 +156,8 @@ pub struct Counts {
 pub struct Learning {
     /// Whether it learned at the end.
     pub phase: LearningPhase,
-    /// How often it had diverged, and stopped, since it was made or reset. One of the warnings says so where it has not begun anew.
+    /// How often it had diverged, and stopped, since it was made or reset. One of the warnings says so where it has not
+    /// begun anew.
     pub divergence_count: u64,
 }
 
@@ -163,7 +166,8 @@ impl Learning {
         Self { phase: repetitive.phase(), divergence_count: repetitive.divergence_count() }
     }
 
-    /// What is to be said if learning has ended, and has not been told to begin anew. Before the run it had diverged `before` times.
+    /// What is to be said if learning has ended, and has not been told to begin anew. Before the run it had diverged
+    /// `before` times.
     pub(crate) fn warning(repetitive: &RepetitiveControl, before: u64) -> Option<String> {
         let what = if repetitive.divergence_count() > before {
             "it diverged and was stopped: the error grew from period to period, the stage is too far from its model"
@@ -179,8 +183,8 @@ impl Learning {
 pub struct Report {
     /// Why it went to rest, or ended.
     pub end: EndReason,
-    /// Whether the drive written last is the rest drive. False only if writing itself failed. Of datagrams nobody knows whether they
-    /// arrive: see [`rest_refused`](Self::rest_refused).
+    /// Whether the drive written last is the rest drive. False only if writing itself failed. Of datagrams nobody knows
+    /// whether they arrive: see [`rest_refused`](Self::rest_refused).
     pub at_rest: bool,
     /// The drive written last.
     pub last_drive: f64,
@@ -196,9 +200,9 @@ pub struct Report {
     pub counts: Counts,
     /// What became of the datagrams; None if the loop does not run over UDP.
     pub datagrams: Option<UdpCounts>,
-    /// How often the other side said that nobody listens, since the last measurement came or since the rest drive was written first,
-    /// whichever is longer ago. Above 0 the rest drive may have reached nobody, and one of the warnings says so. A computer that is off
-    /// says nothing: 0 is no proof.
+    /// How often the other side said that nobody listens, since the last measurement came or since the rest drive was
+    /// written first, whichever is longer ago. Above 0 the rest drive may have reached nobody, and one of the warnings
+    /// says so. A computer that is off says nothing: 0 is no proof.
     pub rest_refused: u64,
     /// What the controller counted.
     pub controller: Counters,

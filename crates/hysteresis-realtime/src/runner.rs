@@ -142,8 +142,8 @@ impl<I: Io, C: Clock> Loop<I, C> {
         }
     }
 
-    /// Sleeps, and spins for the last moments. Before it spins it looks at the coming sample without taking it: while others had the
-    /// processor, code and tables have left its caches.
+    /// Sleeps, and spins for the last moments. Before it spins it looks at the coming sample without taking it: while
+    /// others had the processor, code and tables have left its caches.
     #[inline]
     fn wait_for(&mut self, deadline: u64) {
         self.clock.sleep_until(deadline.saturating_sub(self.spin));
@@ -442,9 +442,9 @@ impl Rest {
         self.refused_before_measurement = refused_before;
     }
 
-    /// How often the other side has said that nobody listens: since the last measurement came or since the rest drive was written
-    /// first, whichever is longer ago. Computers bound how often they say so, so the rest drive alone may not be answered. 0 if the rest
-    /// drive was not written.
+    /// How often the other side has said that nobody listens: since the last measurement came or since the rest drive
+    /// was written first, whichever is longer ago. Computers bound how often they say so, so the rest drive alone may
+    /// not be answered. 0 if the rest drive was not written.
     pub(crate) fn refused(&self, io: &impl Io) -> u64 {
         let before = self.refused_before.min(self.refused_before_measurement);
         if self.is_reached() { refused(io).saturating_sub(before) } else { 0 }

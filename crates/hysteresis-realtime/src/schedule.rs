@@ -11,7 +11,8 @@ pub struct Deadlines {
     pub taken: u64,
     /// Of those, samples whose drive was written when the next sample was due or later: the missed deadlines.
     pub missed: u64,
-    /// Of those that were taken, samples that began only when the next one was due, or later: after a late wake-up, or to catch up.
+    /// Of those that were taken, samples that began only when the next one was due, or later: after a late wake-up, or
+    /// to catch up.
     pub late: u64,
     /// Deadlines at which no sample was taken.
     pub skipped: u64,
@@ -58,7 +59,8 @@ impl Schedule {
         self.at(self.index)
     }
 
-    /// Moves on from a sample that began at `began` and whose drive was written at `done`. Returns whether a deadline was missed.
+    /// Moves on from a sample that began at `began` and whose drive was written at `done`. Returns whether a deadline
+    /// was missed.
     pub(crate) fn advance(&mut self, began: u64, done: u64, policy: MissPolicy) -> bool {
         let next = self.index + 1;
         let missed = done >= self.at(next);
@@ -102,8 +104,8 @@ const ROUNDING: f64 = 2.0;
 
 /// How much of the time that the slew gives the drive has used up. Times are in nanoseconds.
 ///
-/// In any time T the drive moves by at most slew (T + dt). The dt is that of a sample right behind one that was late. A sample that is
-/// late itself by dt or more has no such grace: there the drive moves by at most slew T.
+/// In any time T the drive moves by at most slew (T + dt). The dt is that of a sample right behind one that was late. A
+/// sample that is late itself by dt or more has no such grace: there the drive moves by at most slew T.
 #[derive(Clone, Debug)]
 pub(crate) struct Pace {
     /// In volts per nanosecond; None for a drive that may jump.
@@ -120,7 +122,8 @@ impl Pace {
         Self { slew: slew.map(|slew| slew * 1e-9), dt: dt * 1e9, start, used: 0.0 }
     }
 
-    /// How far the drive may move in a sample that began `late`: infinitely far where only the slew of a sample bounds it.
+    /// How far the drive may move in a sample that began `late`: infinitely far where only the slew of a sample bounds
+    /// it.
     #[inline]
     pub(crate) fn step(&self, now: u64, late: u64) -> f64 {
         let Some(slew) = self.slew else { return f64::INFINITY };

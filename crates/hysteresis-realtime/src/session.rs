@@ -44,7 +44,8 @@ impl<I: Io + 'static> Session<I> {
         Self::start_with(controller, io, reference, settings, StopFlag::default())
     }
 
-    /// As [`start`](Self::start), with a flag that others may have already. If it was requested before, the loop goes to rest at once.
+    /// As [`start`](Self::start), with a flag that others may have already. If it was requested before, the loop goes
+    /// to rest at once.
     ///
     /// # Errors
     /// As [`start`](Self::start).

@@ -34,8 +34,8 @@ pub struct Settings {
     pub watchdog: Option<WatchdogTimes>,
     /// The loop ends where it is after so many writes in a row that failed.
     pub write_faults: u32,
-    /// For how many seconds before each deadline it spins instead of sleeping. It first looks at the coming sample, so that the processor
-    /// has all at hand.
+    /// For how many seconds before each deadline it spins instead of sleeping. It first looks at the coming sample, so
+    /// that the processor has all at hand.
     pub spin: f64,
     /// The processor on which it runs, counted from 0.
     pub cpu: Option<usize>,
@@ -43,7 +43,8 @@ pub struct Settings {
     pub fifo: Option<u8>,
     /// Whether all memory of the process stays in memory, until the last loop that wants it has ended.
     pub lock_memory: bool,
-    /// The file to which samples are written: npy, an array of records. One that is there is replaced when the first samples are written.
+    /// The file to which samples are written: npy, an array of records. One that is there is replaced when the first
+    /// samples are written.
     pub record: Option<PathBuf>,
     /// How many samples may wait to be written.
     pub ring: usize,
@@ -140,12 +141,13 @@ fn check(parameter: &'static str, got: f64, (low, high): (f64, f64), expected: &
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MissPolicy {
-    /// The loop goes on with the first deadline that is still to come. Samples between are not taken: the reference is that of
-    /// the time, and the controller takes fewer steps than time went by.
+    /// The loop goes on with the first deadline that is still to come. Samples between are not taken: the reference is
+    /// that of the time, and the controller takes fewer steps than time went by.
     #[default]
     Skip,
-    /// The loop takes the samples that are due one after the other, without sleep, until it is on time. So the controller takes
-    /// every sample of the reference. The drive moves meanwhile by what the slew gives for the time that goes by, which is next to nothing.
+    /// The loop takes the samples that are due one after the other, without sleep, until it is on time. So the
+    /// controller takes every sample of the reference. The drive moves meanwhile by what the slew gives for the time
+    /// that goes by, which is next to nothing.
     CatchUp {
         /// When the loop is further behind than so many samples, those before are skipped.
         at_most: u32,
@@ -159,8 +161,9 @@ pub enum MissPolicy {
 /// A fresh measurement is one that the input says is new, and that the controller believes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WatchdogTimes {
-    /// For so long the last fresh measurement stands in for one that does not come. With 0 it never does. From then on the
-    /// controller is told that there is none: it holds the drive, unless it is still coming back from the last loss.
+    /// For so long the last fresh measurement stands in for one that does not come. With 0 it never does. From then on
+    /// the controller is told that there is none: it holds the drive, unless it is still coming back from the last
+    /// loss.
     pub stale_after: f64,
     /// After so long without a fresh measurement the drive goes to rest, for good.
     pub rest_after: f64,

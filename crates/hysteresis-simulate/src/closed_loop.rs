@@ -139,7 +139,8 @@ impl<'a> TrackingTask<'a> {
 pub struct Tracking<'a> {
     /// What gives the drive of every sample, with an observer and learning of its own if it has them.
     pub controller: &'a mut StageController,
-    /// The target of the feed-forward at every sample; without any it is the reference, or what the preview makes of it.
+    /// The target of the feed-forward at every sample; without any it is the reference, or what the preview makes of
+    /// it.
     pub targets: Option<&'a [f64]>,
     /// What is added to the target at every sample.
     pub corrections: Option<&'a [f64]>,
@@ -153,9 +154,9 @@ impl<'a> Tracking<'a> {
 
     /// Lets the plant follow the reference of the task; see [`TrackingTask::run`] for `watch`.
     ///
-    /// With a preview, references enter early: before the run, the plant stands at the first reference until the window of
-    /// the preview is full and reaches as far ahead. A sample counts as saturated at the limits of the controller or of the
-    /// plant, whichever are tighter.
+    /// With a preview, references enter early: before the run, the plant stands at the first reference until the window
+    /// of the preview is full and reaches as far ahead. A sample counts as saturated at the limits of the controller or
+    /// of the plant, whichever are tighter.
     ///
     /// Where a write of the plant fails, the controller is as before that sample.
     ///
@@ -170,11 +171,13 @@ impl<'a> Tracking<'a> {
         self.run_with(task, plant, |_, _, _| Ok(()), watch)
     }
 
-    /// As [`run`](Self::run); `adapt(controller, drive, measurement)` is called after every step of the controller, those
-    /// before the run included, with a row of a record: the drive that is put out and the position read at that moment.
+    /// As [`run`](Self::run); `adapt(controller, drive, measurement)` is called after every step of the controller,
+    /// those before the run included, with a row of a record: the drive that is put out and the position read at that
+    /// moment.
     ///
     /// # Errors
-    /// Those of the plant, of `adapt` and of the watch, which end the run; controller and plant stay where they are then.
+    /// Those of the plant, of `adapt` and of the watch, which end the run; controller and plant stay where they are
+    /// then.
     pub fn run_with<E, P: Driven<E>>(
         self,
         task: &TrackingTask<'_>,

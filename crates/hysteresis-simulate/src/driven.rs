@@ -13,8 +13,8 @@ pub struct Reading {
 
 /// What a loop drives.
 ///
-/// At every sample the loop reads, and then writes the drive that is held until the next sample. The number of the sample
-/// is for messages. It is None for samples before the run, while the window of a preview fills.
+/// At every sample the loop reads, and then writes the drive that is held until the next sample. The number of the
+/// sample is for messages. It is None for samples before the run, while the window of a preview fills.
 ///
 /// ```
 /// use hysteresis_simulate::closed_loop::TrackingTask;
@@ -42,7 +42,8 @@ pub struct Reading {
 /// # Ok::<(), &'static str>(())
 /// ```
 pub trait Driven<E> {
-    /// Whether [`write`](Self::write) may fail. A hybrid controller then plans each sample, and takes it when it was written.
+    /// Whether [`write`](Self::write) may fail. A hybrid controller then plans each sample, and takes it when it was
+    /// written.
     const WRITE_MAY_FAIL: bool;
 
     /// The measurement and the position of now.

@@ -63,7 +63,8 @@ impl Run {
     ///
     /// # Errors
     /// [`Error`] that names the array and the sample: all four must have the same length, at least one sample, and only
-    /// admissible numbers; the limits (low, high) must be in that order, the period above 0 and shorter than the record.
+    /// admissible numbers; the limits (low, high) must be in that order, the period above 0 and shorter than the
+    /// record.
     ///
     /// ```
     /// use hysteresis_simulate::metrics::{LoopRecord, Run};

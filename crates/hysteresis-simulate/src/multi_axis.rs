@@ -36,8 +36,8 @@ impl<'a> MultiAxisTask<'a> {
     /// To follow rows of references (sample k of axis i at k N + i), of which the period in samples may be known.
     ///
     /// # Errors
-    /// [`Error`] for references that are no whole rows, empty or not finite, or a period that is not shorter than they are
-    /// or not above 0.
+    /// [`Error`] for references that are no whole rows, empty or not finite, or a period that is not shorter than they
+    /// are or not above 0.
     pub fn new(reference: &'a [f64], axes: usize, period: Option<f64>) -> Result<Self, Error> {
         let (width, got) = (axes.max(1), reference.len());
         if !got.is_multiple_of(width) {
@@ -55,9 +55,9 @@ impl<'a> MultiAxisTask<'a> {
         row_of(self.reference, self.axes, k)
     }
 
-    /// The loop with any controller: `controller(k, measured, drives)` writes the drives of sample k, of which the references
-    /// are row k. See [`TrackingTask::run`](crate::closed_loop::TrackingTask::run). Gives a run for each axis: reference,
-    /// measurement and position of the axis, drive and limits of the actuator of the same number.
+    /// The loop with any controller: `controller(k, measured, drives)` writes the drives of sample k, of which the
+    /// references are row k. See [`TrackingTask::run`](crate::closed_loop::TrackingTask::run). Gives a run for each
+    /// axis: reference, measurement and position of the axis, drive and limits of the actuator of the same number.
     ///
     /// # Errors
     /// Those of the controller, of the plant and of the watch, which end the run; the plant stays where it is then.
@@ -76,9 +76,10 @@ impl<'a> MultiAxisTask<'a> {
         self.run_with(plant, act, watch)
     }
 
-    /// The loop with hybrid controllers, and the targets of their feed-forward where these are not the references. Previews
-    /// get their references early, and a stage that leads its targets too, as in [`Tracking::run`](crate::closed_loop::Tracking::run). Where a write of the plant fails,
-    /// no controller has taken the sample.
+    /// The loop with hybrid controllers, and the targets of their feed-forward where these are not the references.
+    /// Previews get their references early, and a stage that leads its targets too, as in
+    /// [`Tracking::run`](crate::closed_loop::Tracking::run). Where a write of the plant fails, no controller has taken
+    /// the sample.
     ///
     /// # Errors
     /// Those of the plant and of the watch, which end the run; controllers and plant stay where they are then.

@@ -1,5 +1,5 @@
-//! What belongs to the paper alone: Tables I and II as printed, the digits that Table I lost, the plants on which one pair of
-//! gains gives all the maxima that it publishes, and its control law as printed.
+//! What belongs to the paper alone: Tables I and II as printed, the digits that Table I lost, the plants on which one
+//! pair of gains gives all the maxima that it publishes, and its control law as printed.
 
 use hysteresis_control::linear::{FirstOrder, SecondOrder};
 use hysteresis_control::stage::{Stage, StageParts};
@@ -180,8 +180,8 @@ fn valid<T, E: core::fmt::Debug>(made: Result<T, E>) -> T {
 /// u(k) = u(k-1) + H^-1[r(k)] + kp (e(k) - e(k-1)) + ki dt e(k),   e = reference - measurement
 /// ```
 ///
-/// from u = 0 and e = 0, kept within limits. It runs into a limit within some 23 samples, so it controls nothing: it is here
-/// to show that. [`HybridController`](hysteresis_core::HybridController) has the law that must be meant.
+/// from u = 0 and e = 0, kept within limits. It runs into a limit within some 23 samples, so it controls nothing: it is
+/// here to show that. [`HybridController`](hysteresis_core::HybridController) has the law that must be meant.
 ///
 /// A sample that is not finite (or beyond 1e100) repeats the last drive.
 ///
@@ -211,7 +211,8 @@ impl<F: Process> PrintedLaw<F> {
     /// The law with a feed-forward that takes um and gives volts, gains in V/um and V/um/s, and limits in volts.
     ///
     /// # Errors
-    /// [`Error::Domain`] unless the gains are finite and not negative, dt is above 0, and the limits are finite, low < high.
+    /// [`Error::Domain`] unless the gains are finite and not negative, dt is above 0, and the limits are finite, low <
+    /// high.
     pub fn new(feedforward: F, kp: f64, ki: f64, dt: f64, limits: (f64, f64)) -> Result<Self, Error> {
         let check = |parameter, index, good: bool, expected, got| {
             if good && is_admissible(got) { Ok(()) } else { Err(Error::Domain { parameter, index, expected, got }) }
@@ -264,8 +265,8 @@ mod tests {
 
     const LIMITS: (f64, f64) = (-560.0, 560.0);
 
-    /// At which of 200 samples the drive is at the upper limit, on the paper's actuator without dynamics: 5 Hz and 3.3 um,
-    /// as in Fig. 14.
+    /// At which of 200 samples the drive is at the upper limit, on the paper's actuator without dynamics: 5 Hz and 3.3
+    /// um, as in Fig. 14.
     fn samples_to_the_limit(mut law: impl FnMut(f64, f64) -> f64) -> Option<i32> {
         let mut actuator = table_1_recovered().forward();
         let mut position = 0.0;

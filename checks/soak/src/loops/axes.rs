@@ -16,8 +16,8 @@ const CHANGE_ONCE_IN: f64 = 80.0;
 const RESTORE_ONCE_IN: f64 = 100.0;
 const SPAN: f64 = 4.0;
 
-/// Three axes, and twins that take every sample with a plain step and are made anew from the saved state. A write of one
-/// actuator that fails leaves all of them as they are.
+/// Three axes, and twins that take every sample with a plain step and are made anew from the saved state. A write of
+/// one actuator that fails leaves all of them as they are.
 #[derive(Clone, Debug)]
 pub struct Axes {
     stages: Vec<Stage>,

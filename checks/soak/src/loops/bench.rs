@@ -29,8 +29,8 @@ enum Fault {
     Frozen(f64),
 }
 
-/// A stage on a bench nobody looks after: a sensor that shows nothing, infinities, jumps, the codes of an overflow, or always
-/// the same, and writes that fail. Every drive that it is given passes a [`Guard`].
+/// A stage on a bench nobody looks after: a sensor that shows nothing, infinities, jumps, the codes of an overflow, or
+/// always the same, and writes that fail. Every drive that it is given passes a [`Guard`].
 #[derive(Clone, Debug)]
 pub struct Bench {
     stage: StageForward,

@@ -1,4 +1,5 @@
-//! What all objects have in common: `run` is `step`, and a saved state goes on bit for bit; and what a stage says of itself.
+//! What all objects have in common: `run` is `step`, and a saved state goes on bit for bit; and what a stage says of
+//! itself.
 
 use core::ffi::{CStr, c_char};
 use core::mem::MaybeUninit;

@@ -25,8 +25,8 @@ const SMOOTHING: f64 = 1e-4;
 /// or rings: what such zeros need beforehand, the input does before the reference moves.
 ///
 /// The smoothing costs s (2 pi F T)^4 of a sine of a low frequency F, 1e-12 at 16 Hz and 10 kHz, and rounds corners.
-/// Errors of a 10 Hz triangle of 70 um at 10 kHz and of a 20 Hz sine of 3 um, s = 1e-4, in nm, those between the samples
-/// from straight lines:
+/// Errors of a 10 Hz triangle of 70 um at 10 kHz and of a 20 Hz sine of 3 um, s = 1e-4, in nm, those between the
+/// samples from straight lines:
 ///
 /// | dynamics | triangle, rms at samples | rms between | max between | sine, largest after 20 ms |
 /// |---|---|---|---|---|
@@ -113,8 +113,8 @@ impl DynamicsInverse {
     /// elsewhere, or with a velocity, is caught as fast as the smoothing allows. During the dead time nothing can be
     /// done: the first inputs aim at what is read when it has passed.
     ///
-    /// A reference that is smooth at its end is taken to go on with its last acceleration, any other one to stay there: a motion
-    /// that is cut off is not one that stops.
+    /// A reference that is smooth at its end is taken to go on with its last acceleration, any other one to stay there:
+    /// a motion that is cut off is not one that stops.
     ///
     /// # Errors
     /// [`Error`] for samples or a start that are not finite, or a reference of which memory holds no second one.
@@ -137,8 +137,8 @@ impl DynamicsInverse {
         Ok(inputs)
     }
 
-    /// From the end to the start: what each choice must add for the references to come. Where nothing comes any more, the
-    /// costate q is zero.
+    /// From the end to the start: what each choice must add for the references to come. Where nothing comes any more,
+    /// the costate q is zero.
     fn look_back(&self, reference: impl Fn(usize) -> f64, drives: &mut [f64]) {
         let Model { a, b, c, d } = &self.model;
         let closed = a - b * self.feedback.transpose();

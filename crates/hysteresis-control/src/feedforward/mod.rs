@@ -4,7 +4,8 @@
 //! y(k) is the position read at t_k, w(k) the input of the dynamics put out at t_k and held until t_(k+1), see
 //! [`linear`](crate::linear). Two ways lead from a reference r to the w with y(k) = r(k):
 //!
-//! - [`DynamicsInverse`], for a reference whose samples are all known: stable inversion over the whole record, from rest.
+//! - [`DynamicsInverse`], for a reference whose samples are all known: stable inversion over the whole record, from
+//!   rest.
 //! - [`PreviewCoefficients`], sample by sample: a weighted sum of references of which some lie ahead.
 //!
 //! w then goes through the exact inverse of the hysteresis. Both take any stable

@@ -1,4 +1,5 @@
-//! Feed-forward from a window of references, sample by sample, and the smoothing of references that are known beforehand.
+//! Feed-forward from a window of references, sample by sample, and the smoothing of references that are known
+//! beforehand.
 
 use core::f64::consts::TAU;
 
@@ -57,8 +58,8 @@ impl PreviewOptions {
 /// P from the input to the position at the samples, C of the window, G the static gain. References fall with their
 /// frequency, so relative errors at low ones count more; the last term bounds what noise of the reference becomes.
 ///
-/// Relative errors of the position for sines at T = 1e-4 s, with the defaults ([`error`](Self::error) tells them for any
-/// other case), and the sum of |c_j|:
+/// Relative errors of the position for sines at T = 1e-4 s, with the defaults ([`error`](Self::error) tells them for
+/// any other case), and the sum of |c_j|:
 ///
 /// | dynamics | ahead | window, degree | 1 Hz | 20 Hz | 100 Hz | sum of abs c_j |
 /// |---|---|---|---|---|---|---|
@@ -74,8 +75,8 @@ impl PreviewOptions {
 ///
 /// The window must be as long as the inverse remembers, some time constants 1 / (2 pi f zeta) of the zeros of the
 /// dynamics. Resonances have none, so a few samples do: 16 follow everything up to 1.2 kHz through a mode of 800 Hz and
-/// damping 0.02 within 0.3 %. Through an antiresonance of 600 Hz and damping 0.05 it takes 400 samples for 3 %; a shorter
-/// window follows references far below it, best with a `band` that ends there. An `ahead` below the dead time
+/// damping 0.02 within 0.3 %. Through an antiresonance of 600 Hz and damping 0.05 it takes 400 samples for 3 %; a
+/// shorter window follows references far below it, best with a `band` that ends there. An `ahead` below the dead time
 /// extrapolates, which makes noise and errors larger.
 ///
 /// ```
@@ -101,8 +102,8 @@ impl PreviewCoefficients {
     /// The coefficients for a sampling interval T in seconds.
     ///
     /// # Errors
-    /// [`Error`] unless the window has 1 to 1000 references and reaches from `ahead` to the present at least, the degree
-    /// is less than the window and at most 12, and the band is above 0 and at most 1 / (2 T); or as for
+    /// [`Error`] unless the window has 1 to 1000 references and reaches from `ahead` to the present at least, the
+    /// degree is less than the window and at most 12, and the band is above 0 and at most 1 / (2 T); or as for
     /// [`LinearDynamics::block`].
     pub fn new(dynamics: &LinearDynamics, dt: f64, options: &PreviewOptions) -> Result<Self, Error> {
         check_positive("dt", None, dt)?;
@@ -280,8 +281,8 @@ impl Fit {
 /// The first coefficients, q(0) to q(degree), of exp(s lead) / P(exp(s)) = sum_m q(m) s^m, with s in radians per sample
 /// and P of the rows of a record without the whole samples of dead time.
 ///
-/// P(z) = G/z + c (z - Phi)^-1 g (1/z - 1) + d (1-f) (1 - 1/z), see [`Discrete`]. A record of samples of a polynomial is
-/// answered by one: these numbers say by which.
+/// P(z) = G/z + c (z - Phi)^-1 g (1/z - 1) + d (1-f) (1 - 1/z), see [`Discrete`]. A record of samples of a polynomial
+/// is answered by one: these numbers say by which.
 fn inverse_series(sampled: &Discrete, degree: usize, lead: f64) -> Vec<f64> {
     let later = exponential(-1.0, degree);
     let through = sampled.d * (1.0 - sampled.dead_time.share);
@@ -333,9 +334,9 @@ const MOST_SAMPLES: f64 = 1000.0;
 
 /// Weights that smooth a reference over so many seconds: three means of a third of it, one behind the other.
 ///
-/// A mean over one period of a resonance passes nothing of its frequency, and three of them little of what is near: for one 5 % off,
-/// 1.3e-4 of it. So a step of a reference becomes a motion within `seconds` that leaves three periods long resonances at rest. The
-/// number of weights is odd, they sum to 1, and they have no phase.
+/// A mean over one period of a resonance passes nothing of its frequency, and three of them little of what is near: for
+/// one 5 % off, 1.3e-4 of it. So a step of a reference becomes a motion within `seconds` that leaves three periods long
+/// resonances at rest. The number of weights is odd, they sum to 1, and they have no phase.
 ///
 /// ```
 /// use hysteresis_control::feedforward::smoothing_kernel;

@@ -1,4 +1,5 @@
-//! The loop that learning believes in: its linear model, its response at the harmonics of a period, and what it may be instead.
+//! The loop that learning believes in: its linear model, its response at the harmonics of a period, and what it may be
+//! instead.
 
 use std::sync::Arc;
 
@@ -20,10 +21,10 @@ const MAX_SAMPLES: usize = 20_000_000;
 
 /// Proportional-integral feedback around linear dynamics, seen from the target of the feed-forward.
 ///
-/// w(k) = v(k) + slope (kp e(k) + ki dt sum(e)), e = -F y with the filters F. The output w(k) of the hysteresis is held from t_k on,
-/// and y(k + 1) is read at t_(k+1), just before the next one: y is what the dynamics, their dead time included, make of
-/// w. `slope` is that of the actuator, in displacement per volt, where the feedback acts on it (its hysteresis has one
-/// between `w_0` and the sum of all weights).
+/// w(k) = v(k) + slope (kp e(k) + ki dt sum(e)), e = -F y with the filters F. The output w(k) of the hysteresis is held
+/// from t_k on, and y(k + 1) is read at t_(k+1), just before the next one: y is what the dynamics, their dead time
+/// included, make of w. `slope` is that of the actuator, in displacement per volt, where the feedback acts on it (its
+/// hysteresis has one between `w_0` and the sum of all weights).
 ///
 /// ```
 /// use hysteresis_control::learning::FeedbackLoop;
@@ -154,8 +155,8 @@ pub(super) fn low_pass(bandwidth: Option<f64>, period: usize, dt: f64) -> Vec<f6
 /// What no mode explains: the response is never believed better than to this share.
 const UNMODELLED: f64 = 0.1;
 
-/// Where the dynamics no longer pass half of what they pass at rest, other modes may be that nobody has seen. In shares of that frequency:
-/// up to where the share above holds, and from where on nothing is known.
+/// Where the dynamics no longer pass half of what they pass at rest, other modes may be that nobody has seen. In shares
+/// of that frequency: up to where the share above holds, and from where on nothing is known.
 const KNOWN: f64 = 0.3;
 const UNKNOWN: f64 = 0.7;
 

@@ -21,23 +21,24 @@ use crate::linear::Error;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LearningOptions {
-    /// Up to which frequency to learn, in Hz: half of a correction is kept there. Without one, wherever errors show above the noise
-    /// and the loop is known well enough.
+    /// Up to which frequency to learn, in Hz: half of a correction is kept there. Without one, wherever errors show
+    /// above the noise and the loop is known well enough.
     pub bandwidth: Option<f64>,
     /// Old periods are forgotten so fast that the gain never falls below this. Less averages noise over more periods.
     pub min_gain: f64,
     /// The target never leaves (low, high), in the unit of the displacement.
     pub target_limits: Option<(f64, f64)>,
-    /// The root mean square of the measurement noise, in the unit of the displacement. Without one, the upper half of the harmonics
-    /// of the first period tells it.
+    /// The root mean square of the measurement noise, in the unit of the displacement. Without one, the upper half of
+    /// the harmonics of the first period tells it.
     pub noise: Option<f64>,
     /// How far the true loop may be from the believed one.
     pub uncertainty: LoopUncertainty,
-    /// So many periods pass before the first one that is learned from, and after each change of the target. A lightly damped loop needs
-    /// one: what rings after a change belongs to no period.
+    /// So many periods pass before the first one that is learned from, and after each change of the target. A lightly
+    /// damped loop needs one: what rings after a change belongs to no period.
     pub settle: u32,
-    /// Whether the motion is repeated on demand, from rest to rest. If not, one period follows the other. Where the target rests at its
-    /// ends, up to a tenth of it at each, the correction comes and goes smoothly: so nothing jumps there.
+    /// Whether the motion is repeated on demand, from rest to rest. If not, one period follows the other. Where the
+    /// target rests at its ends, up to a tenth of it at each, the correction comes and goes smoothly: so nothing jumps
+    /// there.
     pub on_demand: bool,
 }
 
@@ -119,8 +120,8 @@ impl Harmonics {
         self.priors.len()
     }
 
-    /// Learns from the measured error of a period with the correction `run`, and returns the one that follows `from`. There are no
-    /// beliefs before the first period; `noise` is its variance in a harmonic.
+    /// Learns from the measured error of a period with the correction `run`, and returns the one that follows `from`.
+    /// There are no beliefs before the first period; `noise` is its variance in a harmonic.
     pub(super) fn learn(
         &self,
         error: &[f64],
@@ -181,14 +182,14 @@ impl Harmonics {
     }
 }
 
-/// By how much of the variance of the noise the error without a correction wanders from period to period where the gain of a period
-/// never falls below `min_gain`: of a random walk P settles where q = R g^2 / (1 - g).
+/// By how much of the variance of the noise the error without a correction wanders from period to period where the gain
+/// of a period never falls below `min_gain`: of a random walk P settles where q = R g^2 / (1 - g).
 fn wander(min_gain: f64) -> f64 {
     min_gain * min_gain / (1.0 - min_gain).max(1e-6)
 }
 
-/// The variance of the noise in a harmonic, from the upper half of them: the median of an exponential distribution is ln 2 of its
-/// mean.
+/// The variance of the noise in a harmonic, from the upper half of them: the median of an exponential distribution is
+/// ln 2 of its mean.
 fn upper_half(error: &[Complex64]) -> f64 {
     let mut powers: Vec<f64> = error[error.len() / 2..].iter().map(Complex64::norm_sqr).collect();
     let middle = powers.len() / 2;
@@ -199,14 +200,14 @@ fn upper_half(error: &[Complex64]) -> f64 {
 /// A correction costs as much as an error of this share of it: where the loop passes less, it is not worth it.
 const COST: f64 = 0.02;
 
-/// By which share of itself the error without a correction may change from period to period: what corrections change in a
-/// hysteresis that is not quite inverted.
+/// By which share of itself the error without a correction may change from period to period: what corrections change in
+/// a hysteresis that is not quite inverted.
 const CHANGE: f64 = 0.1;
 
 /// The error e0 of a harmonic without a correction, and the response M of the loop there, with their joint covariance.
 ///
-/// A correction v leaves e = e0 - M v. What is believed of both is one Gaussian in the plane of complex numbers, and every period
-/// one measurement of it: a Kalman filter of two states.
+/// A correction v leaves e = e0 - M v. What is believed of both is one Gaussian in the plane of complex numbers, and
+/// every period one measurement of it: a Kalman filter of two states.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Belief {
@@ -221,8 +222,8 @@ pub struct Belief {
 }
 
 impl Belief {
-    /// Before the first period, which is run with a correction: of the error that it leaves no more is known than how large it is
-    /// expected to be.
+    /// Before the first period, which is run with a correction: of the error that it leaves no more is known than how
+    /// large it is expected to be.
     pub(super) fn new(Prior { response, variance }: Prior, correction: Complex64, left_variance: f64) -> Self {
         Self {
             error: parts(response * correction),
@@ -233,8 +234,8 @@ impl Belief {
         }
     }
 
-    /// Takes the measured error of a period with a correction, its noise of this variance; `wander` is the variance that the error
-    /// without a correction gains from period to period.
+    /// Takes the measured error of a period with a correction, its noise of this variance; `wander` is the variance
+    /// that the error without a correction gains from period to period.
     fn take(&mut self, measured: Complex64, correction: Complex64, noise: f64, wander: f64) {
         let (error, response, covariance) = (complex(self.error), complex(self.response), complex(self.covariance));
         self.error_variance += wander + CHANGE * CHANGE * error.norm_sqr();
@@ -254,8 +255,8 @@ impl Belief {
         self.covariance = parts(covariance - of_error * of_response.conj() / variance);
     }
 
-    /// The next correction, towards the one with the least mean square of the error to be expected: the less the response is known, the
-    /// smaller that is.
+    /// The next correction, towards the one with the least mean square of the error to be expected: the less the
+    /// response is known, the smaller that is.
     fn next_correction(&self, correction: Complex64) -> Complex64 {
         let (error, response) = (complex(self.error), complex(self.response));
         let left = response.conj() * (error - response * correction) + complex(self.covariance);

@@ -14,8 +14,8 @@ use crate::linear::Error;
 /// An error this much above the best one is not learning any more.
 const DIVERGED: f64 = 2.0;
 
-/// An error below this share of the best one so far shows that steps may be larger again, one above this factor that they must be
-/// smaller: what a correction changes at other harmonics belongs to no belief.
+/// An error below this share of the best one so far shows that steps may be larger again, one above this factor that
+/// they must be smaller: what a correction changes at other harmonics belongs to no belief.
 const TRUSTED: f64 = 0.9;
 const WORSE: f64 = 1.1;
 
@@ -29,8 +29,8 @@ const SAME_PLACE: f64 = 1e-6;
 /// An error that has grown by this factor since shows that something has changed.
 const GROWN: f64 = 1.25;
 
-/// No error may be larger: variances are squares of it, and must stay admissible. The code of an overflow that many instruments
-/// send, 9.9e37, is still one.
+/// No error may be larger: variances are squares of it, and must stay admissible. The code of an overflow that many
+/// instruments send, 9.9e37, is still one.
 const MAX_ERROR: f64 = 1e40;
 
 /// Iterative learning control of a periodic reference: after every period, a better target for the next one.
@@ -69,8 +69,8 @@ impl IterativeLearning {
     /// Starts from one period of the target: the reference, or what dynamic feed-forward makes of it.
     ///
     /// # Errors
-    /// [`Error`] for a loop that is not stable or may not be, an option outside its domain, fewer than two samples or a target that is
-    /// not finite.
+    /// [`Error`] for a loop that is not stable or may not be, an option outside its domain, fewer than two samples or a
+    /// target that is not finite.
     pub fn new(feedback: &FeedbackLoop, target: &[f64], options: &LearningOptions) -> Result<Self, Error> {
         options.check()?;
         check_whole("target", target.len() >= 2, "at least two samples of a period", target.len())?;
@@ -105,15 +105,15 @@ impl IterativeLearning {
         &self.state.target
     }
 
-    /// What is added to the target with which learning began: for a reference that also drifts from period to period, as the slow
-    /// axis of a raster does, add it to that.
+    /// What is added to the target with which learning began: for a reference that also drifts from period to period,
+    /// as the slow axis of a raster does, add it to that.
     #[must_use]
     pub fn correction(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
         self.state.target.iter().zip(&self.base).map(|(target, base)| target - base)
     }
 
-    /// Whether learning has stopped by itself: over the last five periods the error did not come down by a hundredth. The target is
-    /// that of the best period then, and stays. Learning goes on when the error grows by a quarter.
+    /// Whether learning has stopped by itself: over the last five periods the error did not come down by a hundredth.
+    /// The target is that of the best period then, and stays. Learning goes on when the error grows by a quarter.
     #[must_use]
     pub fn is_finished(&self) -> bool {
         self.state.finished
@@ -125,8 +125,8 @@ impl IterativeLearning {
         &self.state.trials
     }
 
-    /// Learns from the measured error, reference minus measurement, of a period that was run with the present target. A period in which
-    /// the loop settles is only noted.
+    /// Learns from the measured error, reference minus measurement, of a period that was run with the present target. A
+    /// period in which the loop settles is only noted.
     ///
     /// # Errors
     /// [`CoreError::Length`] unless it has as many samples as the target, [`CoreError::Domain`] for one that is not
@@ -173,8 +173,8 @@ impl IterativeLearning {
         Ok(trial)
     }
 
-    /// Where there are periods to settle, the target goes over from the last one to the next within a tenth of the first of them: a jump
-    /// would ring for longer than that.
+    /// Where there are periods to settle, the target goes over from the last one to the next within a tenth of the
+    /// first of them: a jump would ring for longer than that.
     fn go_over_from(&mut self, last: &[f64]) {
         self.state.settling = self.state.options.settle;
         self.state.target.clone_from(&self.state.goal);
@@ -250,8 +250,8 @@ impl IterativeLearning {
         check_same_count("state.on_demand", own.on_demand.into(), saved.on_demand.into())
     }
 
-    /// The goal moves towards the target that promises the least error, by the share that is trusted: from the last one, or from the best
-    /// one where the last was worse.
+    /// The goal moves towards the target that promises the least error, by the share that is trusted: from the last
+    /// one, or from the best one where the last was worse.
     fn learn(&mut self, error: &[f64], was_worse: bool) {
         let beside = |target: &[f64]| target.iter().zip(&self.base).map(|(y, base)| y - base).collect::<Vec<f64>>();
         let run = beside(&self.state.goal);
@@ -265,7 +265,8 @@ impl IterativeLearning {
         }
     }
 
-    /// On demand nothing is corrected before and behind the motion: where it rests at its ends, the correction comes and goes smoothly.
+    /// On demand nothing is corrected before and behind the motion: where it rests at its ends, the correction comes
+    /// and goes smoothly.
     fn fade_at_rest(&self, correction: &mut [f64]) {
         if !self.state.options.on_demand {
             return;
@@ -274,8 +275,8 @@ impl IterativeLearning {
         fade_in(correction.iter_mut().rev(), resting(self.base.iter().rev()));
     }
 
-    /// By how much the error of the slowest harmonic shrinks in the first period if `truth` is the loop: max |Q (1 - L M')|, the mean
-    /// apart. Below 1 learning converges.
+    /// By how much the error of the slowest harmonic shrinks in the first period if `truth` is the loop: max |Q (1 - L
+    /// M')|, the mean apart. Below 1 learning converges.
     ///
     /// # Errors
     /// As [`FeedbackLoop::impulse_response`], and for another sampling interval.
@@ -344,8 +345,8 @@ pub struct Trial {
     pub max_error: f64,
     /// The root mean square of the measured error.
     pub rmse: f64,
-    /// Whether it was used. If not, the loop was settling, or the error had grown to twice the best: the target went back to the best
-    /// one then, and the steps were halved.
+    /// Whether it was used. If not, the loop was settling, or the error had grown to twice the best: the target went
+    /// back to the best one then, and the steps were halved.
     pub accepted: bool,
 }
 

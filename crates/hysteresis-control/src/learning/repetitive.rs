@@ -17,18 +17,20 @@ const MAX_PERIOD: usize = 1 << 22;
 
 /// Repetitive control: the correction of the target, learned in the running loop.
 ///
-/// v(k) = sum_i q_i v(k - N + i) + gamma sum_i l_i e(k - N + i) - mean of v over the last period, i = -m..m, N samples a
-/// period: Q and L of the [module](super) as finite impulse responses, Tukey windows (flat, the outer half a
-/// raised cosine) around the present place of the last period: Q within 0.2 % of what it should be where it passes. Taking the mean away leaves the static error to a feedback that integrates; without one, use
+/// v(k) = sum_i q_i v(k - N + i) + gamma sum_i l_i e(k - N + i) - mean of v over the last period, i = -m..m, N samples
+/// a period: Q and L of the [module](super) as finite impulse responses, Tukey windows (flat, the outer half a raised
+/// cosine) around the present place of the last period: Q within 0.2 % of what it should be where it passes. Taking the
+/// mean away leaves the static error to a feedback that integrates; without one, use
 /// [`IterativeLearning`](super::IterativeLearning).
 ///
-/// **Supervision.** On a loop that is too far from the model learning diverges: the error grows from period to period. So its root mean
-/// square in a window, a period or as many as make 64 samples, is compared with the best one, of four windows together. Above three
-/// times the best, each window whose error is larger than the one before counts once, by a half or more twice; a smaller one counts
-/// back. Five counts are divergence, and so is one such error that has grown by a half, beyond half the swing of the reference. What
-/// changes of the reference explain is no divergence. Noise or vibration that stays above three times the best error for long may come to
-/// five counts by chance. Divergence is [counted](Self::divergence_count), nothing more is learned, and the correction fades out
-/// within one period. From then on it is zero, until [`restart`](Self::restart) or [`reset`](Self::reset).
+/// **Supervision.** On a loop that is too far from the model learning diverges: the error grows from period to period.
+/// So its root mean square in a window, a period or as many as make 64 samples, is compared with the best one, of four
+/// windows together. Above three times the best, each window whose error is larger than the one before counts once, by
+/// a half or more twice; a smaller one counts back. Five counts are divergence, and so is one such error that has grown
+/// by a half, beyond half the swing of the reference. What changes of the reference explain is no divergence. Noise or
+/// vibration that stays above three times the best error for long may come to five counts by chance. Divergence is
+/// [counted](Self::divergence_count), nothing more is learned, and the correction fades out within one period. From
+/// then on it is zero, until [`restart`](Self::restart) or [`reset`](Self::reset).
 ///
 /// [`step`](Self::step) does not allocate, lock, panic, log or read a clock, and costs 4 m + 5 multiplications.
 ///
@@ -109,7 +111,8 @@ impl RepetitiveControl {
     /// Learns a period of `period` samples, with a model of the loop it works in.
     ///
     /// # Errors
-    /// [`Error`] for a loop that is not stable, an option outside its domain, or a period that is not 8 to 2^22 samples.
+    /// [`Error`] for a loop that is not stable, an option outside its domain, or a period that is not 8 to 2^22
+    /// samples.
     pub fn new(feedback: &FeedbackLoop, period: usize, options: &RepetitiveOptions) -> Result<Self, Error> {
         options.check()?;
         check_whole("period", (8..=MAX_PERIOD).contains(&period), "8 to 2^22 samples", period)?;
@@ -138,15 +141,16 @@ impl RepetitiveControl {
         })
     }
 
-    /// Takes the measured error of this sample, reference minus measurement, and returns the correction that this sample's
-    /// target wants. An error that is not finite teaches nothing and is counted.
+    /// Takes the measured error of this sample, reference minus measurement, and returns the correction that this
+    /// sample's target wants. An error that is not finite teaches nothing and is counted.
     ///
     /// The reference counts as one that repeats: where it may change, use [`step_with`](Self::step_with).
     pub fn step(&mut self, error: f64) -> f64 {
         self.step_with(f64::NAN, error)
     }
 
-    /// As [`step`](Self::step), with the reference of this sample: errors that come from its changes are not taken for divergence.
+    /// As [`step`](Self::step), with the reference of this sample: errors that come from its changes are not taken for
+    /// divergence.
     pub fn step_with(&mut self, reference: f64, error: f64) -> f64 {
         if !is_admissible(error) {
             self.rejected = self.rejected.saturating_add(1);
@@ -245,7 +249,8 @@ impl RepetitiveControl {
         self.divergences
     }
 
-    /// Learns anew: at once after it has stopped, else as soon as what was learned has faded out, so that nothing jumps.
+    /// Learns anew: at once after it has stopped, else as soon as what was learned has faded out, so that nothing
+    /// jumps.
     pub fn restart(&mut self) {
         if self.phase() == LearningPhase::Learning {
             self.fading = self.longest_fade();
@@ -329,13 +334,8 @@ impl RepetitiveControl {
             return Err(Error::domain("state.corrections", Some(index), expected, corrections[index]));
         }
         self.supervisor.check(&saved.supervisor)?;
-        // A text that says nothing of supervision has no references: none are known.
-        if saved.references.is_empty() {
-            self.references.clear();
-        } else {
-            check_numbers("state.supervision.references", self.period, &saved.references)?;
-            self.references.restore(&saved.references);
-        }
+        check_numbers("state.supervision.references", self.period, &saved.references)?;
+        self.references.restore(&saved.references);
         self.supervisor.restore(&saved.supervisor);
         (self.fading, self.stopped, self.divergences) = (saved.fading, saved.stopped, saved.divergences);
         Ok(())
@@ -359,8 +359,9 @@ impl RepetitiveControl {
         (self.sum, self.waited, self.rejected) = (0.0, 0, 0);
     }
 
-    /// By how much the error shrinks from period to period if `truth` is the loop, at the worst frequency from the first
-    /// harmonic up: max |Q - gamma L M'| with the filters as they are, cut short. Below 1 the loop is stable with learning.
+    /// By how much the error shrinks from period to period if `truth` is the loop, at the worst frequency from the
+    /// first harmonic up: max |Q - gamma L M'| with the filters as they are, cut short. Below 1 the loop is stable with
+    /// learning.
     ///
     /// # Errors
     /// As [`FeedbackLoop::impulse_response`], and for another sampling interval.
@@ -381,8 +382,8 @@ impl RepetitiveControl {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RepetitiveOptions {
-    /// Up to which frequency to learn, in Hz: half of a correction is kept there. Without one, as far as learning converges on every
-    /// loop that the true one may be.
+    /// Up to which frequency to learn, in Hz: half of a correction is kept there. Without one, as far as learning
+    /// converges on every loop that the true one may be.
     pub bandwidth: Option<f64>,
     /// The gain gamma: less averages noise over more periods.
     pub gain: f64,
@@ -438,13 +439,12 @@ pub struct RepetitiveState {
     pub waited: u64,
     /// How many errors were not finite.
     pub rejected: u64,
-    /// Whether learning goes on, and what there is to tell. A text without it goes on to learn, and tells nothing.
-    #[serde(default)]
+    /// Whether learning goes on, and what there is to tell.
     pub supervision: Supervision,
 }
 
 /// Whether learning goes on, and what there is to tell.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Supervision {
     /// The references of the last period, the oldest first.

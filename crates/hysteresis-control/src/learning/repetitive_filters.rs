@@ -12,7 +12,8 @@ use crate::linear::Error;
 /// Rates are looked for at that many frequencies between two harmonics: the filters turn slower than that.
 pub(super) const FREQUENCIES_PER_HARMONIC: usize = 4;
 
-/// A bandwidth is tried from this share of the sampling rate down, each lower than the one before by a sixth root of two.
+/// A bandwidth is tried from this share of the sampling rate down, each lower than the one before by a sixth root of
+/// two.
 const WIDEST: f64 = 0.4;
 const STEP: f64 = 0.890_898_718_140_339_3;
 

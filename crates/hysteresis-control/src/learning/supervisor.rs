@@ -24,8 +24,9 @@ const ENOUGH: u32 = 5;
 /// By how many times what the reference has changed an error may be explained: fast motions overshoot.
 const EXPLAINED: f64 = 2.0;
 
-/// A doubtful error that grows fast, beyond this share of the largest swing of the reference and what its changes explain, needs no second
-/// look: the stage is thrown about. That holds for references whose swing is more than doubtful errors.
+/// A doubtful error that grows fast, beyond this share of the largest swing of the reference and what its changes
+/// explain, needs no second look: the stage is thrown about. That holds for references whose swing is more than
+/// doubtful errors.
 const OF_SWING: f64 = 0.5;
 
 /// What supervision of learning remembers.
@@ -58,9 +59,9 @@ pub struct SupervisorState {
 
 /// Tells divergence from errors and references alone: the loop that learning believes in takes no part.
 ///
-/// A reference that changes from one period to the next brings an error that nothing has learned yet, in this window and, as an echo of
-/// what was learned, in the next. So the best error may grow then, by what the change explains. It never grows beyond the swing of the
-/// reference.
+/// A reference that changes from one period to the next brings an error that nothing has learned yet, in this window
+/// and, as an echo of what was learned, in the next. So the best error may grow then, by what the change explains. It
+/// never grows beyond the swing of the reference.
 #[derive(Clone, Debug)]
 pub(super) struct Supervisor {
     window: usize,
@@ -104,8 +105,8 @@ impl Supervisor {
         self.state = SupervisorState::default();
     }
 
-    /// Takes the error of a sample, its reference, and that of one period before. True if that was the end of a window that shows
-    /// divergence.
+    /// Takes the error of a sample, its reference, and that of one period before. True if that was the end of a window
+    /// that shows divergence.
     #[inline]
     pub(super) fn diverges(&mut self, error: Option<f64>, reference: Option<f64>, before: f64) -> bool {
         let state = &mut self.state;

@@ -11,10 +11,10 @@ const EULER: f64 = 0.577_215_664_901_532_9;
 /// Log-type creep as a sum of first-order lags: y = x + sum_k c_k x_k, tau_k x_k' + x_k = x.
 ///
 /// x is the position without creep, c_k the amplitude of the k-th term as a share of x, tau_k its time constant. After
-/// a step of x the output reaches it at once and then creeps on to (1 + sum_k c_k) x. At the samples of a record, for an
-/// x that is held, y(i) = x(i) + sum_k c_k q_k(i), q_k(i+1) = a_k q_k(i) + (1 - a_k) x(i), a_k = exp(-T / tau_k). Linear and with fading memory, so
-/// unlike the logarithm itself it works for any signal, not for steps alone. Sums of lags are the usual linear model of
-/// creep (Croft, Shed and Devasia, J. Dyn. Sys. Meas. Control 123(1), 35-43, 2001).
+/// a step of x the output reaches it at once and then creeps on to (1 + sum_k c_k) x. At the samples of a record, for
+/// an x that is held, y(i) = x(i) + sum_k c_k q_k(i), q_k(i+1) = a_k q_k(i) + (1 - a_k) x(i), a_k = exp(-T / tau_k).
+/// Linear and with fading memory, so unlike the logarithm itself it works for any signal, not for steps alone. Sums of
+/// lags are the usual linear model of creep (Croft, Shed and Devasia, J. Dyn. Sys. Meas. Control 123(1), 35-43, 2001).
 ///
 /// ```
 /// use hysteresis_core::Process;
@@ -50,10 +50,10 @@ impl Creep {
     ///
     /// The law holds for times after the step from some t0 on; gamma is the share by which the position grows per
     /// decade, 0.01 to 0.02 for stacks of PZT. Each of the n terms has the amplitude gamma log10 q, and their time
-    /// constants are tau_k = t0 exp(0.5772) q^(k + 1/2), k = 0..n-1, q = (`end` / `start`)^(1/n). With those, the sum of
-    /// 1 - exp(-t / tau_k) is log(t / t0) / log q between a few t0 and `end`, but for a ripple that two terms per decade
-    /// keep below 1e-3 gamma. Before t0 there is less creep than the law's (which diverges there), after `end` it
-    /// stops.
+    /// constants are tau_k = t0 exp(0.5772) q^(k + 1/2), k = 0..n-1, q = (`end` / `start`)^(1/n). With those, the sum
+    /// of 1 - exp(-t / tau_k) is log(t / t0) / log q between a few t0 and `end`, but for a ripple that two terms per
+    /// decade keep below 1e-3 gamma. Before t0 there is less creep than the law's (which diverges there), after `end`
+    /// it stops.
     ///
     /// ```
     /// use hysteresis_core::Process;

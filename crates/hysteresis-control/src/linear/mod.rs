@@ -1,9 +1,9 @@
 //! The linear part of an actuator: modes, lags, antiresonances, creep, dead time, and what they do sample by sample.
 //!
 //! Parameters are validated once and immutable, in Hz and seconds. [`LinearDynamics`] are a dead time and sections in
-//! series ([`FirstOrder`], [`SecondOrder`], [`Antiresonance`], [`Modes`], or a [`StateSpace`] in general). Together with
-//! a sampling interval they make a [`Block`], as [`Creep`] and a [`Delay`] alone do, and [`Stream`] turns a block into a
-//! [`Process`].
+//! series ([`FirstOrder`], [`SecondOrder`], [`Antiresonance`], [`Modes`], or a [`StateSpace`] in general). Together
+//! with a sampling interval they make a [`Block`], as [`Creep`] and a [`Delay`] alone do, and [`Stream`] turns a block
+//! into a [`Process`].
 //!
 //! # Time
 //! An input u(k) is put out at t_k = k T and held until t_(k+1). A row (u(k), y(k)) of a record has the output read at
@@ -14,8 +14,8 @@
 //! The hold is discretised exactly (zero-order hold), the dead time included. All blocks are linear and time-invariant.
 //! For how to choose creep see [`Creep::logarithmic`].
 //!
-//! Each file knows only those above it: `state_space`, the general form; `sections`; `sampled`, behind a hold; `dynamics`, which
-//! joins them. `creep` stands alone.
+//! Each file knows only those above it: `state_space`, the general form; `sections`; `sampled`, behind a hold;
+//! `dynamics`, which joins them. `creep` stands alone.
 
 mod creep;
 mod dynamics;

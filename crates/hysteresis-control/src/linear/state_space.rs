@@ -252,7 +252,8 @@ fn stable_eigenvalues(parameter: &'static str, a: &DMatrix<f64>) -> Result<Vec<C
 const NOTHING: f64 = 1e-12;
 
 impl StateSpace {
-    /// From a proper transfer function G(s) = N(s) / D(s), with the coefficients of both from the highest power of s on.
+    /// From a proper transfer function G(s) = N(s) / D(s), with the coefficients of both from the highest power of s
+    /// on.
     ///
     /// The states are those of the controllable canonical form in a unit of time in which the poles are of the order
     /// of 1.

@@ -25,9 +25,9 @@ use super::tracking_gains::TrackingOptions;
 /// [`ahead`](Tracking::ahead) samples early. Targets and corrections come as early, and enter the feed-forward in the
 /// place of the references, or beside them. Without a stage it is the controller alone, bit for bit.
 ///
-/// A measurement that one of the controllers does not believe moves the estimate of none. A reference, target, correction
-/// or given feed-forward that is not finite (or beyond 1e100) is a bad one for all drives, as each has a part in every
-/// position.
+/// A measurement that one of the controllers does not believe moves the estimate of none. A reference, target,
+/// correction or given feed-forward that is not finite (or beyond 1e100) is a bad one for all drives, as each has a
+/// part in every position.
 ///
 /// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan), [`commit`](Self::commit) and [`run`](Self::run) do
 /// not allocate, lock, panic, log or read a clock.
@@ -95,7 +95,8 @@ impl From<MultiAxisController> for MultiAxisStageController {
 }
 
 impl MultiAxisStage {
-    /// A controller with these options for each drive, usually kp = 1 and ki = 0, that leads this stage along references.
+    /// A controller with these options for each drive, usually kp = 1 and ki = 0, that leads this stage along
+    /// references.
     ///
     /// # Errors
     /// As for [`Tracking::new`] and [`HybridController::new`], and [`MultiAxisStageController::with_tracking`].
@@ -124,8 +125,8 @@ impl MultiAxisStageController {
     /// controllers take volts that are given with every sample, and previews that look as far ahead as the stage.
     ///
     /// # Errors
-    /// [`Error`] for controllers of another number, sampling interval, feed-forward, preview or other limits, for a kp that
-    /// is not from 0 to 1 and a ki that is not 0.
+    /// [`Error`] for controllers of another number, sampling interval, feed-forward, preview or other limits, for a kp
+    /// that is not from 0 to 1 and a ki that is not 0.
     pub fn with_tracking(mut self, tracking: Tracking) -> Result<Self, Error> {
         check_length("controllers", tracking.axes(), self.controller.controllers().len())?;
         for (i, (controller, limits)) in self.controller.controllers().iter().zip(tracking.limits()).enumerate() {
@@ -168,9 +169,9 @@ impl MultiAxisStageController {
         &self.controller
     }
 
-    /// The same, for changes of filters, model and mode. Gains go to [`set_gains`](Self::set_gains), what the amplifiers
-    /// get otherwise to [`follow`](Self::follow), [`start_at`](Self::start_at) and [`reset`](Self::reset) of the whole
-    /// instead. Where a stage leads, the volts come from it, whatever the feed-forward of a controller is.
+    /// The same, for changes of filters, model and mode. Gains go to [`set_gains`](Self::set_gains), what the
+    /// amplifiers get otherwise to [`follow`](Self::follow), [`start_at`](Self::start_at) and [`reset`](Self::reset) of
+    /// the whole instead. Where a stage leads, the volts come from it, whatever the feed-forward of a controller is.
     pub fn controller_mut(&mut self) -> &mut MultiAxisController {
         &mut self.controller
     }
@@ -247,7 +248,8 @@ impl MultiAxisStageController {
         Ok(())
     }
 
-    /// Takes the sample that was planned; false, and nothing moves on, if there is none or a controller was changed since.
+    /// Takes the sample that was planned; false, and nothing moves on, if there is none or a controller was changed
+    /// since.
     pub fn commit(&mut self) -> bool {
         let (planned, committed) = (self.planned.take(), self.controller.commit());
         if let (Some(sample), true) = (planned, committed) {
@@ -312,8 +314,8 @@ impl MultiAxisStageController {
         tracking.take(asked, goes_on, (&own, &out));
     }
 
-    /// Back to the start, at the present drives or others that the amplifiers have now. For what leads the stage it is as if they
-    /// had come from rest one sample ago: [`follow`](Self::follow) tells it more.
+    /// Back to the start, at the present drives or others that the amplifiers have now. For what leads the stage it is
+    /// as if they had come from rest one sample ago: [`follow`](Self::follow) tells it more.
     ///
     /// # Errors
     /// As [`MultiAxisController::reset_at`]; nothing changes then.
@@ -343,8 +345,8 @@ impl MultiAxisStageController {
         Ok(())
     }
 
-    /// Goes on from other drives that the amplifiers have, with everything that is remembered. For what leads the stage they
-    /// go out for one sample more: in a new controller, as if they had come from rest one sample ago.
+    /// Goes on from other drives that the amplifiers have, with everything that is remembered. For what leads the stage
+    /// they go out for one sample more: in a new controller, as if they had come from rest one sample ago.
     /// [`follow`](Self::follow) tells it more.
     ///
     /// # Errors
@@ -391,8 +393,8 @@ impl MultiAxisStageController {
     }
 }
 
-/// Checks the gains of a controller that a stage leads: more than the disturbance would be fed back beyond the peak of the
-/// sensitivity, and an integral of it has no end.
+/// Checks the gains of a controller that a stage leads: more than the disturbance would be fed back beyond the peak of
+/// the sensitivity, and an integral of it has no end.
 fn check_gains(index: Option<usize>, kp: f64, ki: f64) -> Result<(), Error> {
     if !(0.0..=1.0).contains(&kp) {
         return Err(Error::domain("kp", index, "0 to 1 where a stage leads: a share of the disturbance", kp));

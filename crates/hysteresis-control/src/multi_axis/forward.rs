@@ -93,8 +93,8 @@ impl MultiAxisForward {
         Ok(())
     }
 
-    /// A plant in a loop: holds the drives u(k) for one interval, then writes the positions y(k+1) at its end, while they
-    /// are still held.
+    /// A plant in a loop: holds the drives u(k) for one interval, then writes the positions y(k+1) at its end, while
+    /// they are still held.
     ///
     /// # Errors
     /// As [`step`](Self::step).

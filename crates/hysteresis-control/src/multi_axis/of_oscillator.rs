@@ -13,8 +13,8 @@ use crate::oscillator::HystereticOscillator;
 const LONGEST: f64 = 1.5;
 
 impl MultiAxisStage {
-    /// An oscillator y'' + c y' + k y + z\[y\] = b u whose drive is held for intervals of `dt` seconds, with the states y
-    /// and y'.
+    /// An oscillator y'' + c y' + k y + z\[y\] = b u whose drive is held for intervals of `dt` seconds, with the states
+    /// y and y'.
     ///
     /// With the middle slope f of z the rest is linear and sampled exactly. What z is beside f y is held over a
     /// sub-step of `dt / sub_steps`, at the position in its middle: errors of a whole go with the square of that, and

@@ -15,8 +15,8 @@ use crate::checks::{check_numbers, check_terms, check_whole};
 /// The most drives and operators: what a sample needs lies on the stack.
 const MOST: usize = 16;
 
-/// How often what hysteresis adds is found anew with the drives that it asks for. Each time little is left of the change
-/// since the last sample.
+/// How often what hysteresis adds is found anew with the drives that it asks for. Each time little is left of the
+/// change since the last sample.
 const ROUNDS: usize = 4;
 
 /// A number for each drive, position or operator; those behind the last one are 0.
@@ -52,9 +52,9 @@ struct Tables {
 /// d(k)      = Kalman filter of y - y of the model: a disturbance, as if it came in with the drives
 /// ```
 ///
-/// The model with its hysteresis runs with the drives of the feed-forward, so it knows what it remembers. References come
-/// `ahead` samples early; later ones are taken as the newest. What hysteresis does beside its middle slope is taken to stay
-/// as it is: the next sample knows better. Drives are kept within limits before the model has them.
+/// The model with its hysteresis runs with the drives of the feed-forward, so it knows what it remembers. References
+/// come `ahead` samples early; later ones are taken as the newest. What hysteresis does beside its middle slope is
+/// taken to stay as it is: the next sample knows better. Drives are kept within limits before the model has them.
 #[derive(Clone, Debug)]
 pub struct Tracking {
     tables: Arc<Tables>,
@@ -393,8 +393,8 @@ impl Tracking {
         self.rest();
     }
 
-    /// One sample more without a measurement, in which other drives go out than those that were asked for: the stage follows
-    /// them, and so does its hysteresis. The next motion begins where that leads.
+    /// One sample more without a measurement, in which other drives go out than those that were asked for: the stage
+    /// follows them, and so does its hysteresis. The next motion begins where that leads.
     pub(super) fn hold(&mut self, drives: &[f64]) {
         let mut own = Numbers::default();
         own.iter_mut().zip(drives).for_each(|(own, drive)| *own = *drive);

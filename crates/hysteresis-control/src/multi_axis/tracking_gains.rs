@@ -253,8 +253,8 @@ impl<'a> Watched<'a> {
 
     /// The fastest filter that keeps the sensitivity within a bound, or nothing.
     ///
-    /// Not the fastest below the first that does not: between slow and fast ones a mode that hardly shows may be amplified
-    /// more than by either.
+    /// Not the fastest below the first that does not: between slow and fast ones a mode that hardly shows may be
+    /// amplified more than by either.
     fn correction(&self, peak: f64) -> Option<DMatrix<f64>> {
         let gains = (0..POWERS).map(|i| self.gain(LARGEST_NOISE * 10.0_f64.powf(-f64::from(i) / PER_DECADE)));
         gains.flatten().find(|gain| self.is_within(gain, peak))

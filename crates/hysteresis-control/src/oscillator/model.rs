@@ -178,8 +178,8 @@ pub fn tables<const N: usize>(operator: &Duhem<N>) -> [Vec<f64>; 3] {
     [operator.knots().collect(), operator.rising().collect(), operator.falling().collect()]
 }
 
-/// The usual number of sub-steps in an interval `dt`, in seconds, for a damping c in 1/s and the largest k + f in 1/s^2: see
-/// [`HystereticOscillator::sub_steps`].
+/// The usual number of sub-steps in an interval `dt`, in seconds, for a damping c in 1/s and the largest k + f in
+/// 1/s^2: see [`HystereticOscillator::sub_steps`].
 #[must_use]
 pub fn usual_sub_steps(damping: f64, stiffness: f64, dt: f64) -> usize {
     whole(fastest(damping, stiffness) * dt / USUAL_SUB_STEP).clamp(FEWEST_SUB_STEPS, MOST_SUB_STEPS)

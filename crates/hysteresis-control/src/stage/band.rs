@@ -23,16 +23,16 @@ const ERRORS_PER_BRANCH: i32 = 2;
 
 /// What identification knows of the errors of its model on records that were not fitted.
 ///
-/// With u the drive, u_r that of the last reversal, v = |u - u_r| / t the mean rate since then and t the time since then, the
-/// error of the predicted position has the standard deviation
+/// With u the drive, u_r that of the last reversal, v = |u - u_r| / t the mean rate since then and t the time since
+/// then, the error of the predicted position has the standard deviation
 ///
 /// ```text
 /// s = sqrt(E(u_r, u)^2 R(v) T(t) + (W b)^2)            b: how far u is beyond the range of the records, as a share of it
 /// ```
 ///
 /// E is a table of [`CELLS`] by [`CELLS`] rms errors on held-out loops, where none were recorded what the loop width W
-/// tells by experience. R and T are factors that are 1 or more. A sample that is measured has the noise of the sensor on
-/// top. The bounds of a level p are at z s, with P(|Z| <= z) = p for a normal Z.
+/// tells by experience. R and T are factors that are 1 or more. A sample that is measured has the noise of the sensor
+/// on top. The bounds of a level p are at z s, with P(|Z| <= z) = p for a normal Z.
 ///
 /// ```
 /// use hysteresis_control::stage::{CELLS, ErrorBand};
@@ -111,14 +111,14 @@ impl Numbers {
 }
 
 impl ErrorBand {
-    /// From the rms noise of the sensor, the drives between which the records lie, the width of the loop, the rms errors
-    /// E by the cell of the last reversal (rows) and of the drive (columns), and the factors R and T: each up to a limit
-    /// that rises, in drives per second and in seconds. Beyond the last limit R grows with the square of the rate, T with
-    /// the time.
+    /// From the rms noise of the sensor, the drives between which the records lie, the width of the loop, the rms
+    /// errors E by the cell of the last reversal (rows) and of the drive (columns), and the factors R and T: each up to
+    /// a limit that rises, in drives per second and in seconds. Beyond the last limit R grows with the square of the
+    /// rate, T with the time.
     ///
     /// # Errors
-    /// [`Error`] that names the argument: numbers below 0 or not finite, a table of another shape, limits that do not rise,
-    /// factors below 1.
+    /// [`Error`] that names the argument: numbers below 0 or not finite, a table of another shape, limits that do not
+    /// rise, factors below 1.
     pub fn new(
         noise: f64,
         drive_range: (f64, f64),
@@ -137,8 +137,8 @@ impl ErrorBand {
     }
 
     /// The standard deviation of the error of the predicted position, for every drive, without the noise of the sensor.
-    /// `before` is what was driven before, oldest first: it says where the drive turned round last. Without it the stage has
-    /// rested at the first drive.
+    /// `before` is what was driven before, oldest first: it says where the drive turned round last. Without it the
+    /// stage has rested at the first drive.
     ///
     /// # Errors
     /// [`Error`] unless `dt` is finite and above 0, and all drives are finite.
@@ -154,8 +154,8 @@ impl ErrorBand {
         Ok(drive.iter().map(|drive| self.deviation(&branches.step(*drive), dt)).collect())
     }
 
-    /// How far above and below the prediction a measured sample lies with probability `level`, for every drive: the error of
-    /// the model and the noise of the sensor together.
+    /// How far above and below the prediction a measured sample lies with probability `level`, for every drive: the
+    /// error of the model and the noise of the sensor together.
     ///
     /// # Errors
     /// As [`deviations`](Self::deviations), and for a level that is not between 0 and 1.
@@ -268,15 +268,16 @@ impl Branches {
     }
 }
 
-/// What may be said of the position before a drive is put out: the reference that the stage was to follow is missed by no less
-/// than `low` and no more than `high`, position minus reference, and anywhere by at most `within`.
+/// What may be said of the position before a drive is put out: the reference that the stage was to follow is missed by
+/// no less than `low` and no more than `high`, position minus reference, and anywhere by at most `within`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorBounds {
     /// The lower bound for every drive, the lead-in included: each for itself with the probability asked for.
     pub low: Vec<f64>,
     /// The upper bound for every drive.
     pub high: Vec<f64>,
-    /// With the probability asked for, no position of the reference is missed by more than this: one number for the whole.
+    /// With the probability asked for, no position of the reference is missed by more than this: one number for the
+    /// whole.
     pub within: f64,
 }
 
@@ -289,12 +290,13 @@ impl Stage {
         self.parts().error_band.as_ref().ok_or(Error::NoBand)
     }
 
-    /// By how much drives that [`precompensate`](Self::precompensate) made of the same reference and options will miss it:
-    /// bounds that hold with probability `level`. They are of the position itself, without the noise of a sensor. What limits
-    /// and slew rate held back is in them.
+    /// By how much drives that [`precompensate`](Self::precompensate) made of the same reference and options will miss
+    /// it: bounds that hold with probability `level`. They are of the position itself, without the noise of a sensor.
+    /// What limits and slew rate held back is in them.
     ///
     /// # Errors
-    /// [`Error::NoBand`]; otherwise as [`precompensate`](Self::precompensate), and for a level that is not between 0 and 1.
+    /// [`Error::NoBand`]; otherwise as [`precompensate`](Self::precompensate), and for a level that is not between 0
+    /// and 1.
     pub fn error_bounds(
         &self,
         found: &Precompensated,
@@ -399,7 +401,8 @@ fn check_level(level: f64) -> Result<f64, Error> {
     }
 }
 
-/// P(|Z| <= z) for a normal Z, to 2e-7: the fit of Chebyshev to the complementary error function of Numerical Recipes (1992), 6.2.
+/// P(|Z| <= z) for a normal Z, to 2e-7: the fit of Chebyshev to the complementary error function of Numerical Recipes
+/// (1992), 6.2.
 fn normal_share(z: f64) -> f64 {
     const COEFFICIENTS: [f64; 10] = [
         0.170_872_77,

@@ -16,7 +16,8 @@ pub const PEAK_SENSITIVITY: f64 = 1.7;
 const FOLLOWED: f64 = 0.01;
 const FOLLOWED_WITHIN: f64 = 1e-3;
 
-/// Twice as long a preview is worth its samples if the drives at a corner are larger than this many times those that it makes.
+/// Twice as long a preview is worth its samples if the drives at a corner are larger than this many times those that it
+/// makes.
 const CALMER: f64 = 1.5;
 
 /// Where the feed-forward of a controller comes from.
@@ -24,8 +25,8 @@ const CALMER: f64 = 1.5;
 pub enum FeedForwardKind {
     /// The exact inverse of maps, hysteresis, loop shift, slow gain and creep, of the reference of now.
     Inverse,
-    /// The same, of a target made of references that come `ahead` samples early: through the inverse of modes and dead time
-    /// first, and last through that of the amplifier, which is in front of the hysteresis.
+    /// The same, of a target made of references that come `ahead` samples early: through the inverse of modes and dead
+    /// time first, and last through that of the amplifier, which is in front of the hysteresis.
     Preview {
         /// How many samples early references come.
         ahead: usize,
@@ -40,13 +41,14 @@ impl Stage {
     /// Gains of the feedback for every slope of the hysteresis, at a peak of the sensitivity.
     ///
     /// # Errors
-    /// [`Error::Falling`]; [`Error`] for a `dt` that is not above 0, a peak outside 1.05 to 5, or dynamics that cannot be tuned for.
+    /// [`Error::Falling`]; [`Error`] for a `dt` that is not above 0, a peak outside 1.05 to 5, or dynamics that cannot
+    /// be tuned for.
     pub fn tune(&self, dt: f64, peak_sensitivity: f64) -> Result<Tuning, Error> {
         self.tune_with(&self.tuning_options(dt, peak_sensitivity)?)
     }
 
-    /// What [`tune`](Self::tune) asks for, with the slopes of this stage and what is known of its modes: to be changed and given to
-    /// [`tune_with`](Self::tune_with).
+    /// What [`tune`](Self::tune) asks for, with the slopes of this stage and what is known of its modes: to be changed
+    /// and given to [`tune_with`](Self::tune_with).
     ///
     /// # Errors
     /// [`Error::Falling`], or a hysteresis without an inverse.
@@ -93,8 +95,8 @@ impl Stage {
         Ok(PreviewCoefficients::new(&self.linear_part()?, dt, options)?)
     }
 
-    /// For how many seconds a reference must be smoothed so that its steps leave all lightly damped modes at rest: three periods of the
-    /// slowest. 0 without such a mode.
+    /// For how many seconds a reference must be smoothed so that its steps leave all lightly damped modes at rest:
+    /// three periods of the slowest. 0 without such a mode.
     #[must_use]
     pub fn smoothing(&self) -> f64 {
         let slowest =
@@ -102,10 +104,11 @@ impl Stage {
         3.0 / slowest
     }
 
-    /// How many samples ahead of the dead time a preview must look: the fewest of 4, 8, .. 256 that follow references up to a
-    /// hundredth of the sampling rate within 0.1 %, and make of a corner no drives that twice as many would make a third
-    /// smaller; or else those that follow references best. A resonance needs 4, one far below the sampling rate behind an
-    /// amplifier 16: what a shorter window makes of a corner no slew rate allows. Zeros in the right half plane need more.
+    /// How many samples ahead of the dead time a preview must look: the fewest of 4, 8, .. 256 that follow references
+    /// up to a hundredth of the sampling rate within 0.1 %, and make of a corner no drives that twice as many would
+    /// make a third smaller; or else those that follow references best. A resonance needs 4, one far below the sampling
+    /// rate behind an amplifier 16: what a shorter window makes of a corner no slew rate allows. Zeros in the right
+    /// half plane need more.
     ///
     /// # Errors
     /// As for [`preview`](Self::preview).
@@ -138,8 +141,8 @@ impl Stage {
         Ok(shorter.map_or(best.1, |(ahead, _)| ahead))
     }
 
-    /// The linear model of the loop around this stage with its inverse, these gains and filters: for learning. Its slope is the
-    /// geometric mean of those of the hysteresis.
+    /// The linear model of the loop around this stage with its inverse, these gains and filters: for learning. Its
+    /// slope is the geometric mean of those of the hysteresis.
     ///
     /// # Errors
     /// [`Error::NegativeDeadTime`], [`Error::Falling`], or a hysteresis without an inverse.
@@ -156,8 +159,8 @@ impl Stage {
         u32::from(!light_modes(&self.parts().dynamics).is_empty())
     }
 
-    /// Options of a controller of this stage: tuned gains, the limits, the slew rate, and a gate for measurements that cannot
-    /// be, more than a stroke outside the range of positions.
+    /// Options of a controller of this stage: tuned gains, the limits, the slew rate, and a gate for measurements that
+    /// cannot be, more than a stroke outside the range of positions.
     ///
     /// # Errors
     /// As for [`tune`](Self::tune) and [`limits`](Self::limits); without limits [`Error::NoLimits`].
@@ -177,7 +180,8 @@ impl Stage {
         self.controller_options_of(&self.tune_with(tuning)?, tuning.dt, limits)
     }
 
-    /// [`controller_options`](Self::controller_options) with the gains and filters of a tuning of this stage for this sampling interval.
+    /// [`controller_options`](Self::controller_options) with the gains and filters of a tuning of this stage for this
+    /// sampling interval.
     ///
     /// # Errors
     /// As for [`controller_options_with_gains`](Self::controller_options_with_gains).
@@ -191,8 +195,8 @@ impl Stage {
         Ok(ControllerOptions { filters: sections(&tuning.filters, dt)?, ..given })
     }
 
-    /// [`controller_options`](Self::controller_options) with these gains and no filters, which belong to the gains that were tuned with
-    /// them. Nothing is tuned.
+    /// [`controller_options`](Self::controller_options) with these gains and no filters, which belong to the gains that
+    /// were tuned with them. Nothing is tuned.
     ///
     /// # Errors
     /// As for [`limits`](Self::limits); without limits [`Error::NoLimits`]; [`Error::Falling`].

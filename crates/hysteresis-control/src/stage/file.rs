@@ -198,8 +198,8 @@ impl Stage {
     /// Reads what [`to_json`](Self::to_json) wrote, or a model file: a stage of that hysteresis alone.
     ///
     /// # Errors
-    /// [`Error::File`] for a text that is cut off, of another schema, or has a field that is missing or unknown; otherwise
-    /// [`Error`] that names the part that no stage may have.
+    /// [`Error::File`] for a text that is cut off, of another schema, or has a field that is missing or unknown;
+    /// otherwise [`Error`] that names the part that no stage may have.
     pub fn from_json(text: &str) -> Result<Self, Error> {
         match schema_of(text).map_err(|error| syntax(&error))?.as_deref() {
             Some(SCHEMA) => serde_json::from_str::<File>(text).map_err(|error| syntax(&error))?.stage(),

@@ -20,8 +20,8 @@ use crate::linear::{Block, LinearBlock, LinearDynamics, LinearState};
 /// reads next. Neither allocates, locks or panics. A drive beyond the limits of the stage is clamped and counted.
 ///
 /// An amplifier in front of hysteresis and modes makes the voltage between samples an exponential. What the hysteresis
-/// makes of it has no closed form, so each sampling interval then has sub-steps that hold the mean of the outputs of the
-/// hysteresis at their ends. Everything else is discretised exactly.
+/// makes of it has no closed form, so each sampling interval then has sub-steps that hold the mean of the outputs of
+/// the hysteresis at their ends. Everything else is discretised exactly.
 #[derive(Clone, Debug)]
 pub struct StageForward {
     amplifier: Option<LinearBlock>,
@@ -68,9 +68,9 @@ pub struct StageState {
     pub clamped: u64,
 }
 
-/// How many sub-steps a sampling interval needs if an amplifier comes before the hysteresis: 16 per radian of the faster
-/// parts, from 8 to 64. The error falls with the square of their number; on the benchmark plant P3 it is 0.005 nm of a
-/// sine of 20 Hz.
+/// How many sub-steps a sampling interval needs if an amplifier comes before the hysteresis: 16 per radian of the
+/// faster parts, from 8 to 64. The error falls with the square of their number; on the benchmark plant P3 it is 0.005
+/// nm of a sine of 20 Hz.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 8 to 64")]
 fn sub_steps(parts: &StageParts, dt: f64) -> u32 {
     let Some(amplifier) = parts.amplifier.filter(|_| parts.dynamics.order() > 0) else { return 1 };
@@ -115,8 +115,8 @@ impl StageForward {
         Ok(forward)
     }
 
-    /// At rest since forever at a drive: the hysteresis virgin but for the way there, the loop not shifted, creep and modes
-    /// at their ends. Returns the position. A drive that is not finite is counted and changes nothing else.
+    /// At rest since forever at a drive: the hysteresis virgin but for the way there, the loop not shifted, creep and
+    /// modes at their ends. Returns the position. A drive that is not finite is counted and changes nothing else.
     pub fn settle(&mut self, drive: f64) -> f64 {
         if !is_admissible(drive) {
             return self.reject();
@@ -151,8 +151,8 @@ impl StageForward {
         self.position
     }
 
-    /// Holds a drive for one sampling interval and returns the position at its end, just before the next drive. A drive that
-    /// is not finite leaves position and memory as they are and is counted.
+    /// Holds a drive for one sampling interval and returns the position at its end, just before the next drive. A drive
+    /// that is not finite leaves position and memory as they are and is counted.
     #[inline]
     pub fn advance(&mut self, drive: f64) -> f64 {
         if !is_admissible(drive) {
@@ -174,8 +174,8 @@ impl StageForward {
         self.position
     }
 
-    /// Moves amplifier and hysteresis by one sub-step; what the modes are held at meanwhile. A dead time alone takes what was put out at
-    /// its start: between these it is straight.
+    /// Moves amplifier and hysteresis by one sub-step; what the modes are held at meanwhile. A dead time alone takes
+    /// what was put out at its start: between these it is straight.
     #[inline]
     fn sub_step(&mut self, drive: f64) -> f64 {
         let before = self.displacement;
@@ -397,7 +397,8 @@ mod tests {
         assert!(distance(&once, &response(&stage, &drives, Some(16)).1) < 1e-12);
     }
 
-    /// The position is where the hysteresis was a dead time ago, straight between samples, whichever way it is asked for.
+    /// The position is where the hysteresis was a dead time ago, straight between samples, whichever way it is asked
+    /// for.
     #[test]
     fn a_dead_time_behind_an_amplifier_alone_is_straight_between_samples() {
         let drives: Vec<f64> = (0..200_u32).map(|k| f64::from(k * k % 997) - 500.0).collect();

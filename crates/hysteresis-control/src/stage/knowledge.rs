@@ -1,5 +1,5 @@
-//! What identification knows of a stage: what still holds with other parts, and how well it is known for what is designed
-//! from it.
+//! What identification knows of a stage: what still holds with other parts, and how well it is known for what is
+//! designed from it.
 
 use core::f64::consts::TAU;
 
@@ -17,9 +17,10 @@ const LOW_FREQUENCY: f64 = 1e-6;
 impl Stage {
     /// The same stage with other parts; of what identification knows, what still holds.
     ///
-    /// The lag of amplifier, dynamics and dead time together was identified: parts that change it are refused, as the dead
-    /// time holds the lag of whatever was not fitted. Another hysteresis or map takes all that was identified with it,
-    /// another loop shift, slow gain or other linear parts the errors and warnings. Any of these takes the error band.
+    /// The lag of amplifier, dynamics and dead time together was identified: parts that change it are refused, as the
+    /// dead time holds the lag of whatever was not fitted. Another hysteresis or map takes all that was identified with
+    /// it, another loop shift, slow gain or other linear parts the errors and warnings. Any of these takes the error
+    /// band.
     ///
     /// ```
     /// use hysteresis_control::stage::{Stage, StageParts};
@@ -120,8 +121,8 @@ impl Stage {
         (high / low).sqrt()
     }
 
-    /// How far its lightly damped modes may be from what is known: the usual uncertainty, or three standard errors of the identification
-    /// where these are more.
+    /// How far its lightly damped modes may be from what is known: the usual uncertainty, or three standard errors of
+    /// the identification where these are more.
     #[must_use]
     pub fn mode_uncertainty(&self) -> ModeUncertainty {
         let mut modes = modes(&self.parts().dynamics);
@@ -141,7 +142,8 @@ impl Stage {
         })
     }
 
-    /// How far the loop around this stage may be from [`feedback_loop`](Self::feedback_loop), as far as the stage tells.
+    /// How far the loop around this stage may be from [`feedback_loop`](Self::feedback_loop), as far as the stage
+    /// tells.
     #[must_use]
     pub fn loop_uncertainty(&self) -> LoopUncertainty {
         LoopUncertainty { modes: self.mode_uncertainty(), slope: self.slope_uncertainty() }

@@ -5,13 +5,13 @@
 //! ```
 //!
 //! Everything that runs is made from a [`Stage`]: its [forward model](Stage::forward), the exact
-//! [inverse](Stage::inverse) of its slow part, the [drive for a reference](Stage::precompensate), controllers, observers
-//! and learning. So parameters, limits and times are stated once.
+//! [inverse](Stage::inverse) of its slow part, the [drive for a reference](Stage::precompensate), controllers,
+//! observers and learning. So parameters, limits and times are stated once.
 //!
 //! # Time
-//! Times are in seconds, frequencies in Hz. The drive u(k) is put out at t_k = k dt and held until t_(k+1). The position
-//! y(k) of the same row is read at t_k. The **dead time** is what the sensor shows later than hysteresis and modes
-//! explain:
+//! Times are in seconds, frequencies in Hz. The drive u(k) is put out at t_k = k dt and held until t_(k+1). The
+//! position y(k) of the same row is read at t_k. The **dead time** is what the sensor shows later than hysteresis and
+//! modes explain:
 //!
 //! ```text
 //! drive     u(0)______u(1)______u(2)______          put out at t_k, held until t_(k+1)
@@ -26,9 +26,9 @@
 //! With no dead time and no modes y(k) = H\[u(k)\]. Modes answer to u(k) from y(k+1) on.
 //!
 //! # Files
-//! `parts` says what a stage is made of. Here it becomes a [`Stage`], with its limits and ranges. The rest is made from it: `file`,
-//! `forward`, `precompensate` (the drive for a known reference), `band` (by how much it is missed), `knowledge` (what identification still knows of it), `design`
-//! (feedback, controllers).
+//! `parts` says what a stage is made of. Here it becomes a [`Stage`], with its limits and ranges. The rest is made from
+//! it: `file`, `forward`, `precompensate` (the drive for a known reference), `band` (by how much it is missed),
+//! `knowledge` (what identification still knows of it), `design` (feedback, controllers).
 
 mod band;
 mod design;
@@ -100,8 +100,8 @@ impl Stage {
     /// A stage of these parts.
     ///
     /// # Errors
-    /// [`Error`] that names the part: dynamics with a dead time of their own, a dead time that is not finite, limits that
-    /// are not finite with low < high, a slew that is not above 0, a noise below 0.
+    /// [`Error`] that names the part: dynamics with a dead time of their own, a dead time that is not finite, limits
+    /// that are not finite with low < high, a slew that is not above 0, a noise below 0.
     pub fn new(parts: StageParts) -> Result<Self, Error> {
         let domain = |parameter, index, expected, got| CoreError::Domain { parameter, index, expected, got };
         if parts.dynamics.dead_time() != 0.0 {
@@ -173,7 +173,8 @@ impl Stage {
         (limits.0 < low - tolerance || limits.1 > high + tolerance).then_some((low, high))
     }
 
-    /// Whether [`drive_range`](Self::drive_range) is what was identified, as the limits reach beyond it or there are none.
+    /// Whether [`drive_range`](Self::drive_range) is what was identified, as the limits reach beyond it or there are
+    /// none.
     #[must_use]
     pub fn is_narrowed(&self) -> bool {
         self.extrapolates(self.parts.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY))).is_some()
@@ -247,11 +248,12 @@ impl Stage {
     /// The exact inverse of maps, hysteresis, loop shift, slow gain and creep, sample by sample, at rest at
     /// [`rest_drive`](Self::rest_drive).
     ///
-    /// Modes, amplifier and dead time are not part of it: [`precompensate`](Self::precompensate) leads through those. With the
-    /// amplifier: [`inverse_behind_amplifier`](Self::inverse_behind_amplifier).
+    /// Modes, amplifier and dead time are not part of it: [`precompensate`](Self::precompensate) leads through those.
+    /// With the amplifier: [`inverse_behind_amplifier`](Self::inverse_behind_amplifier).
     ///
     /// # Errors
-    /// [`Error`] as for [`limits`](Self::limits), unless `dt` is finite and above 0, and for hysteresis without an inverse.
+    /// [`Error`] as for [`limits`](Self::limits), unless `dt` is finite and above 0, and for hysteresis without an
+    /// inverse.
     pub fn inverse(&self, dt: f64, limits: Option<(f64, f64)>) -> Result<QuasiStaticInverse, Error> {
         let limits = self.limits(limits)?;
         let mut inverse = self.quasi_static(dt)?.inverse(limits)?;
@@ -259,8 +261,8 @@ impl Stage {
         Ok(inverse)
     }
 
-    /// The same behind the amplifier of the stage, if it has one: a target is what amplifier and modes are to get, and the lag of the
-    /// amplifier is inverted last, as it comes first ([`QuasiStaticInverse::behind_amplifier`]).
+    /// The same behind the amplifier of the stage, if it has one: a target is what amplifier and modes are to get, and
+    /// the lag of the amplifier is inverted last, as it comes first ([`QuasiStaticInverse::behind_amplifier`]).
     ///
     /// # Errors
     /// As for [`inverse`](Self::inverse).
@@ -270,8 +272,8 @@ impl Stage {
         Ok(inverse.behind_amplifier((-TAU * amplifier.frequency() * dt).exp())?)
     }
 
-    /// Where the position must lie when nothing is known of the history but its limits: two streams through maps and hysteresis.
-    /// Loop shift, slow gain, creep and modes are left out.
+    /// Where the position must lie when nothing is known of the history but its limits: two streams through maps and
+    /// hysteresis. Loop shift, slow gain, creep and modes are left out.
     ///
     /// # Errors
     /// [`Error`] for a model with a negative weight, with a Duhem operator, or without limits.
@@ -308,9 +310,9 @@ const MOST_CREPT: f64 = 0.25;
 const LOOPS: usize = 32;
 
 impl Stage {
-    /// The lowest and the highest slope dy/du, creep at its end included, and a slow gain wherever it may be. A loop shift
-    /// does not change it: the newest drive does not enter it, and at its end it is 0. A Duhem operator counts between its knots: beyond
-    /// them its f goes on as it was.
+    /// The lowest and the highest slope dy/du, creep at its end included, and a slow gain wherever it may be. A loop
+    /// shift does not change it: the newest drive does not enter it, and at its end it is 0. A Duhem operator counts
+    /// between its knots: beyond them its f goes on as it was.
     #[must_use]
     pub fn slope_range(&self) -> (f64, f64) {
         let (mut low, mut high) = self.model.slope_range();
@@ -334,13 +336,14 @@ impl Stage {
     /// The positions that the stage reaches whatever happened before: every one between these two has a drive within
     /// [`drive_range`](Self::drive_range), after any history within it. None for a stage without a range of drives.
     ///
-    /// They are the ends of the slow loop over that range: maps, hysteresis and the static gain of the modes, at the low
-    /// end after a stroke to the high one and the other way round. So the remanence is outside, though a stage that was
-    /// never driven begins there. A slow gain counts where it is worst. Creep does so, too, at rest at the other end, but
-    /// takes no more than a quarter of the loop from either end. What modes overshoot and what a loop shift adds in motion do not count.
+    /// They are the ends of the slow loop over that range: maps, hysteresis and the static gain of the modes, at the
+    /// low end after a stroke to the high one and the other way round. So the remanence is outside, though a stage that
+    /// was never driven begins there. A slow gain counts where it is worst. Creep does so, too, at rest at the other
+    /// end, but takes no more than a quarter of the loop from either end. What modes overshoot and what a loop shift
+    /// adds in motion do not count.
     ///
-    /// With a Duhem operator, whose loops need not close, it is what 32 loops over the range reach; None if they drift so far that nothing is
-    /// reached in all of them. Minor loops at an end may take more.
+    /// With a Duhem operator, whose loops need not close, it is what 32 loops over the range reach; None if they drift
+    /// so far that nothing is reached in all of them. Minor loops at an end may take more.
     #[must_use]
     pub fn position_range(&self) -> Option<(f64, f64)> {
         let (first, (from, to)) = (self.first_strokes()?, self.drive_range()?);

@@ -1,7 +1,7 @@
 //! Numbers that may be infinite or none at all, in files: `#[serde(with = "number")]`.
 //!
-//! JSON has no word for them, so there they are written as text. Bytes have the number itself. A `null`, which serde writes for all of
-//! them where nothing is said, is read as no number.
+//! JSON has no word for them, so there they are written as text. Bytes have the number itself. A `null`, which serde
+//! writes for all of them where nothing is said, is read as no number.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

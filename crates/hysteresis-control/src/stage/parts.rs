@@ -46,8 +46,8 @@ pub struct StageParts {
     pub creep: Option<Creep>,
     /// Modes and lags behind the hysteresis; their dead time must be 0.
     pub dynamics: LinearDynamics,
-    /// What the sensor shows later than hysteresis and modes explain, in seconds. An identified stage may have a negative
-    /// one, if its records pair a drive with a position that was read later.
+    /// What the sensor shows later than hysteresis and modes explain, in seconds. An identified stage may have a
+    /// negative one, if its records pair a drive with a position that was read later.
     pub dead_time: f64,
     /// What a temperature adds behind all of it; what runs is at its reference.
     pub temperature: Option<TemperatureTerm>,
@@ -93,8 +93,8 @@ impl StageParts {
 
 /// The shift of a loop: what motion of the drive adds to the position.
 ///
-/// Measured on piezo stacks: the centre of a loop moves with its amplitude, or rate. No model of Preisach's class has that.
-/// With the scaled drive x, the position gains s behind the output map, in front of the creep:
+/// Measured on piezo stacks: the centre of a loop moves with its amplitude, or rate. No model of Preisach's class has
+/// that. With the scaled drive x, the position gains s behind the output map, in front of the creep:
 ///
 /// ```text
 /// x = (u - center) / half_range                    u: the drive at the input map
@@ -102,13 +102,14 @@ impl StageParts {
 /// s = c_1 m + c_2 n                                m, n: the means of e^2 and of x |e|, with the time constant tau
 /// ```
 ///
-/// e is about (tau / 4) x' for a motion that is slow beside tau. c_1 moves the centre of every loop. c_2 moves that of a
-/// loop that lies off the centre of the range. At rest s is 0. u is in the unit of the drive, c_1 and c_2 in that of the
-/// position, tau in seconds.
+/// e is about (tau / 4) x' for a motion that is slow beside tau. c_1 moves the centre of every loop. c_2 moves that of
+/// a loop that lies off the centre of the range. At rest s is 0. u is in the unit of the drive, c_1 and c_2 in that of
+/// the position, tau in seconds.
 ///
-/// s follows from past drives alone, so the inverse stays exact sample by sample; [`LoopShiftTerms`] has the equations of
-/// the samples. m grows with the square of the rate. The limit, the largest e of the records that the shift was identified
-/// from, keeps it from growing hundredfold at ten times their rate: a loop shift says nothing of other rates.
+/// s follows from past drives alone, so the inverse stays exact sample by sample; [`LoopShiftTerms`] has the equations
+/// of the samples. m grows with the square of the rate. The limit, the largest e of the records that the shift was
+/// identified from, keeps it from growing hundredfold at ten times their rate: a loop shift says nothing of other
+/// rates.
 ///
 /// ```
 /// use hysteresis_control::stage::{LoopShift, Stage, StageParts};
@@ -135,12 +136,12 @@ pub struct LoopShift {
 }
 
 impl LoopShift {
-    /// From the drive in the middle of the range and half of that range, the amplitudes c_1 and c_2, the time constant tau
-    /// in seconds, and the limit of e.
+    /// From the drive in the middle of the range and half of that range, the amplitudes c_1 and c_2, the time constant
+    /// tau in seconds, and the limit of e.
     ///
     /// # Errors
-    /// [`CoreError::Domain`] that names the number: a centre or amplitude that is not finite; a half range, time constant
-    /// or limit that is not finite and above 0.
+    /// [`CoreError::Domain`] that names the number: a centre or amplitude that is not finite; a half range, time
+    /// constant or limit that is not finite and above 0.
     pub fn new(
         center: f64,
         half_range: f64,
@@ -197,8 +198,8 @@ impl LoopShift {
 
 /// The slow gain: how the size of all loops changes while the drive cycles, and comes back at rest.
 ///
-/// Measured on piezo stacks: within a minute of cycling all loops become smaller by a few parts in a thousand. No model of
-/// Preisach's class has that. Behind output map and loop shift, in front of the creep, the position h becomes v:
+/// Measured on piezo stacks: within a minute of cycling all loops become smaller by a few parts in a thousand. No model
+/// of Preisach's class has that. Behind output map and loop shift, in front of the creep, the position h becomes v:
 ///
 /// ```text
 /// x = u / half_range                       u: the drive at the input map
@@ -206,12 +207,12 @@ impl LoopShift {
 /// v = zero + (1 + kappa m) (h - zero)      m: the mean of e^2, with the time constant tau
 /// ```
 ///
-/// At rest m is 0. A sine over the whole range has m = 1/2 once it has lasted, one of half that amplitude an eighth, and no
-/// drive more than 1. `zero` is the position that the gain leaves where it is. u is in the unit of the drive, zero in that of
-/// the position, tau in seconds; kappa has no unit.
+/// At rest m is 0. A sine over the whole range has m = 1/2 once it has lasted, one of half that amplitude an eighth,
+/// and no drive more than 1. `zero` is the position that the gain leaves where it is. u is in the unit of the drive,
+/// zero in that of the position, tau in seconds; kappa has no unit.
 ///
-/// m follows from past drives alone, so the inverse stays exact sample by sample; [`SlowGainTerms`] has the equations of
-/// the samples.
+/// m follows from past drives alone, so the inverse stays exact sample by sample; [`SlowGainTerms`] has the equations
+/// of the samples.
 ///
 /// ```
 /// use hysteresis_control::stage::{SlowGain, Stage, StageParts};
@@ -235,12 +236,12 @@ pub struct SlowGain {
 }
 
 impl SlowGain {
-    /// From half of the range of drives, the amplitude kappa, the position that stays where it is, and the time constant tau in
-    /// seconds.
+    /// From half of the range of drives, the amplitude kappa, the position that stays where it is, and the time
+    /// constant tau in seconds.
     ///
     /// # Errors
-    /// [`CoreError::Domain`] that names the number: a half range or time constant that is not finite and above 0, an amplitude
-    /// outside -0.5 to 0.5, a position that is not finite.
+    /// [`CoreError::Domain`] that names the number: a half range or time constant that is not finite and above 0, an
+    /// amplitude outside -0.5 to 0.5, a position that is not finite.
     pub fn new(half_range: f64, amplitude: f64, zero: f64, time_constant: f64) -> Result<Self, CoreError> {
         // All but the time constant is checked where it is used.
         SlowGainTerms::new(half_range, amplitude, zero, 0.0)?;
@@ -344,8 +345,8 @@ fn amber() -> String {
     "amber".into()
 }
 
-/// What identification knows of a stage besides its parts. Two are equal if they are written to files alike: then a number
-/// that was not determined is equal to itself.
+/// What identification knows of a stage besides its parts. Two are equal if they are written to files alike: then a
+/// number that was not determined is equal to itself.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Identified {

@@ -6,8 +6,8 @@ use super::{Error, Stage, rest_drive};
 use crate::checks::check_positive;
 use crate::feedforward::DynamicsInverse;
 
-/// A reference begins where the stage is if it is no farther from there than this share of the range of positions: what a
-/// fitted output offset may be wrong by.
+/// A reference begins where the stage is if it is no farther from there than this share of the range of positions: what
+/// a fitted output offset may be wrong by.
 const SAME_POSITION: f64 = 2e-3;
 
 /// What rounding may take a target beyond the limits, relative to it.
@@ -27,8 +27,8 @@ const FADE: f64 = 0.005;
 pub struct PrecompensateOptions<'a> {
     /// The drive never leaves (low, high); by default [`Stage::drive_range`].
     pub limits: Option<(f64, f64)>,
-    /// The drive at which the stage has been at rest; by default [`Stage::rest_drive`] within the limits. The hysteresis is
-    /// then virgin but for the way there.
+    /// The drive at which the stage has been at rest; by default [`Stage::rest_drive`] within the limits. The
+    /// hysteresis is then virgin but for the way there.
     pub start: Option<f64>,
     /// What has been put out since that rest, oldest drive first, one per sampling interval: what hysteresis, loop
     /// shift, slow gain and creep remember. After a full stroke these are its two ends and the drive of now.
@@ -45,7 +45,8 @@ pub struct Precompensated {
     pub drive: Vec<f64>,
     /// How many samples in front of the reference the lead-in takes.
     pub lead_in_samples: usize,
-    /// The step to the first drive from the one before it: large for a reference that begins in motion without a lead-in.
+    /// The step to the first drive from the one before it: large for a reference that begins in motion without a
+    /// lead-in.
     pub first_step: f64,
     /// How many targets lay beyond the limits.
     pub saturated_count: u64,
@@ -67,16 +68,16 @@ impl Stage {
     /// The drives that move the stage along a reference, sampled at `dt` seconds: the position that is read at t_k is
     /// reference\[k\].
     ///
-    /// The reference is led through the inverse of modes and dead time, then sample by sample through the exact inverse of
-    /// creep, loop shift, output map, hysteresis and input map, and last through that of the amplifier, which is in front of
-    /// all. What the modes are to get is chosen with the lag of the amplifier among them, so that no drive need jump. The
-    /// first drive is the last one before it or near it: the stage begins at rest, or where its history has left it. Every
-    /// drive is within the limits and keeps the slew rate of the stage. A reference that is in motion at its end is taken to
-    /// go on.
+    /// The reference is led through the inverse of modes and dead time, then sample by sample through the exact inverse
+    /// of creep, loop shift, output map, hysteresis and input map, and last through that of the amplifier, which is in
+    /// front of all. What the modes are to get is chosen with the lag of the amplifier among them, so that no drive
+    /// need jump. The first drive is the last one before it or near it: the stage begins at rest, or where its history
+    /// has left it. Every drive is within the limits and keeps the slew rate of the stage. A reference that is in
+    /// motion at its end is taken to go on.
     ///
     /// # Errors
-    /// [`Error::Start`] for a reference that begins elsewhere than the stage is, without a lead-in; otherwise [`Error`] that
-    /// names what is not finite, empty or out of its range.
+    /// [`Error::Start`] for a reference that begins elsewhere than the stage is, without a lead-in; otherwise [`Error`]
+    /// that names what is not finite, empty or out of its range.
     pub fn precompensate(
         &self,
         reference: &[f64],
@@ -113,8 +114,8 @@ impl Stage {
         Ok(Wanted { inverse, start, path, lead_in_samples })
     }
 
-    /// The targets of the quasi-static inverse. With a negative dead time a row holds a position that is read later: the
-    /// path then moves down by as many rows as make the dead time causal.
+    /// The targets of the quasi-static inverse. With a negative dead time a row holds a position that is read later:
+    /// the path then moves down by as many rows as make the dead time causal.
     fn invert_dynamics(&self, mut path: Vec<f64>, dt: f64) -> Result<Vec<f64>, Error> {
         let rows = (-self.parts().dead_time / dt).ceil().max(0.0);
         let dynamics = self.amplifier_and_modes().with_dead_time(self.parts().dead_time + rows * dt)?;
@@ -159,8 +160,8 @@ impl Stage {
 }
 
 impl Precompensated {
-    /// Whether the drive begins with a step that stands out: more than three times as large as any later one and more than 1 % of the
-    /// span of the drives, or half as much again as any later one and more than a quarter of that span.
+    /// Whether the drive begins with a step that stands out: more than three times as large as any later one and more
+    /// than 1 % of the span of the drives, or half as much again as any later one and more than a quarter of that span.
     #[must_use]
     pub fn begins_with_a_jump(&self) -> bool {
         /// How many times any later step, and what share of the span.
@@ -192,8 +193,8 @@ impl Precompensated {
 /// The way to the beginning of a reference, from rest at `difference` from there: it arrives with the velocity of the
 /// reference, so that nothing is left to catch up with.
 ///
-/// First a smooth step to the beginning less half the run-up, then the run-up, a polynomial of degree five: at rest where it
-/// begins, at the velocity v and without acceleration where it ends, v T / 2 farther.
+/// First a smooth step to the beginning less half the run-up, then the run-up, a polynomial of degree five: at rest
+/// where it begins, at the velocity v and without acceleration where it ends, v T / 2 farther.
 #[expect(clippy::cast_precision_loss, reason = "no array has 2^53 samples")]
 fn lead_in_path(reference: &[f64], difference: f64, samples: usize, span: (f64, f64)) -> impl Iterator<Item = f64> {
     let velocity = match reference {

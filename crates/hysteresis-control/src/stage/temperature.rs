@@ -12,9 +12,9 @@ use crate::checks::{check_number, check_positive};
 /// theta' = (T - theta) / tau                      theta: what the part that expands has of T
 /// ```
 ///
-/// Streams of a stage know no temperature: they are at the reference. So the term is added behind a forward model, and taken from
-/// the target of an inverse. Sampled, theta(k) = a theta(k-1) + (1 - a) T(k) with a = exp(-dt / tau). Sensitivity in the unit of the
-/// position per kelvin, tau in seconds; 0 is no lag.
+/// Streams of a stage know no temperature: they are at the reference. So the term is added behind a forward model, and
+/// taken from the target of an inverse. Sampled, theta(k) = a theta(k-1) + (1 - a) T(k) with a = exp(-dt / tau).
+/// Sensitivity in the unit of the position per kelvin, tau in seconds; 0 is no lag.
 ///
 /// ```
 /// use hysteresis_control::stage::TemperatureTerm;

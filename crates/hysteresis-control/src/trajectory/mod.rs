@@ -1,7 +1,7 @@
 //! References with their derivatives: where to be, how fast, and how that changes, at any time.
 //!
-//! What inverts dynamics needs the derivatives of the reference (see [`feedforward`](crate::feedforward)). These trajectories
-//! have them in closed form, and all up to the acceleration are continuous.
+//! What inverts dynamics needs the derivatives of the reference (see [`feedforward`](crate::feedforward)). These
+//! trajectories have them in closed form, and all up to the acceleration are continuous.
 
 mod one_axis;
 mod raster;
@@ -13,8 +13,8 @@ pub use scans::{Axis, Lissajous, Scan, ScanAxis, Spiral, SpiralRate};
 
 use crate::sampling::{Error, check_count, check_number, check_positive, reserve};
 
-/// What the quotient of a duration and a sampling interval, and the product of the interval and a number of samples, may
-/// be off by.
+/// What the quotient of a duration and a sampling interval, and the product of the interval and a number of samples,
+/// may be off by.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// A reference and its derivatives at one time.
@@ -49,7 +49,8 @@ pub trait Trajectory {
     /// Whether it starts again after its duration; else it rests before its start and after its end.
     fn is_periodic(&self) -> bool;
 
-    /// How many samples `dt` apart it has from t = 0 on: in `seconds`, else in a period, else until it has come to rest.
+    /// How many samples `dt` apart it has from t = 0 on: in `seconds`, else in a period, else until it has come to
+    /// rest.
     ///
     /// # Errors
     /// [`Error`] unless `dt` is finite and above 0, `seconds` not negative, and there are at most

@@ -78,9 +78,9 @@ impl Trajectory for Sine {
 
 /// A triangle whose corners take a time of their own: straight sides, and at the turns a smooth change of velocity.
 ///
-/// It first rises from its offset and reaches offset +- amplitude exactly. During a corner of the duration c the velocity
-/// goes from v to -v along v (1 - 2 S(s)), S(s) = 10 s^3 - 15 s^4 + 6 s^5, s from 0 to 1. So derivatives up to the third
-/// are continuous; with the period T
+/// It first rises from its offset and reaches offset +- amplitude exactly. During a corner of the duration c the
+/// velocity goes from v to -v along v (1 - 2 S(s)), S(s) = 10 s^3 - 15 s^4 + 6 s^5, s from 0 to 1. So derivatives up to
+/// the third are continuous; with the period T
 ///
 /// v = amplitude / (T / 4 - 5 c / 32), greatest acceleration 15 v / (4 c).
 ///
@@ -107,7 +107,8 @@ impl RoundedTriangle {
     /// seconds.
     ///
     /// # Errors
-    /// [`Error`] unless all are finite, the derivatives too, frequency and corner above 0 and the corner at most half a period.
+    /// [`Error`] unless all are finite, the derivatives too, frequency and corner above 0 and the corner at most half a
+    /// period.
     pub fn new(amplitude: f64, frequency: f64, corner: f64, offset: f64) -> Result<Self, Error> {
         check_finite("amplitude", amplitude)?;
         check_positive("frequency", frequency)?;

@@ -2,10 +2,12 @@ use super::scans::{Axis, Scan};
 use super::{GREATEST_SLOPE, Motion, ROUNDING, Run, Smooth, Trajectory, check_bounded, rise};
 use crate::sampling::{Error, MAX_SAMPLES, check_finite, check_number, check_positive, check_whole, reserve};
 
-/// The lead-in takes this share of a turn: then it begins where turns reach, at rest, and accelerates less than they do.
+/// The lead-in takes this share of a turn: then it begins where turns reach, at rest, and accelerates less than they
+/// do.
 const LEAD_IN: f64 = 11.0 / 16.0;
 
-/// How far a turn reaches, in units of the speed on the lines times its duration: the integral of 1 - 2 S up to the turn.
+/// How far a turn reaches, in units of the speed on the lines times its duration: the integral of 1 - 2 S up to the
+/// turn.
 const REACH: f64 = 11.0 / 32.0;
 
 /// What a raster scans, and how.
@@ -57,12 +59,13 @@ impl RasterOptions {
 
 /// A raster: the fast axis x goes to and fro at a constant speed, the slow axis y advances.
 ///
-/// A sweep of the duration T has a straight part, on which x crosses the width at the constant speed v = width / ((1 - a) T), and a turn
-/// of the duration c = a T, a being `turnaround`. In the turn the velocity goes from v to -v along v (1 - 2 S(s)),
-/// S(s) = 10 s^3 - 15 s^4 + 6 s^5. So x reaches 11/32 v c beyond the image, the overscan, and accelerates by at most 15/4 v / c.
-/// All derivatives of x up to the third are continuous, those of y up to the second.
+/// A sweep of the duration T has a straight part, on which x crosses the width at the constant speed v = width / ((1 -
+/// a) T), and a turn of the duration c = a T, a being `turnaround`. In the turn the velocity goes from v to -v along v
+/// (1 - 2 S(s)), S(s) = 10 s^3 - 15 s^4 + 6 s^5. So x reaches 11/32 v c beyond the image, the overscan, and accelerates
+/// by at most 15/4 v / c. All derivatives of x up to the third are continuous, those of y up to the second.
 ///
-/// Both axes begin and end at rest: x at the end of its overscan. So a drive needs a lead-in to where they begin, but no run-up.
+/// Both axes begin and end at rest: x at the end of its overscan. So a drive needs a lead-in to where they begin, but
+/// no run-up.
 ///
 /// ```
 /// use hysteresis_control::trajectory::{Motion, Raster, RasterOptions, Scan, Trajectory};
@@ -90,8 +93,9 @@ pub struct Raster {
 
 impl Raster {
     /// # Errors
-    /// [`Error`] unless width and line rate are finite and above 0, the height not below, there are 1 to 2^27 lines, the share of the
-    /// turns is between 0 and 1 and the centre finite, or where a derivative or the duration is not finite.
+    /// [`Error`] unless width and line rate are finite and above 0, the height not below, there are 1 to 2^27 lines,
+    /// the share of the turns is between 0 and 1 and the centre finite, or where a derivative or the duration is not
+    /// finite.
     pub fn new(options: RasterOptions) -> Result<Self, Error> {
         options.check()?;
         let (sweeps, sweep) = if options.is_bidirectional {
@@ -138,7 +142,8 @@ impl Raster {
         self.sweep - self.turn
     }
 
-    /// When x crosses the width for the k-th time, from and to: in the positive direction for even k. None behind the last.
+    /// When x crosses the width for the k-th time, from and to: in the positive direction for even k. None behind the
+    /// last.
     #[must_use]
     pub fn sweep(&self, k: u32) -> Option<(f64, f64)> {
         (k < self.sweeps).then(|| {
@@ -147,8 +152,8 @@ impl Raster {
         })
     }
 
-    /// The line on which each of the [`samples`](Trajectory::samples) lies, counted from 0; none in a turn. With `retrace` it is the line
-    /// that is retraced, else the one that is traced. A bidirectional raster retraces none.
+    /// The line on which each of the [`samples`](Trajectory::samples) lies, counted from 0; none in a turn. With
+    /// `retrace` it is the line that is retraced, else the one that is traced. A bidirectional raster retraces none.
     ///
     /// # Errors
     /// As for [`samples`](Trajectory::samples).

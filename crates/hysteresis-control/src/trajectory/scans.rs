@@ -80,10 +80,11 @@ impl<S: Scan> Trajectory for ScanAxis<S> {
 
 /// A Lissajous figure: a sine on each axis, whose amplitudes grow from rest and fade to rest.
 ///
-/// x = e(t) a_x sin(2 pi f_x (t - t_0) + phase), y = e(t) a_y sin(2 pi f_y (t - t_0)), about the centre. The envelope e goes from 0 to 1
-/// along S(s) = 10 s^3 - 15 s^4 + 6 s^5 until the lead-in ends at t_0, and back to 0 behind the figure. So derivatives up to the
-/// second are continuous, and all are 0 at both ends. With a lead-in of at least two periods of the slower sine nothing is faster than
-/// in the figure itself, and no acceleration is more than 4 % greater.
+/// x = e(t) a_x sin(2 pi f_x (t - t_0) + phase), y = e(t) a_y sin(2 pi f_y (t - t_0)), about the centre. The envelope e
+/// goes from 0 to 1 along S(s) = 10 s^3 - 15 s^4 + 6 s^5 until the lead-in ends at t_0, and back to 0 behind the
+/// figure. So derivatives up to the second are continuous, and all are 0 at both ends. With a lead-in of at least two
+/// periods of the slower sine nothing is faster than in the figure itself, and no acceleration is more than 4 %
+/// greater.
 ///
 /// ```
 /// use hysteresis_control::trajectory::{Lissajous, Motion, Scan, Trajectory};
@@ -105,12 +106,12 @@ pub struct Lissajous {
 }
 
 impl Lissajous {
-    /// From the amplitudes of x and y, their frequencies in Hz, the phase of x in radians, the seconds of the figure without its
-    /// lead-in and lead-out, those of the lead-in, and a centre.
+    /// From the amplitudes of x and y, their frequencies in Hz, the phase of x in radians, the seconds of the figure
+    /// without its lead-in and lead-out, those of the lead-in, and a centre.
     ///
     /// # Errors
-    /// [`Error`] unless all are finite, the frequencies and the lead-in above 0 and the seconds not below, or where a derivative or the
-    /// duration is not finite.
+    /// [`Error`] unless all are finite, the frequencies and the lead-in above 0 and the seconds not below, or where a
+    /// derivative or the duration is not finite.
     pub fn new(
         amplitudes: (f64, f64),
         frequencies: (f64, f64),
@@ -258,16 +259,16 @@ pub enum SpiralRate {
 
 /// An Archimedean spiral from the centre outwards: turns that are a pitch apart.
 ///
-/// With p the pitch, the radius is r = p theta / (2 pi), and x = r cos theta, y = r sin theta. The angle theta, at a constant angular
-/// velocity, or the length of the path
+/// With p the pitch, the radius is r = p theta / (2 pi), and x = r cos theta, y = r sin theta. The angle theta, at a
+/// constant angular velocity, or the length of the path
 ///
 /// s = (p / (4 pi)) (theta sqrt(1 + theta^2) + asinh theta),
 ///
-/// at a constant linear velocity, grows steadily between the inner radius and the end (Mahmood and Moheimani, Nanotechnology 20,
-/// 365503, 2009). At the centre the path bends sharply, so it starts there at rest: the rate rises along
-/// S(s) = 10 s^3 - 15 s^4 + 6 s^5 and is full at the inner radius r_i. The acceleration is at most 1.5 speed^2 / r_i, and 1.2 if r_i is
-/// a pitch or more. It ends at rest on its radius, and does not go beyond.
-/// Derivatives up to the third are continuous.
+/// at a constant linear velocity, grows steadily between the inner radius and the end (Mahmood and Moheimani,
+/// Nanotechnology 20, 365503, 2009). At the centre the path bends sharply, so it starts there at rest: the rate rises
+/// along S(s) = 10 s^3 - 15 s^4 + 6 s^5 and is full at the inner radius r_i. The acceleration is at most 1.5 speed^2 /
+/// r_i, and 1.2 if r_i is a pitch or more. It ends at rest on its radius, and does not go beyond. Derivatives up to the
+/// third are continuous.
 ///
 /// ```
 /// use hysteresis_control::trajectory::{Motion, Scan, Spiral, SpiralRate, Trajectory};
@@ -291,11 +292,12 @@ pub struct Spiral {
 }
 
 impl Spiral {
-    /// A spiral to a radius with turns a pitch apart, which runs at its full rate from the inner radius on, about a centre.
+    /// A spiral to a radius with turns a pitch apart, which runs at its full rate from the inner radius on, about a
+    /// centre.
     ///
     /// # Errors
-    /// [`Error`] unless all are finite, radius, pitch and rate above 0, the pitch at most the radius and the inner radius above 0 and at
-    /// most half of the radius, or where a derivative or the duration is not finite.
+    /// [`Error`] unless all are finite, radius, pitch and rate above 0, the pitch at most the radius and the inner
+    /// radius above 0 and at most half of the radius, or where a derivative or the duration is not finite.
     pub fn new(
         radius: f64,
         pitch: f64,
@@ -430,7 +432,8 @@ fn length(angle: f64) -> f64 {
     0.5 * (angle * angle.hypot(1.0) + angle.asinh())
 }
 
-/// The angle at which the path has a length, where the radius is the angle: Newton's method from above on a convex function.
+/// The angle at which the path has a length, where the radius is the angle: Newton's method from above on a convex
+/// function.
 fn angle_of(path: f64) -> f64 {
     // The length is at least the angle, and at least half of its square.
     let mut angle = path.min((2.0 * path).sqrt());

@@ -10,8 +10,9 @@ use crate::linear::{Antiresonance, Error, LinearDynamics, Modes, SecondOrder, Se
 /// A mode with this damping ratio or more has no resonance that a feedback could miss.
 pub(crate) const DAMPED: f64 = 0.5;
 
-/// How far frequency and damping ratio of lightly damped modes may be from what is known: damping ratios below 0.5. Every frequency may be
-/// off by itself, so that neighbours come together or move apart; the damping ratios are off by one factor.
+/// How far frequency and damping ratio of lightly damped modes may be from what is known: damping ratios below 0.5.
+/// Every frequency may be off by itself, so that neighbours come together or move apart; the damping ratios are off by
+/// one factor.
 ///
 /// ```
 /// use hysteresis_control::tuning::ModeUncertainty;
@@ -64,8 +65,8 @@ pub(crate) fn light_modes(dynamics: &LinearDynamics) -> Vec<SecondOrder> {
 /// Of more lightly damped modes than these not every combination of higher and lower frequencies is a member.
 const ALL_COMBINATIONS: usize = 3;
 
-/// The dynamics as they are known, and with their lightly damped modes at the ends of what they may be: all frequencies off by the same
-/// share, and then some higher and others lower.
+/// The dynamics as they are known, and with their lightly damped modes at the ends of what they may be: all frequencies
+/// off by the same share, and then some higher and others lower.
 pub(crate) fn family(dynamics: &LinearDynamics, uncertainty: ModeUncertainty) -> Result<Vec<LinearDynamics>, Error> {
     let ModeUncertainty { frequency, damping } = uncertainty.check()?;
     let mut family = vec![dynamics.clone()];
@@ -83,8 +84,9 @@ pub(crate) fn family(dynamics: &LinearDynamics, uncertainty: ModeUncertainty) ->
     Ok(family)
 }
 
-/// Which modes have a higher frequency and which a lower one, where not all have the same: every combination of a few modes. Of many, those
-/// in which all below a mode go one way and all others the other way, and those in which neighbours take turns.
+/// Which modes have a higher frequency and which a lower one, where not all have the same: every combination of a few
+/// modes. Of many, those in which all below a mode go one way and all others the other way, and those in which
+/// neighbours take turns.
 fn apart(light: &[SecondOrder]) -> Vec<Vec<f64>> {
     let count = light.len();
     let sign = |is_higher: bool| if is_higher { 1.0 } else { -1.0 };

@@ -125,8 +125,8 @@ impl Slopes {
 
 /// Whether the peak of the sensitivity is at most `limit` and the loop stable for every slope.
 ///
-/// (1 + L) (1 - 1/z) has no pole on or outside the unit circle and tends to 1 for great z, so it has no zero there if it
-/// does not wind about 0 along the circle. As 1 + L vanishes for no slope and no frequency, one slope tells for all.
+/// (1 + L) (1 - 1/z) has no pole on or outside the unit circle and tends to 1 for great z, so it has no zero there if
+/// it does not wind about 0 along the circle. As 1 + L vanishes for no slope and no frequency, one slope tells for all.
 pub(super) fn is_admissible(gains: Gains, slopes: Slopes, points: &[FrequencyPoint], limit: f64) -> bool {
     // At z = 1 it is ki slope > 0.
     let (mut last, mut turned) = (Complex::from(1.0), 0.0);

@@ -1,7 +1,8 @@
 //! Filters and gains of the proportional-integral feedback from the dynamics behind a hysteresis.
 //!
-//! Each file knows only those above it: `search` in one dimension; `loop_response`, a loop of given gains over frequency;
-//! `family`, the dynamics that may be; `result`, what is asked for and what was found; `tune`, the search for it.
+//! Each file knows only those above it: `search` in one dimension; `loop_response`, a loop of given gains over
+//! frequency; `family`, the dynamics that may be; `result`, what is asked for and what was found; `tune`, the search
+//! for it.
 
 mod family;
 mod loop_response;

@@ -52,7 +52,8 @@ pub struct Tuning {
     pub at_max_slope: Margins,
     /// The peak of the sensitivity over all slopes between and all modes that may be.
     pub peak_sensitivity: f64,
-    /// Up to which frequency in Hz disturbances are reduced to 1/sqrt(2) at least, for all slopes and modes that may be.
+    /// Up to which frequency in Hz disturbances are reduced to 1/sqrt(2) at least, for all slopes and modes that may
+    /// be.
     pub rejection_bandwidth: f64,
     /// The bandwidth in Hz of white noise of the sensor that the position follows, with the greatest slope.
     pub noise_bandwidth: f64,
@@ -73,8 +74,8 @@ pub enum Structure {
     ProportionalIntegral,
     /// A low-pass, which keeps the loop away from a resonance.
     LowPass,
-    /// A low-pass behind which a negative proportional gain damps a resonance: integral resonant control, or positive position
-    /// feedback.
+    /// A low-pass behind which a negative proportional gain damps a resonance: integral resonant control, or positive
+    /// position feedback.
     ActiveDamping,
     /// Notches for those lightly damped modes that need one.
     Notch,
@@ -211,9 +212,9 @@ impl Structure {
 
 /// The loops of a tuning over frequency, with the dynamics as they are known and with all that may be.
 ///
-/// L(z) = (kp + ki dt / (1 - 1/z)) slope F P(z) at z = exp(2 pi i f dt), as [`tune`](super::tune) has it: P is the pulse transfer
-/// function, dead time included. S = 1 / (1 + L) is what the loop leaves of a disturbance, T = L / (1 + L) what it follows of a
-/// reference and of the noise of the sensor.
+/// L(z) = (kp + ki dt / (1 - 1/z)) slope F P(z) at z = exp(2 pi i f dt), as [`tune`](super::tune) has it: P is the
+/// pulse transfer function, dead time included. S = 1 / (1 + L) is what the loop leaves of a disturbance, T = L / (1 +
+/// L) what it follows of a reference and of the noise of the sensor.
 ///
 /// ```
 /// use hysteresis_control::linear::SecondOrder;
@@ -257,7 +258,8 @@ impl LoopFamily {
     /// L at frequencies in Hz for a slope of the hysteresis, with the dynamics as they are known.
     ///
     /// # Errors
-    /// [`Error`] for a frequency that is not above 0 and at most half of the sampling rate, or a slope that is not above 0.
+    /// [`Error`] for a frequency that is not above 0 and at most half of the sampling rate, or a slope that is not
+    /// above 0.
     pub fn open_loop(&self, frequencies: &[f64], slope: f64) -> Result<Vec<Complex<f64>>, Error> {
         check_positive("slope", None, slope)?;
         let at = |point| self.gains.at(&point) * slope;

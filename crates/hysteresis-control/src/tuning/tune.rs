@@ -18,29 +18,32 @@ use crate::linear::{Error, LinearDynamics, PulseTransfer, SecondOrder};
 /// The longest dead time that is tuned for, in samples: each turns the response once more.
 const MAX_DEAD_TIME: f64 = 1000.0;
 
-/// How many samples the slowest part may take for a radian: what is slower lies below the frequencies that are looked at.
+/// How many samples the slowest part may take for a radian: what is slower lies below the frequencies that are looked
+/// at.
 const MAX_SAMPLES_PER_RADIAN: f64 = 1e5;
 
 /// The least damping ratio of which the peak is found among the frequencies.
 const MIN_DAMPING: f64 = 1e-7;
 
-/// The feedback with the greatest ki that keeps the peak of the sensitivity within a bound for every slope of the hysteresis.
+/// The feedback with the greatest ki that keeps the peak of the sensitivity within a bound for every slope of the
+/// hysteresis.
 ///
-/// The loop is L(z) = (kp + ki dt / (1 - 1/z)) slope F P(z), the positional law u = kp e + ki dt sum e before a plant P, the
-/// [pulse transfer function](LinearDynamics::pulse_transfer) of the dynamics, and behind filters F. The bound is
+/// The loop is L(z) = (kp + ki dt / (1 - 1/z)) slope F P(z), the positional law u = kp e + ki dt sum e before a plant
+/// P, the [pulse transfer function](LinearDynamics::pulse_transfer) of the dynamics, and behind filters F. The bound is
 ///
 /// |S| = 1 / |1 + L| <= M for all frequencies and all slopes between the two, and the loop stable.
 ///
 /// A constant disturbance is removed with the integrated error 1 / ki, so the greatest ki removes it best, and M bounds
-/// how much any disturbance is amplified and both margins: the gain may grow by M / (M - 1), the phase lag by
-/// 2 arcsin(1 / (2 M)) (Åström, Panagopoulos and Hägglund, Automatica 34(5), 585-601, 1998). For every frequency the worst
-/// slope is known in closed form, and stability follows from the winding of (1 + L) (1 - 1/z) along the unit circle.
+/// how much any disturbance is amplified and both margins: the gain may grow by M / (M - 1), the phase lag by 2
+/// arcsin(1 / (2 M)) (Åström, Panagopoulos and Hägglund, Automatica 34(5), 585-601, 1998). For every frequency the
+/// worst slope is known in closed form, and stability follows from the winding of (1 + L) (1 - 1/z) along the unit
+/// circle.
 ///
-/// **Filters.** Without lightly damped modes (a damping ratio below 0.5) there are none, and gains are not negative. With some, no
-/// filter, low-passes and notches are tried, each with the gains that suit it, and the bound holds for all modes that may be
-/// ([`ModeUncertainty`](super::ModeUncertainty)). Of those whose ki is within 5 % of the greatest the simplest is taken. Behind a
-/// low-pass kp may be negative: then it damps (integral resonant control or positive position feedback). With
-/// [`TuningOptions::structure`] only that one counts.
+/// **Filters.** Without lightly damped modes (a damping ratio below 0.5) there are none, and gains are not negative.
+/// With some, no filter, low-passes and notches are tried, each with the gains that suit it, and the bound holds for
+/// all modes that may be ([`ModeUncertainty`](super::ModeUncertainty)). Of those whose ki is within 5 % of the greatest
+/// the simplest is taken. Behind a low-pass kp may be negative: then it damps (integral resonant control or positive
+/// position feedback). With [`TuningOptions::structure`] only that one counts.
 ///
 /// ```
 /// use hysteresis_control::linear::SecondOrder;
@@ -54,9 +57,9 @@ const MIN_DAMPING: f64 = 1e-7;
 /// ```
 ///
 /// # Errors
-/// [`Error`] for slopes that are not 0 < least <= greatest, a static gain that is not above 0, a peak outside 1.05 to 5, a dead time beyond 1000 samples,
-/// dynamics slower than 1e5 samples a radian, a damping ratio below 1e-7, a structure that the dynamics
-/// give nothing to, or as for [`LinearDynamics::block`].
+/// [`Error`] for slopes that are not 0 < least <= greatest, a static gain that is not above 0, a peak outside 1.05 to
+/// 5, a dead time beyond 1000 samples, dynamics slower than 1e5 samples a radian, a damping ratio below 1e-7, a
+/// structure that the dynamics give nothing to, or as for [`LinearDynamics::block`].
 pub fn tune(dynamics: &LinearDynamics, options: &TuningOptions) -> Result<Tuning, Error> {
     let (slopes, limit) = (check_slopes(options.slopes)?, options.peak_sensitivity);
     check_number("peak_sensitivity", (1.05..=5.0).contains(&limit), "1.05 to 5", limit)?;
@@ -80,8 +83,8 @@ pub fn tune(dynamics: &LinearDynamics, options: &TuningOptions) -> Result<Tuning
 /// The margins of a loop with given gains at one slope.
 ///
 /// # Errors
-/// [`Error`] unless gains and slope are finite, ki and the slope above 0 and kp not below without filters, or as for [`tune`] and
-/// [`sections`].
+/// [`Error`] unless gains and slope are finite, ki and the slope above 0 and kp not below without filters, or as for
+/// [`tune`] and [`sections`].
 pub fn loop_margins(
     dynamics: &LinearDynamics,
     dt: f64,
@@ -153,8 +156,8 @@ impl Problem {
         self.tuned(Structure::ProportionalIntegral, Vec::new(), Vec::new(), None)
     }
 
-    /// Filters for lightly damped modes, and gains: of those whose ki is as great as any, the simplest. With a `wanted` structure only
-    /// those of its kind count, but all are tried.
+    /// Filters for lightly damped modes, and gains: of those whose ki is as great as any, the simplest. With a `wanted`
+    /// structure only those of its kind count, but all are tried.
     fn with_filters(&self, modes: &[SecondOrder], wanted: Option<Structure>) -> Result<Tuning, Error> {
         let plain: Vec<_> =
             self.open(&Sections::default()).iter().map(|open| response(open, self.static_gain)).collect();
@@ -200,7 +203,8 @@ impl Problem {
         GainSearch { slopes: self.slopes, static_gain: self.static_gain, members, limit }
     }
 
-    /// The best gains behind these filters, and what the loop is with them; `sign` is that of the proportional gain behind filters.
+    /// The best gains behind these filters, and what the loop is with them; `sign` is that of the proportional gain
+    /// behind filters.
     fn tuned(
         &self,
         structure: Structure,

@@ -142,8 +142,9 @@ proptest! {
 
     #[test]
     fn what_was_inverted_leads_through_the_reference(dynamics in dynamics(), level in -5.0..5.0, f in 5.0..30.0) {
-        // From rest at any level, without a jump of position or velocity. Zeros on the left may be sampled to outside of the
-        // unit circle, such as those of 300 Hz before poles of 3.7 kHz: there must be time to move before the reference does.
+        // From rest at any level, without a jump of position or velocity. Zeros on the left may be sampled to outside
+        // of the unit circle, such as those of 300 Hz before poles of 3.7 kHz: there must be time to move before the
+        // reference does.
         let swing = |k: u32| level + 1.0 - f64::cos(TAU * f * DT * f64::from(k.saturating_sub(600)));
         let reference: Vec<f64> = (0..3000).map(swing).collect();
         let inputs = DynamicsInverse::new(&dynamics, DT).unwrap().invert(&reference, None).unwrap();

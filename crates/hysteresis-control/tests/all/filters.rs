@@ -7,7 +7,8 @@ use nalgebra::Complex;
 
 const DT: f64 = 1e-4;
 
-/// Where the bilinear transform puts z = e^(j w dt): s / w of the continuous form, for a filter that is prewarped at `own` Hz.
+/// Where the bilinear transform puts z = e^(j w dt): s / w of the continuous form, for a filter that is prewarped at
+/// `own` Hz.
 fn prewarped(frequency: f64, own: f64) -> Complex<f64> {
     let half = |frequency: f64| (0.5 * TAU * frequency * DT).tan();
     Complex::new(0.0, half(frequency) / half(own))

@@ -100,8 +100,8 @@ fn repetitive_control_comes_down_to_the_noise_within_three_seconds() {
     assert!(median(results.map(|(_, rms)| rms)) < 4.0, "{results:?}");
 }
 
-/// On a linear loop in steady state the error of the first correction is Q (1 - L M') times that before, so it shrinks at least by the
-/// rate. From then on the loop itself is learned, and the error comes down to what a correction costs.
+/// On a linear loop in steady state the error of the first correction is Q (1 - L M') times that before, so it shrinks
+/// at least by the rate. From then on the loop itself is learned, and the error comes down to what a correction costs.
 #[test]
 fn the_first_error_shrinks_at_least_at_the_rate_and_the_loop_is_learned() {
     let open = FeedbackLoop { kp: 0.0, ki: 0.0, slope: 1.0, ..believed() };
@@ -138,8 +138,8 @@ fn the_first_error_shrinks_at_least_at_the_rate_and_the_loop_is_learned() {
     assert!(rmse[7] < 5e-4 * rmse[0], "{rmse:?}");
 }
 
-/// A dead time of half a period that nobody told: every correction comes upside down. What makes it worse is taken back, and the loop
-/// is learned from it.
+/// A dead time of half a period that nobody told: every correction comes upside down. What makes it worse is taken
+/// back, and the loop is learned from it.
 #[test]
 fn learning_that_makes_it_worse_is_taken_back() {
     let open = FeedbackLoop { kp: 0.0, ki: 0.0, slope: 1.0, ..believed() };
@@ -159,13 +159,15 @@ fn learning_that_makes_it_worse_is_taken_back() {
         learning.update(&error).unwrap();
     }
     assert!(learning.trials().iter().any(|trial| !trial.accepted));
-    // What was accepted is at most twice the best, and a step from there doubles the error once more and adds that of the first.
+    // What was accepted is at most twice the best, and a step from there doubles the error once more and adds that of
+    // the first.
     let worst = learning.trials().iter().fold(0.0, |worst: f64, trial| worst.max(trial.rmse));
     assert!(worst < 6.0 * first.rmse, "{:?}", learning.trials());
     assert!(learning.trials()[10].rmse < 0.02 * first.rmse, "{:?}", learning.trials());
 }
 
-/// Five periods that bring nothing end the learning at the best target; an error that grows begins it again, from there.
+/// Five periods that bring nothing end the learning at the best target; an error that grows begins it again, from
+/// there.
 #[test]
 fn learning_stops_when_it_no_longer_helps_and_goes_on_when_something_changes() {
     let (_, target) = wanted();

@@ -19,8 +19,8 @@ fn a1() -> SecondOrder {
     SecondOrder::new(400.0, 0.95).unwrap()
 }
 
-/// A mode of damping 0.02 that is 4 % higher than believed, and damped half as much, behind a notch where it is believed. Errors reach
-/// up to it.
+/// A mode of damping 0.02 that is 4 % higher than believed, and damped half as much, behind a notch where it is
+/// believed. Errors reach up to it.
 #[test]
 fn a_lightly_damped_mode_that_is_elsewhere_is_learned() {
     let dynamics = |frequency, damping| LinearDynamics::from(SecondOrder::new(frequency, damping).unwrap());
@@ -45,7 +45,8 @@ fn a_lightly_damped_mode_that_is_elsewhere_is_learned() {
     assert!(rmse[9] < 0.02 * rmse[0], "{rmse:?}");
 }
 
-/// A disturbance that comes while learning is under way: what was best is no longer, so learning begins again from there.
+/// A disturbance that comes while learning is under way: what was best is no longer, so learning begins again from
+/// there.
 #[test]
 fn learning_goes_on_when_something_changes_before_it_has_finished() {
     let response = open(a1()).impulse_response(400).unwrap();
@@ -88,8 +89,9 @@ fn a_motion_on_demand_is_learned() {
     assert!(rmse[7] < 0.01 * rmse[0], "{rmse:?}");
 }
 
-/// What is corrected where a motion rests at its ends would be cut off there, and ring after it: it comes and goes smoothly. Without
-/// that the last correction is a hundredth of the motion and grows, and the lightly damped mode rings on by 0.013.
+/// What is corrected where a motion rests at its ends would be cut off there, and ring after it: it comes and goes
+/// smoothly. Without that the last correction is a hundredth of the motion and grows, and the lightly damped mode rings
+/// on by 0.013.
 #[test]
 fn on_demand_nothing_rings_on_after_the_motion() {
     let dynamics = |frequency, damping| LinearDynamics::from(SecondOrder::new(frequency, damping).unwrap());

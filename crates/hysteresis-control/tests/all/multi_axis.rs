@@ -200,7 +200,8 @@ fn drives_of_a_reference_are_followed() {
     assert_eq!(error.to_string(), "reference: expected 1198 elements, got 1199");
 }
 
-/// What follows of a motion, begun with all that is remembered there, at rest or in the middle of a move, is what follows.
+/// What follows of a motion, begun with all that is remembered there, at rest or in the middle of a move, is what
+/// follows.
 #[test]
 fn a_reference_begins_where_the_last_one_ended() {
     let eased = |k: usize| (f64::from(u32::try_from(k).unwrap()) * 0.0105).sin().powi(2);

@@ -71,7 +71,8 @@ fn a_disturbance_leaves_no_static_error() {
     assert!(observer.step(0.0, 0.0) == 0.0 && observer.disturbance() == 0.0);
 }
 
-/// Measurements that come and go: with the gain of the full rate the estimate would grow by a factor every other sample.
+/// Measurements that come and go: with the gain of the full rate the estimate would grow by a factor every other
+/// sample.
 #[test]
 fn missing_measurements_do_not_make_it_unstable() {
     for (dynamics, noise) in [(a1(), 1e-3), (SecondOrder::new(2000.0, 0.03).unwrap().into(), 0.016)] {
@@ -85,7 +86,8 @@ fn missing_measurements_do_not_make_it_unstable() {
                 let estimate = observer.step(0.0, if k % every == 0 { measurement } else { f64::NAN });
                 worst = worst.max(estimate.abs());
             }
-            // Up to 19 samples of an unknown input, 50 um per root of a second, twice integrated: far below a micrometre.
+            // Up to 19 samples of an unknown input, 50 um per root of a second, twice integrated: far below a
+            // micrometre.
             assert!(worst < 1.0, "{noise} {every}: {worst}");
             assert!((observer.position_gain(), observer.disturbance_gain()) != stationary);
             for _ in 0..2000 {

@@ -215,8 +215,8 @@ proptest! {
         prop_assert!(difference.min(TAU - difference) < 1e-6);
     }
 
-    /// Braking and starting never ask for more than the image does: at a constant angular velocity the last turn, at a constant
-    /// speed the sharpest bend at full speed.
+    /// Braking and starting never ask for more than the image does: at a constant angular velocity the last turn, at a
+    /// constant speed the sharpest bend at full speed.
     #[test]
     fn a_spiral_accelerates_no_more_than_it_must(spiral in spirals()) {
         let samples = 3000;

@@ -87,8 +87,9 @@ fn open_loop_raster_of_a_lightly_damped_creeping_stage() {
     assert!(all < 2e-4 * 100.0, "{all} um rms of 100 um");
 }
 
-/// An amplifier in front of the hysteresis: its lag does not commute with that, so its inverse comes last. Before it came first, and a
-/// hundred times as much was left, in open loop and with a preview. What is left are the corners, which no drive follows.
+/// An amplifier in front of the hysteresis: its lag does not commute with that, so its inverse comes last. Before it
+/// came first, and a hundred times as much was left, in open loop and with a preview. What is left are the corners,
+/// which no drive follows.
 #[test]
 fn the_lag_of_an_amplifier_is_inverted_last() {
     let parts = StageParts {
@@ -167,8 +168,8 @@ fn a_reference_that_begins_elsewhere_needs_a_lead_in() {
     assert!(error < 0.02, "{error}");
 }
 
-/// A first step of 5 % of the span stands out where all later ones are a tenth of it; one of 26 % is told beside steps nearly as large;
-/// one below 1 % of the span is not, nor what begins at rest.
+/// A first step of 5 % of the span stands out where all later ones are a tenth of it; one of 26 % is told beside steps
+/// nearly as large; one below 1 % of the span is not, nor what begins at rest.
 #[test]
 fn a_first_step_that_stands_out_is_told() {
     let rigid = ModifiedPrandtlIshlinskii::from_ratios(&[0.5], &[0.0], Ratios::PAPER, Offsets::default()).unwrap();

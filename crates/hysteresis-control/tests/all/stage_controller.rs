@@ -138,7 +138,8 @@ proptest! {
     }
 }
 
-/// A stage with another slope than was believed, behind a preview: learning takes the error away, the observer the noise.
+/// A stage with another slope than was believed, behind a preview: learning takes the error away, the observer the
+/// noise.
 #[test]
 fn learning_and_observer_work_behind_a_preview() {
     let (mut plant, reference) =

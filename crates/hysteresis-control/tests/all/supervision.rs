@@ -312,25 +312,6 @@ fn a_state_of_any_phase_goes_on_bit_for_bit() {
 }
 
 #[test]
-fn a_text_without_supervision_goes_on_to_learn() {
-    let mut controller = made(true);
-    let mut bench = Bench::new(FREQUENCY, 1e-3, 1);
-    for _ in 0..7 {
-        bench.period(&mut controller, sine);
-    }
-    let mut text = serde_json::to_value(controller.state()).unwrap();
-    text["repetitive"].as_object_mut().unwrap().remove("supervision").unwrap();
-    let mut twin = made(true);
-    twin.set_state(&serde_json::from_value(text).unwrap()).unwrap();
-    let correction = controller.repetitive().unwrap().peek();
-    assert!(correction != 0.0);
-    assert_eq!(twin.repetitive().unwrap().peek().to_bits(), correction.to_bits());
-    assert_eq!(phase(&twin), LearningPhase::Learning);
-    let (read, own) = (twin.repetitive().unwrap().state(), controller.repetitive().unwrap().state());
-    assert_eq!(RepetitiveState { supervision: own.supervision.clone(), ..read }, own);
-}
-
-#[test]
 fn a_state_that_cannot_be_is_refused_by_name() {
     let mut repetitive = made(true).take_repetitive().unwrap();
     (0..1000).for_each(|k| _ = repetitive.step_with(sine(k), 0.1 * sine(k)));

@@ -24,8 +24,8 @@ fn moves() -> impl Strategy<Value = PointToPoint> {
     )
 }
 
-/// Every derivative is the central difference of the one before, where nothing below jumps. `limits` are those of moves,
-/// which accelerate for so short a time that no sample may see it.
+/// Every derivative is the central difference of the one before, where nothing below jumps. `limits` are those of
+/// moves, which accelerate for so short a time that no sample may see it.
 fn differences_agree(
     trajectory: &impl Trajectory,
     share: f64,

@@ -18,9 +18,9 @@ const LARGEST_CONDITION: f64 = 1e10;
 
 /// An invertible matrix between axes and actuators: y = M x.
 ///
-/// Row i is `M_i1 x_1 + M_i2 x_2 + ...`, summed from the first column on. Entries that are zero are left out. So with the
-/// identity y has the bits of x, and a number that is not finite (or beyond 1e100) makes NaN of those y alone that depend
-/// on it.
+/// Row i is `M_i1 x_1 + M_i2 x_2 + ...`, summed from the first column on. Entries that are zero are left out. So with
+/// the identity y has the bits of x, and a number that is not finite (or beyond 1e100) makes NaN of those y alone that
+/// depend on it.
 ///
 /// ```
 /// use hysteresis_core::AxisMatrix;
@@ -44,9 +44,9 @@ impl AxisMatrix {
     /// The matrix for so many axes, row by row. The parameter is what errors call it.
     ///
     /// # Errors
-    /// [`Error::Empty`] without an axis, [`Error::Length`] unless there are N x N entries, [`Error::Domain`] for an entry
-    /// that is not finite, and for a matrix whose condition number (of the largest column sum) is above 1e10: the number
-    /// that came is the condition number.
+    /// [`Error::Empty`] without an axis, [`Error::Length`] unless there are N x N entries, [`Error::Domain`] for an
+    /// entry that is not finite, and for a matrix whose condition number (of the largest column sum) is above 1e10: the
+    /// number that came is the condition number.
     pub fn new(parameter: &'static str, axes: usize, entries: &[f64]) -> Result<Self, Error> {
         if axes == 0 {
             return Err(Error::Empty { parameter });
@@ -149,8 +149,8 @@ fn condition(axes: usize, entries: &[f64]) -> f64 {
     own * norm(&rows, axes)
 }
 
-/// Several axes that move each other, as those of an XY stage or a tip-tilt mirror: a [`HybridController`] for each actuator,
-/// behind a static decoupling.
+/// Several axes that move each other, as those of an XY stage or a tip-tilt mirror: a [`HybridController`] for each
+/// actuator, behind a static decoupling.
 ///
 /// ```text
 /// y = K p          actuators that are at p move the axes to y: the coupling of the plant
@@ -159,15 +159,15 @@ fn condition(axes: usize, entries: &[f64]) -> f64 {
 /// u_i = C_i(r'_i, y'_i)
 /// ```
 ///
-/// With D = K^-1 every actuator has a loop of its own, with the model of its own hysteresis. Limits, slew and what is counted
-/// are those of the single controllers. Products are summed from the first axis on and leave out zero entries of D: with the
-/// identity, the drives are bit for bit those of the single controllers.
+/// With D = K^-1 every actuator has a loop of its own, with the model of its own hysteresis. Limits, slew and what is
+/// counted are those of the single controllers. Products are summed from the first axis on and leave out zero entries
+/// of D: with the identity, the drives are bit for bit those of the single controllers.
 ///
-/// A measurement that is not finite (or beyond 1e100) is a missing one for all actuators that depend on it, by an entry of D
-/// that is not zero; such a reference is a bad one for them. The others go on.
+/// A measurement that is not finite (or beyond 1e100) is a missing one for all actuators that depend on it, by an entry
+/// of D that is not zero; such a reference is a bad one for them. The others go on.
 ///
-/// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan), [`commit`](Self::commit) and [`run`](Self::run) do not
-/// allocate, lock, panic, log or read a clock.
+/// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan), [`commit`](Self::commit) and [`run`](Self::run) do
+/// not allocate, lock, panic, log or read a clock.
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, HybridController, ModifiedPrandtlIshlinskii, MultiAxisController};
@@ -256,8 +256,8 @@ impl MultiAxisController {
     /// A controller for each actuator, and the decoupling row by row; none is the identity.
     ///
     /// # Errors
-    /// [`Error::Empty`] without a controller; [`Error::Domain`] or [`Error::Whole`] for controllers of other sampling intervals or lengths of
-    /// their previews than the first one; as [`AxisMatrix::new`] for the decoupling.
+    /// [`Error::Empty`] without a controller; [`Error::Domain`] or [`Error::Whole`] for controllers of other sampling
+    /// intervals or lengths of their previews than the first one; as [`AxisMatrix::new`] for the decoupling.
     pub fn new(controllers: Vec<HybridController>, decoupling: Option<&[f64]>) -> Result<Self, Error> {
         let parameter = "controllers";
         let Some(first) = controllers.first() else { return Err(Error::Empty { parameter }) };
@@ -340,8 +340,8 @@ impl MultiAxisController {
         Ok(())
     }
 
-    /// Takes the sample that was planned, on all axes. False, and no axis moves on, if one has no plan: without a plan, or
-    /// after a change of its controller.
+    /// Takes the sample that was planned, on all axes. False, and no axis moves on, if one has no plan: without a plan,
+    /// or after a change of its controller.
     pub fn commit(&mut self) -> bool {
         if self.controllers.iter().any(|controller| controller.planned.is_none()) {
             self.controllers.iter_mut().for_each(|controller| controller.planned = None);
@@ -385,7 +385,8 @@ impl MultiAxisController {
         check_length("drives", axes, drives.len())
     }
 
-    /// What an actuator is to reach now, and what it measures, of the axes: (D r)_i, or what its preview has for now, and (D y)_i.
+    /// What an actuator is to reach now, and what it measures, of the axes: (D r)_i, or what its preview has for now,
+    /// and (D y)_i.
     #[inline]
     pub fn now<'a>(&'a self, references: &'a [f64], measurements: &'a [f64]) -> impl Iterator<Item = (f64, f64)> + 'a {
         let actuators = self.controllers.iter().zip(self.decoupling.rows());
@@ -467,15 +468,16 @@ impl MultiAxisController {
     /// [`HybridController::stop`].
     ///
     /// # Errors
-    /// [`Error::Length`] unless there is a rest drive for each actuator, [`Error::Domain`] for a rate that is not above zero
-    /// or a rest drive outside its limits; all is as before then.
+    /// [`Error::Length`] unless there is a rest drive for each actuator, [`Error::Domain`] for a rate that is not above
+    /// zero or a rest drive outside its limits; all is as before then.
     pub fn stop(&mut self, rate: f64, rest_drives: &[f64]) -> Result<(), Error> {
         check_stop(["rate", "rest_drives"], rate, rest_drives, self.limits())?;
         let mut each = self.controllers.iter_mut().zip(rest_drives);
         each.try_for_each(|(controller, rest_drive)| controller.stop(rate, *rest_drive))
     }
 
-    /// The controller of one actuator, to change it alone: its gains, filters, model or mode. A change drops what is planned.
+    /// The controller of one actuator, to change it alone: its gains, filters, model or mode. A change drops what is
+    /// planned.
     ///
     /// # Errors
     /// [`Error::Whole`] that names `axis` unless there is such an actuator.
@@ -510,12 +512,12 @@ impl MultiAxisController {
         Ok(())
     }
 
-    /// Takes over what was driven before, rows of one drive for each actuator, oldest first: see [`HybridController::follow`].
-    /// Without any nothing changes. Allocates.
+    /// Takes over what was driven before, rows of one drive for each actuator, oldest first: see
+    /// [`HybridController::follow`]. Without any nothing changes. Allocates.
     ///
     /// # Errors
-    /// [`Error::Rows`] unless they are whole rows, [`Error::Domain`] for a drive that is not finite or outside its limits,
-    /// [`Error::CannotFollow`] for a feed-forward that knows targets alone; all is as before then.
+    /// [`Error::Rows`] unless they are whole rows, [`Error::Domain`] for a drive that is not finite or outside its
+    /// limits, [`Error::CannotFollow`] for a feed-forward that knows targets alone; all is as before then.
     ///
     /// ```
     /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, MultiAxisController};
@@ -546,8 +548,8 @@ impl MultiAxisController {
     /// Goes on from other drives that the amplifiers have, with everything that is remembered.
     ///
     /// # Errors
-    /// [`Error::Length`] unless there is a drive for each actuator, [`Error::Domain`] for one outside its limits; all is as
-    /// before then.
+    /// [`Error::Length`] unless there is a drive for each actuator, [`Error::Domain`] for one outside its limits; all
+    /// is as before then.
     pub fn start_at(&mut self, drives: &[f64]) -> Result<(), Error> {
         check_each_between("drives", drives, self.limits())?;
         let mut each = self.controllers.iter_mut().zip(drives);

@@ -19,15 +19,15 @@ use crate::real::check_within_limits;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
-    /// The position that is wanted, in the unit of the measurement. With a [`Preview`](super::Preview) it is the position
-    /// wanted `ahead` samples later.
+    /// The position that is wanted, in the unit of the measurement. With a [`Preview`](super::Preview) it is the
+    /// position wanted `ahead` samples later.
     pub reference: f64,
     /// The target of the feed-forward, if it is not the reference (or what the preview makes of it).
     pub target: Option<f64>,
     /// What learning adds to the target of the feed-forward; the feedback goes on with the reference.
     pub correction: f64,
-    /// What the feedback takes instead of the measurement: the estimate of an observer. It stands in for up to `max_missing`
-    /// measurements in a row that are missing or implausible; these are counted all the same.
+    /// What the feedback takes instead of the measurement: the estimate of an observer. It stands in for up to
+    /// `max_missing` measurements in a row that are missing or implausible; these are counted all the same.
     pub estimate: Option<f64>,
     /// Volts that replace the output of the feed-forward for this sample. Its source follows the target all the same.
     pub feedforward: Option<f64>,
@@ -46,41 +46,41 @@ impl From<f64> for Command {
 /// u(k) = H^-1[target(k)] + kp e(k) + ki dt (e(0) + ... + e(k)) + bumpless(k),   e = F (reference - measurement)
 /// ```
 ///
-/// kept within limits and slew, F being the [`filters`](ControllerOptions::filters), one without any. Positions are in the unit of
-/// the model's output (um), drives in volts, times in seconds.
+/// kept within limits and slew, F being the [`filters`](ControllerOptions::filters), one without any. Positions are in
+/// the unit of the model's output (um), drives in volts, times in seconds.
 ///
-/// **The drive** is always finite, within the limits and no farther than slew times dt from the last one. It is what the
-/// amplifier gets: nothing is added behind the limiter. The first drive is that of
+/// **The drive** is always finite, within the limits and no farther than slew times dt from the last one. It is what
+/// the amplifier gets: nothing is added behind the limiter. The first drive is that of
 /// [`start_drive`](ControllerOptions::start_drive), and the slew holds from there on.
 ///
-/// **No jumps.** A motion starts from the present drive: at the first sample, after [`reset`](Self::reset), after a hold or
-/// a stop and after samples that were held, `bumpless` makes the output equal the last one, to the bit. It then goes to
-/// zero in a straight line, over the time [`bumpless_time`](ControllerOptions::bumpless_time): that is the lead-in of a
-/// motion ([`lead_in`](Self::lead_in)), in which the drive is not yet that of the law. When gains, model or source change,
-/// `bumpless` takes the difference that the change makes at the last sample; when feedback goes or returns, the
-/// proportional term.
+/// **No jumps.** A motion starts from the present drive: at the first sample, after [`reset`](Self::reset), after a
+/// hold or a stop and after samples that were held, `bumpless` makes the output equal the last one, to the bit. It then
+/// goes to zero in a straight line, over the time [`bumpless_time`](ControllerOptions::bumpless_time): that is the
+/// lead-in of a motion ([`lead_in`](Self::lead_in)), in which the drive is not yet that of the law. When gains, model
+/// or source change, `bumpless` takes the difference that the change makes at the last sample; when feedback goes or
+/// returns, the proportional term.
 ///
 /// From the first sample of all, after a reset, a hold and a stop the integral rests for the bumpless time, whatever is
-/// switched meanwhile: it would only learn the errors of the start, and unlearn them slowly. After samples that were held
-/// for other reasons it goes on at once. The integral is kept in volts.
+/// switched meanwhile: it would only learn the errors of the start, and unlearn them slowly. After samples that were
+/// held for other reasons it goes on at once. The integral is kept in volts.
 ///
-/// **Filters** stand before both gains: so the integral never hides in them, and limits cut off nothing that they remember. They
-/// are at rest where a motion begins or the feedback returns, and wait where measurements are missing.
+/// **Filters** stand before both gains: so the integral never hides in them, and limits cut off nothing that they
+/// remember. They are at rest where a motion begins or the feedback returns, and wait where measurements are missing.
 ///
 /// **Memory.** The feed-forward remembers the drives that it asked for, not what the feedback adds. A stop, and
 /// [`follow`](Self::follow), give it the drives that really go out. While the drive is held, its creep goes on.
 ///
-/// **Bad samples.** A reference, target, correction or given feed-forward that is not finite (or beyond 1e100) leaves the drive as it
-/// is and is counted. So does a measurement that is not finite, out of
+/// **Bad samples.** A reference, target, correction or given feed-forward that is not finite (or beyond 1e100) leaves
+/// the drive as it is and is counted. So does a measurement that is not finite, out of
 /// [`measurement_range`](ControllerOptions::measurement_range) or farther than
 /// [`max_measurement_step`](ControllerOptions::max_measurement_step) from the last one, up to
-/// [`max_missing`](ControllerOptions::max_missing) in a row. Then feed-forward goes on alone, the integral frozen, until a
-/// plausible measurement returns. If the drive has not come back to that of the law since it was held last, the last error
-/// stands in instead: however often measurements are missing, the drive goes on. (References that come with
+/// [`max_missing`](ControllerOptions::max_missing) in a row. Then feed-forward goes on alone, the integral frozen,
+/// until a plausible measurement returns. If the drive has not come back to that of the law since it was held last, the
+/// last error stands in instead: however often measurements are missing, the drive goes on. (References that come with
 /// missing measurements still enter the preview, which so keeps its place in the trajectory.)
 ///
-/// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan), [`commit`](Self::commit), [`stop`](Self::stop) and the
-/// changes of gains and mode do not allocate, lock, panic, log or read a clock.
+/// [`step`](Self::step), [`peek`](Self::peek), [`plan`](Self::plan), [`commit`](Self::commit), [`stop`](Self::stop) and
+/// the changes of gains and mode do not allocate, lock, panic, log or read a clock.
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, HybridController, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
@@ -121,7 +121,8 @@ enum SampleStatus {
     Stopping(StopRamp),
     /// The reference, the target or the feed-forward is not admissible, or there is no feed-forward.
     Rejected,
-    /// The measurement is unusable, and not yet too often: the newest reference, and what the measurement was taken for.
+    /// The measurement is unusable, and not yet too often: the newest reference, and what the measurement was taken
+    /// for.
     Waiting(f64, Reading),
     /// The newest reference, and what the law works with.
     Accepted(f64, Sample),
@@ -200,8 +201,8 @@ impl<S: DriveSource> HybridController<S> {
     }
 
     /// The drive for a sample, which only [`commit`](Self::commit) takes: between the two it can be written to the
-    /// amplifier, and if that fails, memory and terms are those of the drive that the amplifier still has. A plan replaces
-    /// the one before; any change of the controller drops it.
+    /// amplifier, and if that fails, memory and terms are those of the drive that the amplifier still has. A plan
+    /// replaces the one before; any change of the controller drops it.
     pub fn plan(&mut self, command: Command, measurement: f64) -> f64 {
         let planned = self.decide(command, measurement);
         self.planned = Some(planned);
@@ -326,7 +327,8 @@ impl<S: DriveSource> HybridController<S> {
         self.gate.read(measurement, &self.now).is_plausible()
     }
 
-    /// What the coming measurement is compared with if this is the next reference: itself, or what the preview has for now.
+    /// What the coming measurement is compared with if this is the next reference: itself, or what the preview has for
+    /// now.
     #[must_use]
     #[inline]
     pub fn reference_of_now(&self, reference: f64) -> f64 {
@@ -351,9 +353,9 @@ impl<S: DriveSource> HybridController<S> {
         self.now.counters
     }
 
-    /// For how many seconds at most, from the next sample on, the drive is not yet that of the law: until the window of the
-    /// preview is full and the bumpless term is gone. Where no motion is under way, it is the lead-in of the next one. It
-    /// is shorter where there is no difference to take, and longer where limits or slew hold the drive back.
+    /// For how many seconds at most, from the next sample on, the drive is not yet that of the law: until the window of
+    /// the preview is full and the bumpless term is gone. Where no motion is under way, it is the lead-in of the next
+    /// one. It is shorter where there is no difference to take, and longer where limits or slew hold the drive back.
     #[must_use]
     pub fn lead_in(&self) -> f64 {
         let whole = self.rules.bumpless_samples.max(1);
@@ -404,11 +406,12 @@ impl<S: DriveSource> HybridController<S> {
 }
 
 impl<S: DriveSource> HybridController<S> {
-    /// Changes what the controller does with its samples, from the next one on and without a jump. A hold forgets neither
-    /// memory nor integral; the motion after it starts from the drive that was held.
+    /// Changes what the controller does with its samples, from the next one on and without a jump. A hold forgets
+    /// neither memory nor integral; the motion after it starts from the drive that was held.
     ///
     /// # Errors
-    /// [`Error::StopWithoutRate`] for [`Mode::Stop`], which [`stop`](Self::stop) enters; the controller is as before then.
+    /// [`Error::StopWithoutRate`] for [`Mode::Stop`], which [`stop`](Self::stop) enters; the controller is as before
+    /// then.
     pub fn set_mode(&mut self, mode: Mode) -> Result<(), Error> {
         match mode {
             Mode::Stop => return Err(Error::StopWithoutRate),
@@ -427,17 +430,18 @@ impl<S: DriveSource> HybridController<S> {
         (self.now.mode, self.now.stop) = (Mode::Hold, None);
     }
 
-    /// Ramps the drive to `rest_drive` at `rate` volts per second, or at the slew if that is slower, and holds it there.
+    /// Ramps the drive to `rest_drive` at `rate` volts per second, or at the slew if that is slower, and holds it
+    /// there.
     ///
     /// From the next sample on every [`step`](Self::step) puts out the next drive of the ramp, whatever reference and
-    /// measurement come, also NaN. [`mode`](Self::mode) is [`Mode::Stop`]. A new stop replaces the one before. An inverse
-    /// that feeds forward remembers the drives of the ramp; a model that is itself an inverse cannot, and stays as it is.
-    /// [`release`](Self::release), or another mode, starts a motion from the drive that is reached then. The integral stays
-    /// as it is, as in a hold; [`reset`](Self::reset) forgets it.
+    /// measurement come, also NaN. [`mode`](Self::mode) is [`Mode::Stop`]. A new stop replaces the one before. An
+    /// inverse that feeds forward remembers the drives of the ramp; a model that is itself an inverse cannot, and stays
+    /// as it is. [`release`](Self::release), or another mode, starts a motion from the drive that is reached then. The
+    /// integral stays as it is, as in a hold; [`reset`](Self::reset) forgets it.
     ///
     /// # Errors
-    /// [`Error::Domain`] unless the rate is above zero and the rest drive within the limits; the controller is as before
-    /// then.
+    /// [`Error::Domain`] unless the rate is above zero and the rest drive within the limits; the controller is as
+    /// before then.
     ///
     /// ```
     /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController};
@@ -457,8 +461,9 @@ impl<S: DriveSource> HybridController<S> {
         Ok(())
     }
 
-    /// The drive moves by at most so many volts per sample from now on, besides the slew: for samples that come closer together than
-    /// `dt`. Infinity takes the bound back; 0 and NaN hold the drive where it is. It is no part of the state.
+    /// The drive moves by at most so many volts per sample from now on, besides the slew: for samples that come closer
+    /// together than `dt`. Infinity takes the bound back; 0 and NaN hold the drive where it is. It is no part of the
+    /// state.
     ///
     /// ```
     /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController};
@@ -495,8 +500,8 @@ impl<S: DriveSource> HybridController<S> {
     /// Changes the gains (V/um and V/um/s) without a jump.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a gain that is negative (a proportional one may be, behind filters) or not finite; the controller is
-    /// as before then.
+    /// [`Error::Domain`] for a gain that is negative (a proportional one may be, behind filters) or not finite; the
+    /// controller is as before then.
     pub fn set_gains(&mut self, kp: f64, ki: f64) -> Result<(), Error> {
         let gains = Gains::new(kp, ki, self.options.dt, &self.rules.filters)?;
         self.planned = None;
@@ -506,7 +511,8 @@ impl<S: DriveSource> HybridController<S> {
         Ok(())
     }
 
-    /// Goes on with other filters, without a jump: with the same error what they put out stays as it was, and goes on from there.
+    /// Goes on with other filters, without a jump: with the same error what they put out stays as it was, and goes on
+    /// from there.
     ///
     /// # Errors
     /// [`Error::Domain`] for no filter behind a negative gain; the controller is as before then.
@@ -530,11 +536,13 @@ impl<S: DriveSource> HybridController<S> {
         }
     }
 
-    /// Goes on with another source of the feed-forward, without a jump. While a motion is under way the new source first
-    /// moves to the last target. Volts that are given are not known before the next sample: that one repeats the drive.
+    /// Goes on with another source of the feed-forward, without a jump. While a motion is under way the new source
+    /// first moves to the last target. Volts that are given are not known before the next sample: that one repeats the
+    /// drive.
     ///
     /// # Errors
-    /// [`Error::OtherLimits`] for an inverse that has not the limits of the controller; the controller is as before then.
+    /// [`Error::OtherLimits`] for an inverse that has not the limits of the controller; the controller is as before
+    /// then.
     pub fn set_feedforward(&mut self, source: S) -> Result<(), Error> {
         source.check_limits(self.options.limits)?;
         let LoopState { terms, feedforward_given: given, .. } = self.now;
@@ -552,8 +560,8 @@ impl<S: DriveSource> HybridController<S> {
         Ok(())
     }
 
-    /// As made, but for options and gains that were changed since and for the drive, which stays: the next motion starts
-    /// from it. Source and preview forget, the counters are zero, the mode is [`Mode::Run`].
+    /// As made, but for options and gains that were changed since and for the drive, which stays: the next motion
+    /// starts from it. Source and preview forget, the counters are zero, the mode is [`Mode::Run`].
     pub fn reset(&mut self) {
         self.restart(self.now.terms.drive);
     }
@@ -568,8 +576,8 @@ impl<S: DriveSource> HybridController<S> {
         Ok(())
     }
 
-    /// Goes on from another drive that the amplifier has, with everything that is remembered: after a state was loaded into
-    /// a controller whose amplifier is not at its drive. The next motion starts from there.
+    /// Goes on from another drive that the amplifier has, with everything that is remembered: after a state was loaded
+    /// into a controller whose amplifier is not at its drive. The next motion starts from there.
     ///
     /// # Errors
     /// [`Error::Domain`] for a drive outside the limits; the controller is as before then.
@@ -595,12 +603,12 @@ impl<S: DriveSource> HybridController<S> {
         Ok(())
     }
 
-    /// Takes over what was driven before, oldest drive first, one per sampling interval: the feed-forward remembers it, and
-    /// the next motion starts from the last of the drives. Without any nothing changes.
+    /// Takes over what was driven before, oldest drive first, one per sampling interval: the feed-forward remembers it,
+    /// and the next motion starts from the last of the drives. Without any nothing changes.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a drive that is not finite or outside the limits, [`Error::CannotFollow`] for a feed-forward by
-    /// a model that is itself an inverse, as it knows targets alone; the controller is as before then.
+    /// [`Error::Domain`] for a drive that is not finite or outside the limits, [`Error::CannotFollow`] for a
+    /// feed-forward by a model that is itself an inverse, as it knows targets alone; the controller is as before then.
     ///
     /// ```
     /// use hysteresis_core::{ControllerOptions, HybridController, Offsets, PrandtlIshlinskii};

@@ -33,8 +33,8 @@ pub struct DriveLimits {
 
 /// Everything that a [`HybridController`](super::HybridController) remembers: restored, it continues bit for bit.
 ///
-/// It also names the gains, the filters, the sampling interval, the limits, the model and the preview of its controller: a controller
-/// with others refuses it. The other options are not part of it.
+/// It also names the gains, the filters, the sampling interval, the limits, the model and the preview of its
+/// controller: a controller with others refuses it. The other options are not part of it.
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, HybridController, ModifiedPrandtlIshlinskii, Offsets, Ratios};
@@ -95,8 +95,8 @@ impl ControllerState {
 
 impl HybridController {
     /// Goes on with the weights and the offset of another model of the same operators, as
-    /// [`Inverse::set_model`](crate::Inverse::set_model) or [`Forward::set_model`](crate::Forward::set_model) of the source,
-    /// without a jump. Allocates nothing, and frees what the old model holds if no other clone of it is left.
+    /// [`Inverse::set_model`](crate::Inverse::set_model) or [`Forward::set_model`](crate::Forward::set_model) of the
+    /// source, without a jump. Allocates nothing, and frees what the old model holds if no other clone of it is left.
     ///
     /// # Errors
     /// As there, and [`Error::NoModel`] without a source that has one; the controller is as before then.
@@ -111,7 +111,8 @@ impl HybridController {
         Ok(())
     }
 
-    /// The Duhem operator of the model that feeds forward, if it has one: [`set_model`](Self::set_model) does not change it.
+    /// The Duhem operator of the model that feeds forward, if it has one: [`set_model`](Self::set_model) does not
+    /// change it.
     #[must_use]
     pub fn duhem(&self) -> Option<&Duhem<MAX_KNOTS>> {
         self.source.duhem()
@@ -136,9 +137,9 @@ impl HybridController {
     /// Continues from `state`, bit for bit. The amplifier must be at the drive of the state.
     ///
     /// # Errors
-    /// [`Error::Domain`] that names the field for a state of a controller with other gains, sampling interval or limits;
-    /// [`Error::State`], [`Error::Domain`] or [`Error::Length`] for one that this controller cannot be in. The controller
-    /// is as before then.
+    /// [`Error::Domain`] that names the field for a state of a controller with other gains, sampling interval or
+    /// limits; [`Error::State`], [`Error::Domain`] or [`Error::Length`] for one that this controller cannot be in. The
+    /// controller is as before then.
     pub fn set_state(&mut self, state: &ControllerState) -> Result<(), Error> {
         state.check(&self.options)?;
         match (&mut self.preview, &state.preview) {

@@ -1,4 +1,5 @@
-//! What is fed forward: a target, made of references that are known beforehand if there is a [`Preview`], and the volts that go with it.
+//! What is fed forward: a target, made of references that are known beforehand if there is a [`Preview`], and the volts
+//! that go with it.
 
 use alloc::boxed::Box;
 use alloc::vec;
@@ -40,8 +41,8 @@ pub enum FeedForward {
     /// The exact inverse of the actuator's model. It must have the limits of the controller: else targets out of reach
     /// would take its memory where the drive never goes.
     Inverse(Inverse),
-    /// The exact inverse of hysteresis with maps, loop shift and creep, with the limits of the controller. Loop shift and
-    /// creep go on at every sample, also while the drive is held.
+    /// The exact inverse of hysteresis with maps, loop shift and creep, with the limits of the controller. Loop shift
+    /// and creep go on at every sample, also while the drive is held.
     QuasiStatic(Box<QuasiStaticInverse>),
     /// A model that is itself an inverse, displacement in and volts out: Table II, or a closed form.
     Forward(Forward),
@@ -202,10 +203,11 @@ impl FeedForward {
 ///
 /// With it references enter the controller `ahead` samples early; its feedback uses r(k), from the same window.
 ///
-/// The window fills anew at the start, after a hold or a stop and after a rejected reference. Until it is full, the target
-/// is that of a rest at the first reference: coefficients that differentiate would else see a step of the velocity and ask
-/// for a kick. At the sample that fills the window the target takes over, and the bumpless term takes the difference. A
-/// reference that rests for as many samples as there are coefficients, before it moves, has no difference to take.
+/// The window fills anew at the start, after a hold or a stop and after a rejected reference. Until it is full, the
+/// target is that of a rest at the first reference: coefficients that differentiate would else see a step of the
+/// velocity and ask for a kick. At the sample that fills the window the target takes over, and the bumpless term takes
+/// the difference. A reference that rests for as many samples as there are coefficients, before it moves, has no
+/// difference to take.
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, Preview};
@@ -231,7 +233,8 @@ pub struct Preview {
     samples: usize,
 }
 
-/// The references that a [`Preview`] remembers. It belongs to previews with the same coefficients, samples ahead and smoothing.
+/// The references that a [`Preview`] remembers. It belongs to previews with the same coefficients, samples ahead and
+/// smoothing.
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, Preview};
@@ -261,8 +264,8 @@ impl Preview {
     /// A window of as many references as there are coefficients.
     ///
     /// # Errors
-    /// [`Error::Empty`] without a coefficient, [`Error::Domain`] unless all are finite, [`Error::Whole`] unless `ahead` lies in the
-    /// window.
+    /// [`Error::Empty`] without a coefficient, [`Error::Domain`] unless all are finite, [`Error::Whole`] unless `ahead`
+    /// lies in the window.
     pub fn new(coefficients: &[f64], ahead: usize) -> Result<Self, Error> {
         let last = coefficients.len().checked_sub(1).ok_or(Error::Empty { parameter: "coefficients" })?;
         check_all_finite("coefficients", coefficients)?;
@@ -273,11 +276,12 @@ impl Preview {
         Ok(Self { coefficients: coefficients.into(), ahead, smooth: Box::default(), past, newest: 0, samples: 0 })
     }
 
-    /// The same behind a smoothing of the references, by a kernel s of an odd number of weights: both the target and the reference of
-    /// the feedback are those of sum_i s_i r(k + m - i), m = (size - 1) / 2. References come m samples earlier then.
+    /// The same behind a smoothing of the references, by a kernel s of an odd number of weights: both the target and
+    /// the reference of the feedback are those of sum_i s_i r(k + m - i), m = (size - 1) / 2. References come m samples
+    /// earlier then.
     ///
-    /// So references may have steps and corners that the actuator must not be asked for: a kernel that is a sum over one period of a
-    /// resonance does not excite it.
+    /// So references may have steps and corners that the actuator must not be asked for: a kernel that is a sum over
+    /// one period of a resonance does not excite it.
     ///
     /// ```
     /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController, Preview};
@@ -294,8 +298,8 @@ impl Preview {
     /// ```
     ///
     /// # Errors
-    /// [`Error::State`] for a preview that is smoothed already; [`Error::Whole`] for a number of weights that is not odd,
-    /// [`Error::Domain`] for weights that are not finite, or that do not sum to 1 within 1e-9.
+    /// [`Error::State`] for a preview that is smoothed already; [`Error::Whole`] for a number of weights that is not
+    /// odd, [`Error::Domain`] for weights that are not finite, or that do not sum to 1 within 1e-9.
     pub fn smoothed(self, kernel: &[f64]) -> Result<Self, Error> {
         if !self.smooth.is_empty() {
             return Err(Error::State { expected: "a preview that is not smoothed yet" });

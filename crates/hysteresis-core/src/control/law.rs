@@ -28,18 +28,20 @@ pub enum Mode {
     Run,
     /// Feed-forward alone: the proportional term is off, the integral is frozen and stays part of the drive.
     Feedforward,
-    /// The drive stays, for any reference and measurement, and nothing advances but the creep of a feed-forward that has any.
+    /// The drive stays, for any reference and measurement, and nothing advances but the creep of a feed-forward that
+    /// has any.
     Hold,
     /// The drive goes to a rest drive at a given rate and stays there, for any reference and measurement. Entered by
     /// [`stop`](super::HybridController::stop).
     Stop,
 }
 
-/// The terms of the last sample that was acted upon: the first four in the unit of the measurement, the others in volts.
+/// The terms of the last sample that was acted upon: the first four in the unit of the measurement, the others in
+/// volts.
 ///
-/// `unlimited_drive` = `feedforward` + `proportional` + `integral` + `bumpless`. Two cases differ: at the start of a motion
-/// it is the present drive, to the bit, and during a stop it is the next drive of the ramp. A change of gains, model or
-/// source restates the terms for the new configuration.
+/// `unlimited_drive` = `feedforward` + `proportional` + `integral` + `bumpless`. Two cases differ: at the start of a
+/// motion it is the present drive, to the bit, and during a stop it is the next drive of the ramp. A change of gains,
+/// model or source restates the terms for the new configuration.
 ///
 /// ```
 /// use hysteresis_core::{ControllerOptions, FeedForward, HybridController};
@@ -68,7 +70,8 @@ pub struct Terms {
     pub feedforward: f64,
     /// kp times the filtered error.
     pub proportional: f64,
-    /// The sum of ki dt times the filtered errors, this sample included, without the samples for which the integral rests.
+    /// The sum of ki dt times the filtered errors, this sample included, without the samples for which the integral
+    /// rests.
     pub integral: f64,
     /// What keeps starts and switches from being jumps. It goes to zero in a straight line.
     pub bumpless: f64,
@@ -186,8 +189,8 @@ pub struct LoopState {
     pub started: bool,
     /// For how many samples the bumpless term goes on.
     pub bumpless_samples: u32,
-    /// For how many samples the integral still rests. A start shortens it to its bumpless time, and one after missing measurements
-    /// counts as a sample of it.
+    /// For how many samples the integral still rests. A start shortens it to its bumpless time, and one after missing
+    /// measurements counts as a sample of it.
     pub integral_rest_samples: u32,
     /// Whether the last sample had a proportional term.
     pub feedback_active: bool,
@@ -213,9 +216,10 @@ impl LoopState {
         Self { terms: Terms::at(drive), integral_rest_samples: u32::MAX, ..Self::default() }
     }
 
-    /// The last error, for a measurement that is missing while the drive comes back to that of the law after a hold in the midst of a
-    /// motion or a switch, or that follows such a one. To hold the drive once more then, and again and again where every other
-    /// measurement is missing, would let it stand still; and feedback that comes and goes would start its filters anew each time.
+    /// The last error, for a measurement that is missing while the drive comes back to that of the law after a hold in
+    /// the midst of a motion or a switch, or that follows such a one. To hold the drive once more then, and again and
+    /// again where every other measurement is missing, would let it stand still; and feedback that comes and goes would
+    /// start its filters anew each time.
     pub(super) fn stand_in_error(&self) -> Option<f64> {
         let comes_back = self.terms.bumpless != 0.0 && self.integral_rest_samples == 0;
         let stood_in = self.missing_in_a_row > 0;
@@ -351,8 +355,8 @@ enum IntegratorUpdate {
     Conditional,
     /// All errors, less a share of what the limiter cut off. Without a share, one sample over the integral time.
     BackCalculation { share: Option<f64> },
-    /// All errors, less all that the limiter cut off. An incremental law starts from the drive that went out, which is the
-    /// positional law with such an integral.
+    /// All errors, less all that the limiter cut off. An incremental law starts from the drive that went out, which is
+    /// the positional law with such an integral.
     Incremental,
 }
 
@@ -454,8 +458,8 @@ impl Rules {
         after
     }
 
-    /// The filters after an error. They are at rest where a motion begins or the feedback returns; they wait while there is none,
-    /// and where single measurements are missing.
+    /// The filters after an error. They are at rest where a motion begins or the feedback returns; they wait while
+    /// there is none, and where single measurements are missing.
     #[inline]
     fn filtered(&self, before: &LoopState, feedback: bool, error: f64) -> FilterState {
         if !feedback {
@@ -495,8 +499,8 @@ impl Rules {
     }
 }
 
-/// What share of a bumpless term that goes on for so many samples is left after the next one, if any is: it goes down by
-/// the same amount at each.
+/// What share of a bumpless term that goes on for so many samples is left after the next one, if any is: it goes down
+/// by the same amount at each.
 #[inline]
 pub(super) fn bumpless_share(samples: u32) -> Option<f64> {
     let left = samples.saturating_sub(1);

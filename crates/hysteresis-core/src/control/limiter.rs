@@ -39,13 +39,14 @@ impl Limiter {
         Self { low, high, slew, step: slew }
     }
 
-    /// From now on the drive moves by at most so many volts per sample, and no farther than the slew allows. NaN counts as 0.
+    /// From now on the drive moves by at most so many volts per sample, and no farther than the slew allows. NaN counts
+    /// as 0.
     pub(super) fn bound_step(&mut self, volts: f64) {
         self.step = self.slew.min(volts.max(0.0));
     }
 
-    /// The nearest to the unlimited drive that lies within the limits and within a step of the last drive `from`. A NaN,
-    /// which the bounds on all inputs rule out, would leave the drive where it is.
+    /// The nearest to the unlimited drive that lies within the limits and within a step of the last drive `from`. A
+    /// NaN, which the bounds on all inputs rule out, would leave the drive where it is.
     #[inline]
     pub(super) fn limit(&self, unlimited: f64, from: f64) -> Limited {
         let allowed = nearest(unlimited, self.low, self.high, from);
@@ -56,8 +57,8 @@ impl Limiter {
 
 /// The nearest to `to` that is at most `step` from `from`.
 ///
-/// `from + step` may round away from `from`, by half a unit in the last place. It is rounded towards `from` then, so that
-/// the difference of the two drives, computed in doubles, never exceeds `step`.
+/// `from + step` may round away from `from`, by half a unit in the last place. It is rounded towards `from` then, so
+/// that the difference of the two drives, computed in doubles, never exceeds `step`.
 #[inline]
 pub(super) fn approach(to: f64, from: f64, step: f64) -> f64 {
     let (below, above) = (from - step, from + step);

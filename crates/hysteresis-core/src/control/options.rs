@@ -16,8 +16,8 @@ pub enum Law {
     /// u = H^-1\[target\] + kp e + ki dt sum e: equation (8) as it must be meant (errata 10 and 11).
     #[default]
     Positional,
-    /// u += change of H^-1\[target\] + kp (change of e) + ki dt e, from the drive that went out. The same as long as nothing
-    /// limits the drive. What a limit cuts off is lost until the integral has made up for it (erratum 12).
+    /// u += change of H^-1\[target\] + kp (change of e) + ki dt e, from the drive that went out. The same as long as
+    /// nothing limits the drive. What a limit cuts off is lost until the integral has made up for it (erratum 12).
     Incremental,
 }
 
@@ -51,7 +51,8 @@ pub enum AntiWindup {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControllerOptions {
-    /// Proportional gain in volts per unit of the measurement (V/um). It is negative behind filters only: that is active damping.
+    /// Proportional gain in volts per unit of the measurement (V/um). It is negative behind filters only: that is
+    /// active damping.
     pub kp: f64,
     /// Integral gain in volts per unit of the measurement and second (V/um/s), not negative.
     pub ki: f64,
@@ -65,18 +66,18 @@ pub struct ControllerOptions {
     pub law: Law,
     /// Of the positional law.
     pub anti_windup: AntiWindup,
-    /// How long, in seconds, the difference at a start or a switch takes to go to zero, in a straight line: the lead-in of
-    /// a motion.
+    /// How long, in seconds, the difference at a start or a switch takes to go to zero, in a straight line: the lead-in
+    /// of a motion.
     pub bumpless_time: f64,
     /// How many measurements in a row may be missing or implausible, the drive being held, before feed-forward goes on
-    /// alone. If the drive has not come back to that of the law since it was held last, it is not held, and the last error
-    /// stands in.
+    /// alone. If the drive has not come back to that of the law since it was held last, it is not held, and the last
+    /// error stands in.
     pub max_missing: u32,
     /// The lowest and the highest measurement that the sensor can show. What lies outside is implausible.
     pub measurement_range: Option<(f64, f64)>,
     /// The largest change of the measurement from one sample to the next. What is farther from the last plausible
-    /// measurement is implausible; but after `max_missing` unusable ones in a row (and at least one) the next one within
-    /// the range is taken as it is, so a real change of level is never shut out.
+    /// measurement is implausible; but after `max_missing` unusable ones in a row (and at least one) the next one
+    /// within the range is taken as it is, so a real change of level is never shut out.
     pub max_measurement_step: Option<f64>,
     /// What shapes the error before it is fed back: notches, low-passes, leads, active damping. None by default.
     pub filters: Sections,

@@ -8,8 +8,9 @@ use crate::error::{Error, MAX_MAGNITUDE};
 use crate::process::Process;
 use crate::real::Real;
 
-/// Where the feed-forward of a [`HybridController`](super::HybridController) comes from: [`FeedForward`](super::FeedForward), or the
-/// inverse of a model of fixed size, [`embedded::Inverse`](crate::embedded::Inverse), or [`DuhemInverse`](crate::DuhemInverse).
+/// Where the feed-forward of a [`HybridController`](super::HybridController) comes from:
+/// [`FeedForward`](super::FeedForward), or the inverse of a model of fixed size,
+/// [`embedded::Inverse`](crate::embedded::Inverse), or [`DuhemInverse`](crate::DuhemInverse).
 ///
 /// No method allocates, locks or panics. Drives are in volts, targets in the unit of the model's output.
 pub trait DriveSource: Clone + Debug {

@@ -1,4 +1,5 @@
-//! What a controller has in place of a preview, and of the sources of its feed-forward that allocate, where nothing may.
+//! What a controller has in place of a preview, and of the sources of its feed-forward that allocate, where nothing
+//! may.
 
 use super::source::{DriveSource, View};
 use crate::error::Error;

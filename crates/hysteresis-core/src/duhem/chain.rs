@@ -168,7 +168,8 @@ impl<const N: usize> Chain<N> {
         Piece { end, end_is_exact: true, ..*piece }
     }
 
-    /// The first piece behind this one that has not `ended`, by the (x, z) of its end. There is one: the last has no end.
+    /// The first piece behind this one that has not `ended`, by the (x, z) of its end. There is one: the last has no
+    /// end.
     #[inline]
     pub(super) fn behind(&self, piece: &Piece, ended: impl Fn(f64, f64) -> bool) -> Piece {
         let mut x = piece.end;

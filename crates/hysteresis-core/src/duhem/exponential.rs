@@ -1,4 +1,5 @@
-//! f (e^(g h) - 1) / g and ln(b / a) / (b - a) to rounding of g h and b / a: there is neither exponential nor logarithm without std.
+//! f (e^(g h) - 1) / g and ln(b / a) / (b - a) to rounding of g h and b / a: there is neither exponential nor logarithm
+//! without std.
 
 /// 1 / (n + 1)! for n = 0 ..= 15: (e^t - 1) / t as a power series.
 const SERIES: [f64; 16] = [

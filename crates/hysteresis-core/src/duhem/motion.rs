@@ -78,7 +78,8 @@ impl Motion {
         self.piece = self.chain(duhem).piece(self.last, self.z, near);
     }
 
-    /// Goes on to a piece that has not `ended`, by the (x, z) of its end; `is_early` where a bound of an end cannot tell.
+    /// Goes on to a piece that has not `ended`, by the (x, z) of its end; `is_early` where a bound of an end cannot
+    /// tell.
     #[inline]
     fn pass_knots<const N: usize>(&mut self, duhem: &Duhem<N>, is_early: bool, ended: impl Fn(f64, f64) -> bool) {
         let is_within = !ended(self.piece.end, self.piece.end_z);

@@ -79,7 +79,8 @@ impl<const N: usize> Duhem<N> {
 
     /// Bouc-Wen hysteresis of exponent 1: z' = alpha x' - beta (gamma |x'| z + delta x' |z|).
     ///
-    /// With an alpha below 0 it is the h that the piezo form k x - h subtracts: -h has alpha and delta of the other sign.
+    /// With an alpha below 0 it is the h that the piezo form k x - h subtracts: -h has alpha and delta of the other
+    /// sign.
     ///
     /// f+ = alpha - beta (gamma z + delta |z|) and f- = alpha + beta (gamma z - delta |z|): three knots. Where f
     /// would fall to zero, z comes to rest: f stays at 1e-9 alpha there.
@@ -188,7 +189,8 @@ impl<const N: usize> Duhem<N> {
         self.rising().chain(self.falling()).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The smallest f of both directions: z grows at least by this per unit of x. Below 0 for an operator whose z falls.
+    /// The smallest f of both directions: z grows at least by this per unit of x. Below 0 for an operator whose z
+    /// falls.
     #[must_use]
     pub fn min_slope(&self) -> f64 {
         self.rising().chain(self.falling()).fold(f64::INFINITY, f64::min)

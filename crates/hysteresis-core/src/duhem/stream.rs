@@ -177,8 +177,8 @@ impl<const N: usize> DuhemInverse<N> {
         Ok(Self { duhem, gain, motion: Motion::at(&duhem, 0.0, 0.0), target: 0.0, limits, rejected: 0 })
     }
 
-    /// The same whose x never leaves (low, high): a target out of reach holds the limit before it. It begins where x is 0, or at the
-    /// limit nearest to that.
+    /// The same whose x never leaves (low, high): a target out of reach holds the limit before it. It begins where x is
+    /// 0, or at the limit nearest to that.
     ///
     /// ```
     /// use hysteresis_core::{Duhem, DuhemInverse, Process};
@@ -203,8 +203,8 @@ impl<const N: usize> DuhemInverse<N> {
         (self.limits != (-MAX_MAGNITUDE, MAX_MAGNITUDE)).then_some(self.limits)
     }
 
-    /// Puts out another x than the one that a target asks for, within the limits, and remembers it. Returns the sum there. An x that is
-    /// not finite is counted and changes nothing else.
+    /// Puts out another x than the one that a target asks for, within the limits, and remembers it. Returns the sum
+    /// there. An x that is not finite is counted and changes nothing else.
     pub fn follow_drive(&mut self, x: f64) -> f64 {
         if is_admissible(x) {
             let (low, high) = self.limits;

@@ -1,5 +1,5 @@
-//! Where a family is on its current branch, how far a move of the input takes it, and what of the past still matters: a stack of
-//! turning points, each with fewer operators than the one below.
+//! Where a family is on its current branch, how far a move of the input takes it, and what of the past still matters: a
+//! stack of turning points, each with fewer operators than the one below.
 
 use core::hint::select_unpredictable;
 
@@ -298,8 +298,8 @@ impl<T: Real> Branch<T> {
         (self.begin, self.end) = (to.begin, to.begin);
     }
 
-    /// Where the present loop closes, if that is remembered: at the newest turning point that ended a branch of the same
-    /// direction. With the output of the whole model there.
+    /// Where the present loop closes, if that is remembered: at the newest turning point that ended a branch of the
+    /// same direction. With the output of the whole model there.
     #[inline(always)]
     pub(crate) fn closes_at(&self, stack: &Stack<T, impl Store>, direction: Direction) -> Option<Point<T>> {
         let mut point = &self.top.point;

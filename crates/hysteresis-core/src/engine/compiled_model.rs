@@ -1,5 +1,5 @@
-//! A model in the form that evaluates it, and the memory of one stream of it: turning points where the thresholds are nested; else, or
-//! if asked for, a bank of operators.
+//! A model in the form that evaluates it, and the memory of one stream of it: turning points where the thresholds are
+//! nested; else, or if asked for, a bank of operators.
 
 use alloc::boxed::Box;
 use alloc::sync::Arc;
@@ -17,8 +17,9 @@ use crate::real::count_as_f64;
 
 /// Which algorithm evaluates a stream.
 ///
-/// Both give the same outputs, to 1e-12 of the range. Streams of nested thresholds take turning points unless they are asked for
-/// the other one by [`Forward::with_method`](crate::Forward::with_method). Either takes the saved states of the other.
+/// Both give the same outputs, to 1e-12 of the range. Streams of nested thresholds take turning points unless they are
+/// asked for the other one by [`Forward::with_method`](crate::Forward::with_method). Either takes the saved states of
+/// the other.
 ///
 /// ```
 /// use hysteresis_core::{CompiledModel, Forward, Method, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
@@ -34,12 +35,13 @@ use crate::real::count_as_f64;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// Turning points and prefix sums: the cost does not grow with the number of operators, and hardly anything is left of it on a
-    /// smooth drive.
+    /// Turning points and prefix sums: the cost does not grow with the number of operators, and hardly anything is left
+    /// of it on a smooth drive.
     TurningPoints,
-    /// All operators at once: thresholds that are not nested, arbitrary initial outputs, or few operators along a drive that jumps. A
-    /// sample on the line that is drawn after small moves costs as little as with turning points; any other takes one pass over all
-    /// operators, whatever the drive does. The feature `simd` makes it faster on x86-64-v3 and with AVX-512, and changes no bit.
+    /// All operators at once: thresholds that are not nested, arbitrary initial outputs, or few operators along a drive
+    /// that jumps. A sample on the line that is drawn after small moves costs as little as with turning points; any
+    /// other takes one pass over all operators, whatever the drive does. The feature `simd` makes it faster on
+    /// x86-64-v3 and with AVX-512, and changes no bit.
     Bank,
 }
 
@@ -162,7 +164,8 @@ pub enum MemoryState {
 
 /// A model's parameters together with the memory of one stream.
 ///
-/// Behind a pointer, as only a sample that leaves its line needs it: a stream is two cache lines, many fit in the cache.
+/// Behind a pointer, as only a sample that leaves its line needs it: a stream is two cache lines, many fit in the
+/// cache.
 #[derive(Clone, Debug)]
 pub(crate) enum HeapMemory {
     TurningPoints(Box<SharedEngine>),
@@ -177,7 +180,8 @@ impl HeapMemory {
         }
     }
 
-    /// The reversals that still determine the output, oldest first, for inputs that count from `origin`: nothing for a bank.
+    /// The reversals that still determine the output, oldest first, for inputs that count from `origin`: nothing for a
+    /// bank.
     pub(crate) fn turning_points(&self, origin: f64) -> Vec<f64> {
         match self {
             Self::TurningPoints(engine) => engine.memory().into_iter().map(|x| x + origin).collect(),

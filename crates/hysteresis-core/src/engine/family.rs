@@ -1,5 +1,5 @@
-//! The two families of one-sided plays that a model is made of, with nested thresholds, and the sums that make their cost independent
-//! of their size.
+//! The two families of one-sided plays that a model is made of, with nested thresholds, and the sums that make their
+//! cost independent of their size.
 
 use core::hint::select_unpredictable;
 
@@ -64,8 +64,8 @@ impl<T: Real, S: Store> Family<T, S> {
     /// The family in nested order; of equal members the first stays first.
     ///
     /// # Errors
-    /// [`Error::Domain`] that names the threshold `fall` of the first member that breaks the order, if no order nests both
-    /// thresholds, [`Error::Whole`] for more members than a table can count.
+    /// [`Error::Domain`] that names the threshold `fall` of the first member that breaks the order, if no order nests
+    /// both thresholds, [`Error::Whole`] for more members than a table can count.
     pub(crate) fn nested(fall: &'static str, members: &mut [Member<T>]) -> Result<Self, Error> {
         if members.len() > MAX_NUMBERS as usize {
             return Err(Error::whole("weights", None, "at most 4294967294", members.len()));
@@ -257,8 +257,8 @@ impl<S: Store> Families<f64, S> {
 /// The weights above and below zero of an operator, and the operator.
 pub(super) type WeightsAndPlay = (f64, f64, CoupledPlay);
 
-/// What both sides of an identity have is a straight line that always slides, so the slope stays above it; the rest, if it
-/// is split, is a one-sided play of no width.
+/// What both sides of an identity have is a straight line that always slides, so the slope stays above it; the rest, if
+/// it is split, is a one-sided play of no width.
 fn straight((above, below, z): &WeightsAndPlay) -> f64 {
     if z.is_identity() { above.min(*below) } else { 0.0 }
 }

@@ -1,4 +1,5 @@
-//! Which of many sorted numbers lie at or below another one: without a search where they are evenly spaced, or where few are passed.
+//! Which of many sorted numbers lie at or below another one: without a search where they are evenly spaced, or where
+//! few are passed.
 
 use core::hint::select_unpredictable;
 use core::ops::Range;

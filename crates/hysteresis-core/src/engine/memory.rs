@@ -11,7 +11,8 @@ pub(crate) trait Memory<T: Real> {
     /// Moves the input from `from` to `to`.
     fn move_input(&mut self, from: T, to: T);
 
-    /// [`move_input`](Self::move_input); the piece over the input there, and [`back_after`](Self::back_after) that move.
+    /// [`move_input`](Self::move_input); the piece over the input there, and [`back_after`](Self::back_after) that
+    /// move.
     #[inline(always)]
     fn move_on(&mut self, from: T, to: T, step_back: bool) -> (Piece<T>, Option<T>) {
         self.move_input(from, to);
@@ -54,8 +55,8 @@ pub(crate) trait Memory<T: Real> {
     /// The piece over the output at the present position, the output being `output` and the input `input`.
     fn inverse_piece(&self, input: T, output: T, limits: (T, T)) -> Piece<T>;
 
-    /// Where, over the input, the present piece ends behind the present position if it holds on both sides of that. A move ahead
-    /// beyond the end of a piece never comes to one that does.
+    /// Where, over the input, the present piece ends behind the present position if it holds on both sides of that. A
+    /// move ahead beyond the end of a piece never comes to one that does.
     fn back(&self) -> Option<T>;
 
     /// [`back`](Self::back) after a move that was a step back or not: nothing after any other.

@@ -1,12 +1,13 @@
 //! What evaluates a model, forward and inverse, between and across breakpoints, and what it remembers.
 //!
-//! Nested thresholds run on the turning-point [`Engine`]; anything else on the [`bank`] of operators. Inputs here are relative to the
-//! input offset, outputs to the output offset.
+//! Nested thresholds run on the turning-point [`Engine`]; anything else on the [`bank`] of operators. Inputs here are
+//! relative to the input offset, outputs to the output offset.
 //!
 //! The way of a sample that leaves its line: a stream calls its [`Memory`], which for models of any size is the one in
-//! `compiled_model`. `turning_point_engine` turns round if the input does, and moves both families ahead: `branch` takes off the turning
-//! points that are passed and finds the operators that begin to slide, by the tables of `family` and `lookup`. The sums of `family` give
-//! the next line. A bank takes one pass over all its operators instead, in `bank::loops`.
+//! `compiled_model`. `turning_point_engine` turns round if the input does, and moves both families ahead: `branch`
+//! takes off the turning points that are passed and finds the operators that begin to slide, by the tables of `family`
+//! and `lookup`. The sums of `family` give the next line. A bank takes one pass over all its operators instead, in
+//! `bank::loops`.
 
 #[cfg(feature = "alloc")]
 mod bank;

@@ -1,4 +1,5 @@
-//! What a model is over its input: straight lines from breakpoint to breakpoint. And the inverse of such a line that always rises.
+//! What a model is over its input: straight lines from breakpoint to breakpoint. And the inverse of such a line that
+//! always rises.
 
 use crate::model::Offsets;
 use crate::real::Real;
@@ -246,8 +247,9 @@ pub(crate) fn solve<T: Real>(
 /// How many times as far as Newton's method a step goes that is to find what lies beyond the target.
 const FURTHER: f64 = 16.0;
 
-/// Where the target may be, for a first look: where a hyperbola that leaves `near` with `slope` and goes through `far` has the output
-/// `target`: as good as a parabola for slopes that change little, and a single division. Without `far`, a straight line.
+/// Where the target may be, for a first look: where a hyperbola that leaves `near` with `slope` and goes through `far`
+/// has the output `target`: as good as a parabola for slopes that change little, and a single division. Without `far`,
+/// a straight line.
 #[inline(always)]
 pub(crate) fn first_guess<T: Real>(near: Point<T>, slope: T, far: Option<Point<T>>, target: T) -> T {
     let rise = target - near.output;

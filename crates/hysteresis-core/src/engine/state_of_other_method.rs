@@ -6,9 +6,9 @@
 //! give all outputs ([`operators_of`]). The other way ([`turning_points_of`]) outputs that lie on one of these two lines side by
 //! side, from the narrowest play to the widest, were left at one reversal, at the x of that line.
 //!
-//! An example: plays with a = b = 1, 2 and 3, and a drive of 0, 6, -2, 3. At 6 they are at 5, 4, 3, at -2 at 0, 0, 1, and
-//! at 3 at 2, 1, 1. The first two lie on x - a with x = 3, where the drive is: they slide. The third may have been left
-//! by a rise to 4 or by a fall to -2. Nothing that is yet to come depends on which it was.
+//! An example: plays with a = b = 1, 2 and 3, and a drive of 0, 6, -2, 3. At 6 they are at 5, 4, 3, at -2 at 0, 0, 1,
+//! and at 3 at 2, 1, 1. The first two lie on x - a with x = 3, where the drive is: they slide. The third may have been
+//! left by a rise to 4 or by a fall to -2. Nothing that is yet to come depends on which it was.
 
 use alloc::sync::Arc;
 use alloc::vec;
@@ -132,8 +132,8 @@ impl PlayAt {
     }
 }
 
-/// How far sums of numbers of that magnitude may be off by rounding: hundreds of units in the last place, and far less than a
-/// state of the other method may change an output.
+/// How far sums of numbers of that magnitude may be off by rounding: hundreds of units in the last place, and far less
+/// than a state of the other method may change an output.
 pub(super) fn rounding(scale: f64) -> f64 {
     1e-14 * scale + f64::MIN_POSITIVE
 }
@@ -172,8 +172,8 @@ fn check_nested(family: &[PlayAt]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Between the inputs from which on it slides an operator holds its output. Of an operator above zero and one below it, one of
-/// these intervals lies in the other: were they staggered, whatever set one operator would have moved the other.
+/// Between the inputs from which on it slides an operator holds its output. Of an operator above zero and one below it,
+/// one of these intervals lies in the other: were they staggered, whatever set one operator would have moved the other.
 ///
 /// A turning point relies on it: back there the model is back at its output, whatever the drive did between.
 fn check_apart(above: &[PlayAt], below: &[PlayAt]) -> Result<(), Error> {
@@ -201,7 +201,8 @@ struct Reversal {
 }
 
 impl Reversal {
-    /// What a saved family tells of, newest first: the present branch, where its input is at `input`, and its turning points.
+    /// What a saved family tells of, newest first: the present branch, where its input is at `input`, and its turning
+    /// points.
     pub(super) fn remembered(state: &FamilyState, direction: Direction, input: f64) -> Vec<Self> {
         let present = Self { ended: direction, input, moved: state.moved };
         let before = state.turning_points.iter().rev();
@@ -247,7 +248,8 @@ fn left_by(family: &mut [PlayAt], reversals: &[Reversal]) {
     }
 }
 
-/// Turning points that lead to the plays of both families, the input being at `input`. What the model puts out at them is left open.
+/// Turning points that lead to the plays of both families, the input being at `input`. What the model puts out at them
+/// is left open.
 fn memory_of(above: &[PlayAt], below: &[PlayAt], input: f64) -> TurningPointState {
     let (mut positive, mut negative) = (reversals(above, input), reversals(below, -input));
     let rises = has_moved(&positive, above, Direction::Rising, input)
@@ -266,7 +268,8 @@ fn memory_of(above: &[PlayAt], below: &[PlayAt], input: f64) -> TurningPointStat
     }
 }
 
-/// As few reversals as can be that leave a family where it is, newest first. The widest plays that rest at zero need none.
+/// As few reversals as can be that leave a family where it is, newest first. The widest plays that rest at zero need
+/// none.
 fn reversals(family: &[PlayAt], input: f64) -> Vec<Reversal> {
     let mut reversals = Vec::new();
     let mut moved = 0;
@@ -283,8 +286,8 @@ fn reversals(family: &[PlayAt], input: f64) -> Vec<Reversal> {
     reversals
 }
 
-/// The reversal that ended in this direction and left play number `first`, and all the wider ones that it has left. What rounding
-/// puts behind the present input was there.
+/// The reversal that ended in this direction and left play number `first`, and all the wider ones that it has left.
+/// What rounding puts behind the present input was there.
 fn longest(family: &[PlayAt], first: usize, ended: Direction, input: f64) -> Reversal {
     let play = &family[first];
     let turned = match ended {
@@ -296,8 +299,8 @@ fn longest(family: &[PlayAt], first: usize, ended: Direction, input: f64) -> Rev
     reversal
 }
 
-/// Whether a branch in this direction that has come to `input` has left the plays of the newest reversal: then they slide, and that
-/// is no reversal. Plays of no width slide on any branch.
+/// Whether a branch in this direction that has come to `input` has left the plays of the newest reversal: then they
+/// slide, and that is no reversal. Plays of no width slide on any branch.
 fn slides(reversals: &[Reversal], family: &[PlayAt], direction: Direction, input: f64) -> bool {
     reversals.first().is_some_and(|newest| {
         let branch = Reversal { ended: direction, input, moved: newest.moved };
@@ -316,7 +319,8 @@ fn take_moving(reversals: &mut Vec<Reversal>, family: &[PlayAt], direction: Dire
     Reversal { ended: direction, input, moved: if slide { reversals.remove(0).moved } else { 0 } }
 }
 
-/// A reversal as the model sees it: its input, the direction that it ended, and the width of the widest play that it left.
+/// A reversal as the model sees it: its input, the direction that it ended, and the width of the widest play that it
+/// left.
 type Seen = (f64, Direction, f64);
 
 fn oldest_first(reversals: &[Reversal], family: &[PlayAt], sign: f64) -> Vec<Seen> {
@@ -327,8 +331,8 @@ fn oldest_first(reversals: &[Reversal], family: &[PlayAt], sign: f64) -> Vec<See
     reversals.iter().rev().map(seen).collect()
 }
 
-/// The numbers of the reversals of both families, oldest first, and the last one: what left wider plays is older, as the intervals in
-/// which operators hold lie in one another. A reversal may have left plays of both families.
+/// The numbers of the reversals of both families, oldest first, and the last one: what left wider plays is older, as
+/// the intervals in which operators hold lie in one another. A reversal may have left plays of both families.
 fn numbers(positive: &[Seen], negative: &[Seen]) -> ((Vec<u64>, Vec<u64>), u64) {
     let (mut above, mut below) = (positive.iter().peekable(), negative.iter().peekable());
     let (mut numbers, mut last) = ((Vec::new(), Vec::new()), 0);

@@ -1,7 +1,8 @@
 //! The turning-point engine: a model and its memory, moved by its input or by its output.
 //!
-//! [`EngineState`] is both families on their branches, a plain value; a copy can look ahead. [`Engine`] adds the model and the stacks.
-//! Its inverse is [`InverseSearch`]: loops that the target lies beyond are closed first, the last stretch is [solved](solve) for.
+//! [`EngineState`] is both families on their branches, a plain value; a copy can look ahead. [`Engine`] adds the model
+//! and the stacks. Its inverse is [`InverseSearch`]: loops that the target lies beyond are closed first, the last
+//! stretch is [solved](solve) for.
 
 use super::branch::{Branch, Checkpoint, Stack, Stacks};
 use super::family::{Evaluates, Families};

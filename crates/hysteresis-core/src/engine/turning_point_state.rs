@@ -1,4 +1,5 @@
-//! What a turning-point engine remembers as a plain value: out of it, into it, and with other weights of the same operators.
+//! What a turning-point engine remembers as a plain value: out of it, into it, and with other weights of the same
+//! operators.
 
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -90,7 +91,8 @@ impl Branch<f64> {
         (branch, stack)
     }
 
-    /// The same position with other weights: what is remembered of the operators at older turning points is summed anew.
+    /// The same position with other weights: what is remembered of the operators at older turning points is summed
+    /// anew.
     pub(crate) fn reweigh(
         &mut self,
         family: &Family<f64, impl Store>,

@@ -1,8 +1,9 @@
-//! Several numbers at once, by the widest instructions that the processor has: eight with AVX-512 as of Ice Lake and Zen 4, four with
-//! x86-64-v3 or any other.
+//! Several numbers at once, by the widest instructions that the processor has: eight with AVX-512 as of Ice Lake and
+//! Zen 4, four with x86-64-v3 or any other.
 //!
-//! Every way does the same with the same numbers in the same order, and rounds wherever the others do: no bit depends on the processor.
-//! Everything here is always inlined: what is called must be compiled for the instructions of the caller.
+//! Every way does the same with the same numbers in the same order, and rounds wherever the others do: no bit depends
+//! on the processor. Everything here is always inlined: what is called must be compiled for the instructions of the
+//! caller.
 
 use core::array;
 

@@ -42,7 +42,8 @@ impl ModifiedPrandtlIshlinskii {
     ///
     /// # Errors
     /// [`Error::NoClosedForm`] unless r_0 = 0, r never decreases and every partial sum of the weights is positive, and
-    /// for a split model, whose families would need thresholds r' of their own; [`Error::Domain`] for ratios that break ra >= rb >= 0 or 1 >= rc >= 0.
+    /// for a split model, whose families would need thresholds r' of their own; [`Error::Domain`] for ratios that break
+    /// ra >= rb >= 0 or 1 >= rc >= 0.
     ///
     /// ```
     /// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Ratios};

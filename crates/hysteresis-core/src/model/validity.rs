@@ -1,5 +1,5 @@
-//! What models of any size and of a fixed size have in common: offsets, proportions of thresholds, and when weights and slopes are
-//! those of a model that can be inverted.
+//! What models of any size and of a fixed size have in common: offsets, proportions of thresholds, and when weights and
+//! slopes are those of a model that can be inverted.
 
 use crate::error::{Error, check_all_finite, check_between, check_finite, check_non_negative, check_within};
 use crate::operator::CoupledPlay;

@@ -15,8 +15,8 @@ use crate::stream::{ActuatorError, check_limits};
 /// With no negative weight every operator, and so the output, grows with its state. The stream that has come down from
 /// the upper limit is nowhere below the truth, the one that has come up from the lower limit nowhere above it, whatever
 /// the input did between the limits before. The width shrinks as the motion wipes history out. It is zero after a full
-/// stroke, unless thresholds are so large that no stroke between the limits wipes them out. Strictly monotone maps in front of
-/// and behind the hysteresis keep all that; loop shift, slow gain and creep are left out.
+/// stroke, unless thresholds are so large that no stroke between the limits wipes them out. Strictly monotone maps in
+/// front of and behind the hysteresis keep all that; loop shift, slow gain and creep are left out.
 ///
 /// ```
 /// use hysteresis_core::{Bracket, CompiledModel, Offsets, PrandtlIshlinskii};
@@ -76,8 +76,8 @@ impl Bracket {
         Ok(bracket)
     }
 
-    /// Takes an input and returns the lowest and the highest output that there can be. An input that is not finite leaves
-    /// both as they are; one beyond the limits is clamped, so that the bracket holds.
+    /// Takes an input and returns the lowest and the highest output that there can be. An input that is not finite
+    /// leaves both as they are; one beyond the limits is clamped, so that the bracket holds.
     #[inline]
     pub fn step(&mut self, input: f64) -> (f64, f64) {
         let within = input.max(self.limits.0).min(self.limits.1);
@@ -218,8 +218,8 @@ impl BracketArray {
     /// Takes a block of inputs, row by row: bit for bit the outputs of repeated [`step`](Self::step).
     ///
     /// # Errors
-    /// [`Error::Rows`] unless `input` consists of whole rows of M elements, [`Error::Length`] unless `low` and `high` are as long;
-    /// nothing is taken then.
+    /// [`Error::Rows`] unless `input` consists of whole rows of M elements, [`Error::Length`] unless `low` and `high`
+    /// are as long; nothing is taken then.
     pub fn run(&mut self, input: &[f64], low: &mut [f64], high: &mut [f64]) -> Result<(), Error> {
         check_rows("input", self.brackets.len(), input.len())?;
         check_length("low", input.len(), low.len())?;
@@ -238,8 +238,8 @@ impl BracketArray {
     /// Takes over what was driven before, rows of M drives, oldest first.
     ///
     /// # Errors
-    /// [`Error::Rows`] unless they are whole rows, [`Error::Domain`] for a drive that is not finite or outside its limits;
-    /// nothing is taken then.
+    /// [`Error::Rows`] unless they are whole rows, [`Error::Domain`] for a drive that is not finite or outside its
+    /// limits; nothing is taken then.
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
         check_rows_between("drives", drives, &self.brackets.iter().map(Bracket::limits))?;
         for row in drives.chunks_exact(self.brackets.len().max(1)) {
@@ -256,7 +256,8 @@ impl BracketArray {
     /// Continues from the state of every bracket, bit for bit.
     ///
     /// # Errors
-    /// As [`Bracket::set_state`], with the index of the first actuator whose state is wrong; the brackets are as before then.
+    /// As [`Bracket::set_state`], with the index of the first actuator whose state is wrong; the brackets are as before
+    /// then.
     pub fn set_states(&mut self, states: &[BracketState]) -> Result<(), ActuatorError> {
         let wrong = |actuator| move |error| ActuatorError { actuator, error };
         check_length("state", self.brackets.len(), states.len()).map_err(wrong(0))?;

@@ -16,9 +16,9 @@ impl QuasiStatic {
     /// A stream from positions to drives, at rest at the input offset of the hysteresis, or at the limit nearest to it.
     ///
     /// # Errors
-    /// [`Error::NotInvertible`] if the hysteresis may not be, unless a Duhem operator whose z rises stands beside it and no
-    /// weight is negative; [`Error::Domain`] unless limits are finite and low < high, or for an operator whose z falls as
-    /// steeply as the hysteresis may rise.
+    /// [`Error::NotInvertible`] if the hysteresis may not be, unless a Duhem operator whose z rises stands beside it
+    /// and no weight is negative; [`Error::Domain`] unless limits are finite and low < high, or for an operator whose z
+    /// falls as steeply as the hysteresis may rise.
     pub fn inverse(&self, limits: Option<(f64, f64)>) -> Result<QuasiStaticInverse, Error> {
         QuasiStaticInverse::new(self, limits)
     }
@@ -36,9 +36,9 @@ impl QuasiStatic {
 /// target, u = gamma^-1(H^-1\[phi^-1(g^-1(y - sum_j c_j q_j) - s)\]).
 ///
 /// What the position will have crept at a sample, by how much its loop will have shifted and by which gain, is known
-/// before its drive is: so the target without these is what [`Inverse`] is asked for. The drive never leaves the limits.
-/// A target out of reach puts it at a limit and sets [`saturated`](Self::saturated); creep goes on from the position that was really
-/// reached, loop shift and slow gain from the drive that was really put out.
+/// before its drive is: so the target without these is what [`Inverse`] is asked for. The drive never leaves the
+/// limits. A target out of reach puts it at a limit and sets [`saturated`](Self::saturated); creep goes on from the
+/// position that was really reached, loop shift and slow gain from the drive that was really put out.
 ///
 /// An amplifier may stand in front of all: see [`behind_amplifier`](Self::behind_amplifier).
 ///
@@ -110,12 +110,13 @@ impl QuasiStaticInverse {
         Ok(stream)
     }
 
-    /// The same behind an amplifier, a lag of first order of which `left` of a voltage is left after a sample, exp(-2 pi f T).
+    /// The same behind an amplifier, a lag of first order of which `left` of a voltage is left after a sample, exp(-2
+    /// pi f T).
     ///
-    /// Lag and hysteresis do not commute: the lag comes first, so its inverse comes last. A target is that of the position
-    /// ahead of the same lag: so no drive need jump where a target does. What the lag makes of it is where the position is
-    /// a sample later; the exact inverse says which voltage leads there, and u(k) = (v(k+1) - `left` v(k)) / (1 - `left`)
-    /// which drive. Drives stay within the limits.
+    /// Lag and hysteresis do not commute: the lag comes first, so its inverse comes last. A target is that of the
+    /// position ahead of the same lag: so no drive need jump where a target does. What the lag makes of it is where the
+    /// position is a sample later; the exact inverse says which voltage leads there, and u(k) = (v(k+1) - `left` v(k))
+    /// / (1 - `left`) which drive. Drives stay within the limits.
     ///
     /// ```
     /// use hysteresis_core::{CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic};
@@ -160,8 +161,8 @@ impl QuasiStaticInverse {
         self.stage.fingerprint = fingerprint;
     }
 
-    /// As [`step`](Process::step), and the drive besides within `low` and `high`, which lie within the limits: as a slew
-    /// rate allows. Whether they did not hold it back.
+    /// As [`step`](Process::step), and the drive besides within `low` and `high`, which lie within the limits: as a
+    /// slew rate allows. Whether they did not hold it back.
     #[inline]
     pub fn step_between(&mut self, target: f64, (low, high): (f64, f64)) -> bool {
         let wanted = self.peek(target);
@@ -256,9 +257,9 @@ impl QuasiStaticInverse {
         self.stage.rejected
     }
 
-    /// At rest since forever at a drive, or the limit nearest to it: the hysteresis virgin but for the way there, the loop
-    /// not shifted, the gain 1, the creep at its end. Returns the position. A drive that is not finite is counted and
-    /// changes nothing else.
+    /// At rest since forever at a drive, or the limit nearest to it: the hysteresis virgin but for the way there, the
+    /// loop not shifted, the gain 1, the creep at its end. Returns the position. A drive that is not finite is counted
+    /// and changes nothing else.
     pub fn settle(&mut self, drive: f64) -> f64 {
         if is_admissible(drive) {
             self.stage.hysteresis.reset();
@@ -342,8 +343,8 @@ impl QuasiStaticInverse {
         self.hold(self.reached());
     }
 
-    /// The drive for an amplifier in front of the voltage that leads to a target, and the amplifier then; where limits hold it
-    /// back, the voltage that it leads to.
+    /// The drive for an amplifier in front of the voltage that leads to a target, and the amplifier then; where limits
+    /// hold it back, the voltage that it leads to.
     #[inline]
     fn amplified(&self, mut amplifier: Amplifier, target: f64) -> (Amplifier, Option<f64>) {
         amplifier.target = amplifier.behind(amplifier.target, target);
@@ -391,8 +392,8 @@ impl QuasiStaticInverse {
     /// Continues from `state`, bit for bit.
     ///
     /// # Errors
-    /// [`Error::OtherModel`] for a state of another model, [`Error::State`], [`Error::Length`] or [`Error::Domain`] for one
-    /// that this stream cannot be in; the stream is as before then.
+    /// [`Error::OtherModel`] for a state of another model, [`Error::State`], [`Error::Length`] or [`Error::Domain`] for
+    /// one that this stream cannot be in; the stream is as before then.
     pub fn set_state(&mut self, state: &QuasiStaticState) -> Result<(), Error> {
         check_model(self.stage.fingerprint, state.model)?;
         check_within_limits("state.last_output", &[state.last_output], self.limits)?;

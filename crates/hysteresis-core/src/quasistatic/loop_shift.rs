@@ -9,8 +9,8 @@ const SCALE: (f64, f64) = (1e-50, 1e50);
 
 /// Loop shift at the samples: s(k) = c_1 m(k) + c_2 n(k), added to the position behind the output map.
 ///
-/// Measured on piezo stacks: the centre of a loop moves with its amplitude, or rate. No model of Preisach's class has that.
-/// Here it follows from the motion of the drive u:
+/// Measured on piezo stacks: the centre of a loop moves with its amplitude, or rate. No model of Preisach's class has
+/// that. Here it follows from the motion of the drive u:
 ///
 /// ```text
 /// x(k) = (u(k) - center) / half_range
@@ -18,8 +18,8 @@ const SCALE: (f64, f64) = (1e-50, 1e50);
 /// m' = (e^2 - m) / tau     n' = (x |e| - n) / tau
 /// ```
 ///
-/// The drive is held between samples, so x is constant there and e decays as exp(-4 t / tau). With a = exp(-dt / tau) this
-/// is exactly
+/// The drive is held between samples, so x is constant there and e decays as exp(-4 t / tau). With a = exp(-dt / tau)
+/// this is exactly
 ///
 /// ```text
 /// m(k+1) = a m(k) + (a - a^8) / 7  e(k)^2
@@ -27,9 +27,9 @@ const SCALE: (f64, f64) = (1e-50, 1e50);
 /// f(k+1) = x(k) - a^4 e(k)
 /// ```
 ///
-/// The newest drive enters none of the three before the next sample, so s(k) is known before u(k) is chosen. At rest e, m
-/// and n are 0. The follower never stays behind by more than the limit: what was identified at some rates does not grow
-/// without bound at higher ones.
+/// The newest drive enters none of the three before the next sample, so s(k) is known before u(k) is chosen. At rest e,
+/// m and n are 0. The follower never stays behind by more than the limit: what was identified at some rates does not
+/// grow without bound at higher ones.
 ///
 /// x, e, m and n have no unit. The amplitudes c_1 and c_2 have that of the position.
 ///
@@ -60,12 +60,12 @@ pub(super) struct Motion {
 }
 
 impl LoopShiftTerms {
-    /// From the drive in the middle of the range and half of that range, the amplitudes c_1 and c_2, the limit of e, and
-    /// the decay a from sample to sample.
+    /// From the drive in the middle of the range and half of that range, the amplitudes c_1 and c_2, the limit of e,
+    /// and the decay a from sample to sample.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a centre or amplitude that is not finite, a half range outside 1e-50 to 1e50, a limit that is
-    /// not above 0 or more than 1e50, or a decay outside 0 to 1.
+    /// [`Error::Domain`] for a centre or amplitude that is not finite, a half range outside 1e-50 to 1e50, a limit that
+    /// is not above 0 or more than 1e50, or a decay outside 0 to 1.
     pub fn new(center: f64, half_range: f64, amplitudes: [f64; 2], limit: f64, decay: f64) -> Result<Self, Error> {
         check_finite("center", None, center)?;
         for (parameter, got) in [("half_range", half_range), ("limit", limit)] {

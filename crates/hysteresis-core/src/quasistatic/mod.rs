@@ -1,7 +1,9 @@
-//! A stage without its fast dynamics: y = creep(g(phi(H\[x\] + z\[x\]) + s)), x = gamma(u), sample by sample, and its exact inverse.
+//! A stage without its fast dynamics: y = creep(g(phi(H\[x\] + z\[x\]) + s)), x = gamma(u), sample by sample, and its
+//! exact inverse.
 //!
-//! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, z a Duhem operator beside it, s is the loop shift and g the slow gain
-//! that past drives have caused, and creep adds slow first-order lags. Each part may be missing.
+//! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, z a Duhem operator beside it, s is
+//! the loop shift and g the slow gain that past drives have caused, and creep adds slow first-order lags. Each part may
+//! be missing.
 
 mod beside;
 mod bracket;

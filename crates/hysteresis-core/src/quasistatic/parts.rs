@@ -13,7 +13,8 @@ use crate::fingerprint::Fingerprint;
 /// The most knots of a Duhem operator that stands beside the hysteresis of a stage.
 pub const MAX_KNOTS: usize = 17;
 
-/// The parameters of a stage without its fast dynamics, ready to run: y = creep(g(phi(H\[x\] + z\[x\]) + s)), x = gamma(u).
+/// The parameters of a stage without its fast dynamics, ready to run: y = creep(g(phi(H\[x\] + z\[x\]) + s)), x =
+/// gamma(u).
 ///
 /// Drives u are in the unit of gamma's input, positions y in the unit of phi's output. Cloning shares the large parts.
 ///

@@ -12,8 +12,8 @@ const LARGEST: f64 = 0.5;
 
 /// The slow gain at the samples: v(k) = zero + (1 + kappa m(k)) (h(k) - zero), behind output map and loop shift.
 ///
-/// Measured on piezo stacks: while a drive cycles, all loops become smaller by a few parts in a thousand, within a minute.
-/// No model of Preisach's class has that. Here the gain follows from the motion of the drive u:
+/// Measured on piezo stacks: while a drive cycles, all loops become smaller by a few parts in a thousand, within a
+/// minute. No model of Preisach's class has that. Here the gain follows from the motion of the drive u:
 ///
 /// ```text
 /// x(k) = u(k) / half_range
@@ -21,17 +21,17 @@ const LARGEST: f64 = 0.5;
 /// m' = (e^2 - m) / tau
 /// ```
 ///
-/// The drive is held between samples, so x is constant there and e decays as exp(-4 t / tau). With a = exp(-dt / tau) this
-/// is exactly
+/// The drive is held between samples, so x is constant there and e decays as exp(-4 t / tau). With a = exp(-dt / tau)
+/// this is exactly
 ///
 /// ```text
 /// m(k+1) = a m(k) + (a - a^8) / 7  e(k)^2
 /// f(k+1) = x(k) - a^4 e(k)
 /// ```
 ///
-/// The newest drive enters neither before the next sample: the gain is known before u(k) is chosen, so the inverse is one
-/// division. At rest m is 0 and the gain 1; a sine over the whole range that is fast beside tau has m = 1/2, and no drive
-/// has more than 1. `zero` is the position that the gain leaves where it is.
+/// The newest drive enters neither before the next sample: the gain is known before u(k) is chosen, so the inverse is
+/// one division. At rest m is 0 and the gain 1; a sine over the whole range that is fast beside tau has m = 1/2, and no
+/// drive has more than 1. `zero` is the position that the gain leaves where it is.
 ///
 /// x, e, m and kappa have no unit.
 ///
@@ -57,12 +57,12 @@ pub(super) struct Activity {
 }
 
 impl SlowGainTerms {
-    /// From half of the range of drives, the amplitude kappa, the position that stays where it is, and the decay a from sample
-    /// to sample.
+    /// From half of the range of drives, the amplitude kappa, the position that stays where it is, and the decay a from
+    /// sample to sample.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a half range outside 1e-50 to 1e50, an amplitude outside -0.5 to 0.5, a position that is not
-    /// finite, or a decay outside 0 to 1.
+    /// [`Error::Domain`] for a half range outside 1e-50 to 1e50, an amplitude outside -0.5 to 0.5, a position that is
+    /// not finite, or a decay outside 0 to 1.
     pub fn new(half_range: f64, amplitude: f64, zero: f64, decay: f64) -> Result<Self, Error> {
         if !(SCALE.0..=SCALE.1).contains(&half_range) {
             let expected = Bound::Words("a number above 0 (1e-50 to 1e50)");

@@ -1,4 +1,5 @@
-//! The stream of a stage without its fast dynamics from drives to positions, and what its inverse has in common with it.
+//! The stream of a stage without its fast dynamics from drives to positions, and what its inverse has in common with
+//! it.
 
 use alloc::boxed::Box;
 use alloc::sync::Arc;
@@ -22,20 +23,22 @@ impl QuasiStatic {
     }
 }
 
-/// Everything that a [`QuasiStaticForward`] or [`QuasiStaticInverse`](super::QuasiStaticInverse) remembers: restored, it continues bit for bit.
+/// Everything that a [`QuasiStaticForward`] or [`QuasiStaticInverse`](super::QuasiStaticInverse) remembers: restored,
+/// it continues bit for bit.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct QuasiStaticState {
-    /// The fingerprint of maps, hysteresis, Duhem operator, loop shift, slow gain and creep: [`QuasiStatic::fingerprint`].
+    /// The fingerprint of maps, hysteresis, Duhem operator, loop shift, slow gain and creep:
+    /// [`QuasiStatic::fingerprint`].
     pub model: u64,
     /// What the hysteresis remembers.
     pub hysteresis: StreamState,
     /// What each creep term has crept, c_j q_j, in the unit of the position.
     pub creep: Vec<f64>,
-    /// What the loop shift remembers, m, n and f of [`LoopShiftTerms`](super::LoopShiftTerms), behind it m and f of [`SlowGainTerms`](super::SlowGainTerms), and behind
-    /// these the Duhem operator: its last input, x and z where its exponential began, and 1 if x rose last, -1 if it fell.
-    /// Last, of an inverse behind an amplifier, the lagged target, the drive, and 1 if that is at a limit. Nothing of what
-    /// the stage does not have.
+    /// What the loop shift remembers, m, n and f of [`LoopShiftTerms`](super::LoopShiftTerms), behind it m and f of
+    /// [`SlowGainTerms`](super::SlowGainTerms), and behind these the Duhem operator: its last input, x and z where its
+    /// exponential began, and 1 if x rose last, -1 if it fell. Last, of an inverse behind an amplifier, the lagged
+    /// target, the drive, and 1 if that is at a limit. Nothing of what the stage does not have.
     #[cfg_attr(feature = "serde", serde(default))]
     pub loop_shift: Vec<f64>,
     /// The last output: position (forward) or drive (inverse).
@@ -206,8 +209,8 @@ impl QuasiStaticForward {
         self.stage.rejected
     }
 
-    /// At rest since forever at a drive: the hysteresis virgin but for the way there, the loop not shifted, the
-    /// gain 1, the creep at its end. Returns the position. A drive that is not finite is counted and changes nothing else.
+    /// At rest since forever at a drive: the hysteresis virgin but for the way there, the loop not shifted, the gain 1,
+    /// the creep at its end. Returns the position. A drive that is not finite is counted and changes nothing else.
     pub fn settle(&mut self, drive: f64) -> f64 {
         let x = mapped(self.stage.model.input_map.as_ref(), drive, &mut self.stage.on_gamma);
         if !(is_admissible(drive) && is_admissible(x)) {
@@ -258,8 +261,8 @@ impl QuasiStaticForward {
     /// Continues from `state`, bit for bit.
     ///
     /// # Errors
-    /// [`Error::OtherModel`] for a state of another model, [`Error::State`], [`Error::Length`] or [`Error::Domain`] for one
-    /// that this stream cannot be in; the stream is as before then.
+    /// [`Error::OtherModel`] for a state of another model, [`Error::State`], [`Error::Length`] or [`Error::Domain`] for
+    /// one that this stream cannot be in; the stream is as before then.
     pub fn set_state(&mut self, state: &QuasiStaticState) -> Result<(), Error> {
         check_model(self.stage.fingerprint, state.model)?;
         check_finite("state.last_output", None, state.last_output)?;

@@ -9,8 +9,8 @@ use crate::process::Process;
 
 /// Many streams side by side, one for each actuator of a deformable mirror: y_m(k) = H_m\[x_m\](k), m < M.
 ///
-/// Every actuator has its own memory; those of one model share its [`CompiledModel`]. Bit for bit what M independent streams
-/// give, and under the same contract: [`step`](Self::step), [`peek`](Self::peek), [`run`](Self::run) and
+/// Every actuator has its own memory; those of one model share its [`CompiledModel`]. Bit for bit what M independent
+/// streams give, and under the same contract: [`step`](Self::step), [`peek`](Self::peek), [`run`](Self::run) and
 /// [`reset`](Self::reset) neither allocate, lock nor panic, and a sample that is not finite holds its own actuator
 /// only. Samples are in the unit of the model's input, outputs in that of its output (an inverse: the other way round).
 ///
@@ -29,7 +29,8 @@ use crate::process::Process;
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 ///
-/// Streams that differ in more than the model, or for which a [`Method`](crate::Method) is asked, are collected one by one:
+/// Streams that differ in more than the model, or for which a [`Method`](crate::Method) is asked, are collected one by
+/// one:
 ///
 /// ```
 /// use hysteresis_core::{CompiledModel, Error, Forward, Inverse, Method};
@@ -148,8 +149,8 @@ impl<P: Process> StreamArray<P> {
     /// [`step`](Self::step).
     ///
     /// # Errors
-    /// [`Error::Rows`] unless `input` consists of whole rows of M elements, [`Error::Length`] unless `output` is as long;
-    /// nothing is taken then.
+    /// [`Error::Rows`] unless `input` consists of whole rows of M elements, [`Error::Length`] unless `output` is as
+    /// long; nothing is taken then.
     pub fn run(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), Error> {
         let (width, got) = (self.len(), input.len());
         check_rows("input", width, got)?;
@@ -173,7 +174,8 @@ impl<P: Process> StreamArray<P> {
     }
 }
 
-/// How many streams step together: enough to fetch the memory of several side by side, few enough that it is still near when used.
+/// How many streams step together: enough to fetch the memory of several side by side, few enough that it is still near
+/// when used.
 const TOGETHER: usize = 128;
 
 /// How many pointers deep memory is fetched.

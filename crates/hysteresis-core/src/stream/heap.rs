@@ -44,7 +44,8 @@ impl Forward {
         Ok(Self::start(model, model.memory_from(initial)?))
     }
 
-    /// A stream at rest that is evaluated by `method`: [`Method::Bank`] for few operators along jumps (with the feature `simd`).
+    /// A stream at rest that is evaluated by `method`: [`Method::Bank`] for few operators along jumps (with the feature
+    /// `simd`).
     ///
     /// # Errors
     /// [`Error::Domain`] that names the first threshold that is not nested, for [`Method::TurningPoints`].
@@ -146,11 +147,13 @@ impl Forward {
         }
     }
 
-    /// Continues from `state`, bit for bit; from a state of the other [`Method`], with the same outputs to 1e-12 of the range.
+    /// Continues from `state`, bit for bit; from a state of the other [`Method`], with the same outputs to 1e-12 of the
+    /// range.
     ///
     /// # Errors
-    /// [`Error::OtherModel`] for a state of another model, [`Error::State`] for one that this stream cannot be in (by turning points:
-    /// operator outputs of a bank that no drive leads to), [`Error::Domain`] for a number that is not finite; the stream is as before then.
+    /// [`Error::OtherModel`] for a state of another model, [`Error::State`] for one that this stream cannot be in (by
+    /// turning points: operator outputs of a bank that no drive leads to), [`Error::Domain`] for a number that is not
+    /// finite; the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
         check_model(self.fingerprint, state.model)?;
         check_input("state.last_input", state.last_input)?;
@@ -253,7 +256,8 @@ impl Inverse {
     /// An inverse at rest that is evaluated by `method`.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and [`Error::Domain`] that names the first threshold that is not nested, for [`Method::TurningPoints`].
+    /// As [`new`](Self::new), and [`Error::Domain`] that names the first threshold that is not nested, for
+    /// [`Method::TurningPoints`].
     ///
     /// ```
     /// use hysteresis_core::{CompiledModel, Inverse, Method, Offsets, PrandtlIshlinskii, Process};
@@ -385,14 +389,14 @@ impl Inverse {
     /// drive: the drive and what the operators remember of it stay, and the next target is met by the new model.
     ///
     /// The output that the new model has at the present drive, as a target, gives the present drive; any other moves it
-    /// by what it differs, over a slope of the new model. From then on the stream is the one that the new model would be
-    /// in after the same drives, to rounding; a model that is equal changes no bit. [`saturated`](Self::saturated) stays
-    /// until the next target. Nothing is allocated. What the old model holds is freed if no other clone of it is left:
-    /// keep one where freeing must wait.
+    /// by what it differs, over a slope of the new model. From then on the stream is the one that the new model would
+    /// be in after the same drives, to rounding; a model that is equal changes no bit. [`saturated`](Self::saturated)
+    /// stays until the next target. Nothing is allocated. What the old model holds is freed if no other clone of it is
+    /// left: keep one where freeing must wait.
     ///
     /// # Errors
-    /// [`Error::NotInvertible`] if the new model may not be, [`Error::OtherOperators`] if thresholds, their number or the
-    /// input offset differ; the stream is as before then.
+    /// [`Error::NotInvertible`] if the new model may not be, [`Error::OtherOperators`] if thresholds, their number or
+    /// the input offset differ; the stream is as before then.
     ///
     /// ```
     /// use hysteresis_core::{CompiledModel, Offsets, PrandtlIshlinskii, Process};
@@ -436,12 +440,13 @@ impl Inverse {
         }
     }
 
-    /// Continues from `state`, bit for bit; from a state of the other [`Method`], with the same outputs to 1e-12 of the range.
+    /// Continues from `state`, bit for bit; from a state of the other [`Method`], with the same outputs to 1e-12 of the
+    /// range.
     ///
     /// # Errors
-    /// [`Error::OtherModel`] for a state of another model, [`Error::State`] for one that this stream cannot be in (by turning points:
-    /// operator outputs of a bank that no drive leads to), also one whose drive lies outside the limits, [`Error::Domain`] for a number
-    /// that is not finite; the stream is as before then.
+    /// [`Error::OtherModel`] for a state of another model, [`Error::State`] for one that this stream cannot be in (by
+    /// turning points: operator outputs of a bank that no drive leads to), also one whose drive lies outside the
+    /// limits, [`Error::Domain`] for a number that is not finite; the stream is as before then.
     pub fn set_state(&mut self, state: &StreamState) -> Result<(), Error> {
         check_model(self.fingerprint, state.model)?;
         check_output("state.last_input", state.last_input)?;
@@ -509,8 +514,8 @@ impl PrandtlIshlinskii {
 
 /// Everything that a stream remembers: restored, it continues bit for bit; by a bank, on a processor of the same kind.
 ///
-/// A stream of the other [`Method`](crate::Method) takes the state too, and goes on with the same outputs to 1e-12 of the range.
-/// Operator outputs that no drive leads to, as arbitrary initial ones may be, are known to a bank alone.
+/// A stream of the other [`Method`](crate::Method) takes the state too, and goes on with the same outputs to 1e-12 of
+/// the range. Operator outputs that no drive leads to, as arbitrary initial ones may be, are known to a bank alone.
 ///
 /// ```
 /// use hysteresis_core::{CompiledModel, Forward, Method, ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
@@ -558,15 +563,16 @@ fn check_input(parameter: &'static str, got: f64) -> Result<(), Error> {
     }
 }
 
-/// An output of the model in a saved state: inputs and weights of any admissible size may have made it larger than they.
+/// An output of the model in a saved state: inputs and weights of any admissible size may have made it larger than
+/// they.
 fn check_output(parameter: &'static str, got: f64) -> Result<(), Error> {
     if got.is_finite() { Ok(()) } else { Err(Error::Domain { parameter, index: None, expected: Bound::Finite, got }) }
 }
 
 #[cfg(feature = "serde")]
 mod memory_form {
-    //! A memory in a saved state. Text names its form by a tag beside the other fields. Formats without names of fields cannot have
-    //! such a tag, so they get the number of the form first.
+    //! A memory in a saved state. Text names its form by a tag beside the other fields. Formats without names of fields
+    //! cannot have such a tag, so they get the number of the form first.
 
     use alloc::borrow::Cow;
 

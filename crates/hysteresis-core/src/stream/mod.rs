@@ -1,8 +1,8 @@
 //! Streams: a model paired with its memory, one sample at a time or in blocks, alone or many side by side.
 //!
-//! The way of a sample: `Forward::step` and `Inverse::step` in `heap` (in [`embedded`](crate::embedded) likewise) call `step` of the
-//! trait `Walk` in `walk`. Where the sample lies on the straight line of the last one, that is all. Where it leaves it, `walk` asks the
-//! memory of the stream to move, in [`engine`](crate::engine), and draws the next line.
+//! The way of a sample: `Forward::step` and `Inverse::step` in `heap` (in [`embedded`](crate::embedded) likewise) call
+//! `step` of the trait `Walk` in `walk`. Where the sample lies on the straight line of the last one, that is all. Where
+//! it leaves it, `walk` asks the memory of the stream to move, in [`engine`](crate::engine), and draws the next line.
 
 #[cfg(feature = "alloc")]
 mod array;

@@ -1,8 +1,9 @@
-//! How a stream walks along its polyline, forward or inverse, whatever its numbers are and wherever its memory lies: one sample at a
-//! time, or in blocks.
+//! How a stream walks along its polyline, forward or inverse, whatever its numbers are and wherever its memory lies:
+//! one sample at a time, or in blocks.
 //!
-//! A sample on the line of the last one is two comparisons and one multiply-add: [`Walk::take`] asks the [`Segment`]. One that leaves
-//! it moves the [`Memory`] of the stream, in `leave_segment` of [`ForwardCore`] or [`InverseCore`], and draws the next segment.
+//! A sample on the line of the last one is two comparisons and one multiply-add: [`Walk::take`] asks the [`Segment`].
+//! One that leaves it moves the [`Memory`] of the stream, in `leave_segment` of [`ForwardCore`] or [`InverseCore`], and
+//! draws the next segment.
 
 use crate::engine::{Direction, Line, Memory, Piece, Point, Reach};
 #[cfg(feature = "alloc")]
@@ -31,8 +32,8 @@ pub(crate) struct Segment<T> {
 }
 
 impl<T: Real> Segment<T> {
-    /// The segment at the input `last`, inputs being relative to `origin`. It ends where admissible inputs may end, so that
-    /// none beyond is on it: the last one was admissible.
+    /// The segment at the input `last`, inputs being relative to `origin`. It ends where admissible inputs may end, so
+    /// that none beyond is on it: the last one was admissible.
     #[inline]
     pub(super) fn new(piece: Piece<T>, last: T, origin: T) -> Self {
         let sign: T = piece.direction.sign();
@@ -41,15 +42,16 @@ impl<T: Real> Segment<T> {
         Self { sign, last, end, back: T::INFINITY, line: piece.line }
     }
 
-    /// A place that no sample is on: it begins at infinity, which a processor can predict of any signal, and ends at the last input.
+    /// A place that no sample is on: it begins at infinity, which a processor can predict of any signal, and ends at
+    /// the last input.
     #[inline]
     pub(super) fn point(input: T, output: T) -> Self {
         let line = Line { slope: T::ZERO, offset: output };
         Self { sign: T::ONE, last: T::INFINITY, end: input, back: T::INFINITY, line }
     }
 
-    /// Lets the line hold behind `last` too, down to but not including `back`; not where it is at its end. `origin` as in
-    /// [`new`](Self::new).
+    /// Lets the line hold behind `last` too, down to but not including `back`; not where it is at its end. `origin` as
+    /// in [`new`](Self::new).
     #[inline]
     fn open(&mut self, back: T, origin: T) {
         if self.last < self.end {
@@ -92,8 +94,8 @@ impl<T: Real> Segment<T> {
         self.line.at(input)
     }
 
-    /// Whether all samples of a block surely lie on the line, compared as vectors. `relative` brings a sample to the origin of the
-    /// line, and does not fall where that grows.
+    /// Whether all samples of a block surely lie on the line, compared as vectors. `relative` brings a sample to the
+    /// origin of the line, and does not fall where that grows.
     #[inline(always)]
     pub(super) fn holds(&self, block: &[T; BLOCK], relative: impl Fn(T) -> T) -> bool {
         let ahead = |sample| self.sign * relative(sample);
@@ -158,7 +160,8 @@ pub(crate) trait Walk<T: Real> {
         values.map(|value| self.finished(value))
     }
 
-    /// Takes a sample that does not lie on the segment, with what it is relative to the origin; the value of the next segment there.
+    /// Takes a sample that does not lie on the segment, with what it is relative to the origin; the value of the next
+    /// segment there.
     fn leave_segment(&mut self, sample: T, relative: T) -> T;
 
     #[inline]
@@ -197,8 +200,8 @@ pub(crate) trait Walk<T: Real> {
         Ok(())
     }
 
-    /// Takes the samples on the segment, and some of those behind them: how many. After a long line, or if `only_to_the_next`, none
-    /// behind the first that leaves it.
+    /// Takes the samples on the segment, and some of those behind them: how many. After a long line, or if
+    /// `only_to_the_next`, none behind the first that leaves it.
     #[inline(always)]
     fn run_on_lines(&mut self, samples: &[T], outputs: &mut [T], only_to_the_next: bool) -> usize {
         let on_line = self.run_on_line(samples, outputs);
@@ -227,8 +230,8 @@ pub(crate) trait Walk<T: Real> {
         on_line * BLOCK
     }
 
-    /// Takes samples one by one: how many. After a long line that ends as soon as the next one begins, which is long too; where
-    /// lines are shorter than blocks, as in noise, to try again at once would not pay.
+    /// Takes samples one by one: how many. After a long line that ends as soon as the next one begins, which is long
+    /// too; where lines are shorter than blocks, as in noise, to try again at once would not pay.
     #[inline(always)]
     fn run_to_the_next_line(&mut self, samples: &[T], outputs: &mut [T], after_long_line: bool) -> usize {
         let mut taken = 0;
@@ -463,9 +466,9 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
         self.open_segment(input, self.memory.back());
     }
 
-    /// The segment ahead of a place of the memory. Where the line misses the place, by rounding at a kink or at a limit, the
-    /// segment is a point, so that the next sample starts from exactly there; and where the target was out of reach, so that the
-    /// next one decides anew.
+    /// The segment ahead of a place of the memory. Where the line misses the place, by rounding at a kink or at a
+    /// limit, the segment is a point, so that the next sample starts from exactly there; and where the target was out
+    /// of reach, so that the next one decides anew.
     #[inline(always)]
     fn draw_segment(&mut self, input: T, output: T) {
         let piece = self.memory.inverse_piece(input, output, self.reach);
@@ -513,8 +516,8 @@ impl<T: Real, M: Memory<T>> InverseCore<T, M> {
 
     /// The input that the memory has come to, as a drive: at a limit of the reach the very limit, never beyond.
     ///
-    /// Nor is an input within the reach beyond a limit, however sums are rounded: the reach is the number nearest to what brings the
-    /// sum to the limit, so the next number within it brings the sum there at most.
+    /// Nor is an input within the reach beyond a limit, however sums are rounded: the reach is the number nearest to
+    /// what brings the sum to the limit, so the next number within it brings the sum there at most.
     #[inline]
     fn drive(&self, x: T) -> T {
         if x >= self.reach.1 {

@@ -55,8 +55,8 @@ fn both_anti_windups_recover_at_once_and_the_incremental_law_does_not() {
     assert!(2.0 * back < incremental && incremental < 1.0, "{back}, {incremental}");
 }
 
-/// Gains that change every few samples: each change renews the bumpless term before the last one is gone. The integral works
-/// all the same once the time of the start is over.
+/// Gains that change every few samples: each change renews the bumpless term before the last one is gone. The integral
+/// works all the same once the time of the start is over.
 #[test]
 fn switches_without_end_do_not_keep_the_integral_at_rest() {
     let options = ControllerOptions::new(5.0, 5e3, DT, (-500.0, 500.0));

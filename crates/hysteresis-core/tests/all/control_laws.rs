@@ -31,7 +31,8 @@ fn scale(controller: &HybridController) -> f64 {
         .fold(1.0, |m, x| m.max(x.abs()))
 }
 
-/// The same controller where nothing can be limited, equal references mean equal targets and equal errors equal feedback.
+/// The same controller where nothing can be limited, equal references mean equal targets and equal errors equal
+/// feedback.
 fn unlimited(setup: &Setup) -> Setup {
     let set = ControllerOptions { limits: (-1e100, 1e100), slew: None, bumpless_time: 1.0, dt: DT, ..setup.options };
     let options = ControllerOptions { measurement_range: None, max_measurement_step: None, ..set };
@@ -342,7 +343,8 @@ proptest! {
         for _ in 0..3000 {
             controller.step(command(r), 0.0);
         }
-        // Conditional: no more than the limits and one step. Back-calculation: what one more error per integral time adds.
+        // Conditional: no more than the limits and one step. Back-calculation: what one more error per integral time
+        // adds.
         let (span, most) = (1000.0, (ki / kp).min(1.0).recip() * ki * r + ki * r);
         prop_assert!((kept(&controller) - wound).abs() <= span + most, "{wound} to {}", kept(&controller));
         prop_assert!(kept(&controller) <= 2.0 * span + 2.0 * most);

@@ -1,5 +1,5 @@
-//! Measurements that are lost now and then, or all the time: the loop is worse than without a sensor by no more than the reference
-//! moves while a loss holds the drive.
+//! Measurements that are lost now and then, or all the time: the loop is worse than without a sensor by no more than
+//! the reference moves while a loss holds the drive.
 
 use crate::support::models::actuator;
 use hysteresis_core::{ControllerOptions, HybridController, Process};
@@ -10,8 +10,8 @@ const DT: f64 = 1e-4;
 /// How far the reference moves in a sample at most, in um.
 const MOTION: f64 = 2.0 * core::f64::consts::TAU * 10.0 * DT;
 
-/// The largest distance of the position from a sine of 2 um and 10 Hz in its second half, on an actuator of another gain than the
-/// model's, and how often a measurement was missing.
+/// The largest distance of the position from a sine of 2 um and 10 Hz in its second half, on an actuator of another
+/// gain than the model's, and how often a measurement was missing.
 fn largest_error(bumpless_time: f64, lost: impl FnMut(u32) -> bool) -> (f64, u64) {
     let options = ControllerOptions { bumpless_time, ..ControllerOptions::new(5.0, 6e3, DT, LIMITS) };
     let source = actuator().inverse(Some(LIMITS)).unwrap().into();

@@ -274,8 +274,8 @@ fn largest_step(controller: &mut HybridController) -> f64 {
     largest
 }
 
-/// Coefficients that differentiate twice: a window that pretended a rest before the motion would ask for 0.1 um at once. And
-/// when the window is full, the motion is 20 nm ahead.
+/// Coefficients that differentiate twice: a window that pretended a rest before the motion would ask for 0.1 um at
+/// once. And when the window is full, the motion is 20 nm ahead.
 #[test]
 fn a_preview_that_fills_gives_no_kick() {
     let set = ControllerOptions { max_missing: 0, ..ControllerOptions::new(0.0, 0.0, DT, LIMITS) };

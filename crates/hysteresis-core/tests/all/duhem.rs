@@ -134,7 +134,8 @@ proptest! {
             let (before, rising) = (forward.output(), x > forward.input());
             let z = forward.step(x);
             let got = inverse.step(gain * x + z);
-            // On a branch a difference in z grows as f does. It moves x by 1 / (gain + f), and that moves the z of the inverse by the gain.
+            // On a branch a difference in z grows as f does. It moves x by 1 / (gain + f), and that moves the z of the
+            // inverse by the gain.
             let slope = duhem.slope(z, rising);
             scale = scale.max(z.abs());
             allowed = allowed * (slope / duhem.slope(before, rising)).max(1.0) + AGREE * scale;

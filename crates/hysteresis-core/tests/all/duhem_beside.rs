@@ -64,7 +64,8 @@ fn beside_a_slope_the_inverse_is_that_of_the_operator() {
     }
 }
 
-/// Where z rises with the drive the sum does, however flat the plays are; not with a weight below zero, nor with an operator that falls.
+/// Where z rises with the drive the sum does, however flat the plays are; not with a weight below zero, nor with an
+/// operator that falls.
 #[test]
 fn beside_an_operator_that_rises_the_plays_need_no_inverse() {
     let stage = flat_plays().with_duhem(further());

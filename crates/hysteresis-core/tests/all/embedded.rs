@@ -92,7 +92,8 @@ proptest! {
         x in mixed(),
         limits in prop_oneof![Just((-2.0 * REACH, 2.0 * REACH)), Just((-60.0, 80.0))],
     ) {
-        // Targets that the drive x would reach; the true actuator, in f64, and the model in f32 follow the drive of the inverse.
+        // Targets that the drive x would reach; the true actuator, in f64, and the model in f32 follow the drive of the
+        // inverse.
         let (mut targets, mut actuator) = (model.forward(), model.forward());
         let embedded = Model::<f32, ROOM>::try_from(&model).unwrap();
         let mut narrow = Forward::new(&embedded);

@@ -194,8 +194,8 @@ fn refusal(model: &ModifiedPrandtlIshlinskii, initial: &[f64], drive: &[f64]) ->
 
 #[test]
 fn turning_points_that_are_wiped_out_no_longer_are_of_no_account() {
-    // The fall to 0 moved the first play alone, and the rise to 5 has moved it on: what is left of the three reversals is
-    // 10 and 5, and a drive to 10 and then to 5 would leave the first play at 6.
+    // The fall to 0 moved the first play alone, and the rise to 5 has moved it on: what is left of the three reversals
+    // is 10 and 5, and a drive to 10 and then to 5 would leave the first play at 6.
     let [mut turning, mut bank] = forwards(&plays(&[0.0, 1.0, 6.0]));
     run(&mut turning, &[10.0, 0.0, 5.0, 4.5]);
     assert_eq!(turning.turning_points(), [10.0, 5.0]);
@@ -258,8 +258,8 @@ fn a_reversal_at_the_very_input_is_not_put_behind_it_by_rounding() {
 #[test]
 fn outputs_that_no_drive_leads_to_are_refused() {
     let unreached = "operator outputs that some drive leads to from rest";
-    // The play of 1 was pushed up to 5 by an input of 6, which would have left that of 2 at 4 or more, or down by one of 4, which
-    // would have left it at 6 or less.
+    // The play of 1 was pushed up to 5 by an input of 6, which would have left that of 2 at 4 or more, or down by one
+    // of 4, which would have left it at 6 or less.
     let model = plays(&[0.0, 1.0, 2.0]);
     assert!(refusal(&model, &[0.0, 5.0, 3.5], &[5.0]).contains(unreached));
     assert!(refusal(&model, &[0.0, 5.0, 6.5], &[5.0]).contains(unreached));

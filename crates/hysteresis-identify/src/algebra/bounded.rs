@@ -1,7 +1,7 @@
 //! Least squares with bounds on the unknowns; non-negative least squares (NNLS) is the case of bounds 0 and infinity.
 //!
-//! The active-set method of Lawson and Hanson (Solving Least Squares Problems, 1974, chapter 23), with two bounds as in Stark and Parker
-//! (1995).
+//! The active-set method of Lawson and Hanson (Solving Least Squares Problems, 1974, chapter 23), with two bounds as in
+//! Stark and Parker (1995).
 
 use faer::{Mat, MatRef};
 
@@ -120,17 +120,17 @@ pub(crate) trait SumOfSquares {
     /// The gradient a_j'(b - A x) of any unknown j: the sum falls where the unknown goes this way.
     fn downhill(&self, x: &[f64]) -> impl Fn(usize) -> f64;
 
-    /// The values of the unknowns `free` at the minimum, the others being `held`, where the free ones are zero. Or the place of the
-    /// first free one whose column depends on those before it.
+    /// The values of the unknowns `free` at the minimum, the others being `held`, where the free ones are zero. Or the
+    /// place of the first free one whose column depends on those before it.
     fn minimum_over(&self, free: &[usize], held: &[f64]) -> Result<Vec<f64>, usize>;
 }
 
-/// The x of the least sum over lower_j <= x_j <= upper_j. Unknowns that are not `free` at first are where `x` has them: at a bound, or
-/// anywhere if they have none.
+/// The x of the least sum over lower_j <= x_j <= upper_j. Unknowns that are not `free` at first are where `x` has them:
+/// at a bound, or anywhere if they have none.
 ///
-/// `free` names the unknowns that are expected between their bounds: a good guess (the answer of a neighbouring problem) saves most
-/// of the work, a bad one changes nothing but the time. The answer satisfies the conditions of Karush, Kuhn and Tucker up to
-/// rounding; where columns depend on each other it is one of several.
+/// `free` names the unknowns that are expected between their bounds: a good guess (the answer of a neighbouring
+/// problem) saves most of the work, a bad one changes nothing but the time. The answer satisfies the conditions of
+/// Karush, Kuhn and Tucker up to rounding; where columns depend on each other it is one of several.
 pub(crate) fn minimise(sum: &impl SumOfSquares, bounds: &[(f64, f64)], x: Vec<f64>, free: &[usize]) -> Vec<f64> {
     let mut search = Search { sum, bounds, x, free: free.to_vec() };
     search.start();

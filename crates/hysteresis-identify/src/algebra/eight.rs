@@ -24,7 +24,8 @@ pub(crate) fn load<S: Simd>(simd: S, lanes: &Lanes) -> f64x8<S> {
     SimdBase::load_array_ref(simd, lanes)
 }
 
-/// Several eights. A loop, as the closure of an array's `map` is not inlined into code for the instructions of the processor.
+/// Several eights. A loop, as the closure of an array's `map` is not inlined into code for the instructions of the
+/// processor.
 #[inline(always)]
 pub(crate) fn load_all<S: Simd, const N: usize>(simd: S, lanes: [&Lanes; N]) -> [f64x8<S>; N] {
     let mut loaded = [splat(simd, 0.0); N];

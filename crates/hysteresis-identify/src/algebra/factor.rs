@@ -1,8 +1,8 @@
 //! The triangular factor of a matrix that is never held: its rows stream in, blocks of them are folded by QR.
 //!
-//! A block is folded by Householder reflections, eight columns at once. The reflection of a column has one element in the triangle, its
-//! head, and one in every fresh row. Vectors are not scaled: with u = (head, a), H = I - scale u u'. The heads of different columns lie in
-//! different rows, so products of vectors are those of fresh rows.
+//! A block is folded by Householder reflections, eight columns at once. The reflection of a column has one element in
+//! the triangle, its head, and one in every fresh row. Vectors are not scaled: with u = (head, a), H = I - scale u u'.
+//! The heads of different columns lie in different rows, so products of vectors are those of fresh rows.
 //!
 //! The finished triangle has echelon form: a column that depends on those before it takes no row.
 
@@ -32,7 +32,8 @@ pub(crate) struct TriangularFactor {
     /// Rows that are not folded yet: the first eight columns of all, then the next.
     block: Vec<Lanes>,
     fresh: usize,
-    /// By what columns are multiplied whose squares would be too small: powers of two, which round nothing. None until rows were folded.
+    /// By what columns are multiplied whose squares would be too small: powers of two, which round nothing. None until
+    /// rows were folded.
     scales: Option<Vec<f64>>,
 }
 
@@ -60,8 +61,8 @@ impl TriangularFactor {
         }
     }
 
-    /// R of all rows so far; rows of zeros where A had fewer rows than columns. It is in [echelon form](Echelon): a column that depends on
-    /// those before it takes no row, and all that stand behind it begin one row further up.
+    /// R of all rows so far; rows of zeros where A had fewer rows than columns. It is in [echelon form](Echelon): a
+    /// column that depends on those before it takes no row, and all that stand behind it begin one row further up.
     pub(crate) fn finish(mut self) -> Mat<f64> {
         self.fold();
         let eights = self.columns.div_ceil(LANES);
@@ -158,8 +159,8 @@ const HALF: usize = LANES / 2;
 /// A column of a smaller sum of squares is zero: products of such numbers would lose their digits.
 const NOTHING: f64 = 1e-280;
 
-/// Folds fresh rows: eights of columns, one eight of all rows after the other, `capacity` rows each, of which the first `rows` count. The
-/// triangle has the eights of a row side by side.
+/// Folds fresh rows: eights of columns, one eight of all rows after the other, `capacity` rows each, of which the first
+/// `rows` count. The triangle has the eights of a row side by side.
 struct Fold<'a> {
     columns: usize,
     triangle: &'a mut [Lanes],
@@ -231,7 +232,8 @@ fn reflect<S: Simd>(simd: S, panel: &mut [Lanes], heads: &mut [Lanes], eights: u
     reflections
 }
 
-/// Subtracts from every row what the column before this one moves, if there is one, and returns the products of this column with all.
+/// Subtracts from every row what the column before this one moves, if there is one, and returns the products of this
+/// column with all.
 #[inline(always)]
 fn products<S: Simd>(simd: S, panel: &mut [Lanes], column: usize, moved: Option<Lanes>) -> Lanes {
     let before = column.saturating_sub(1);
@@ -320,13 +322,13 @@ fn apply<S: Simd>(
     }
 }
 
-/// A column of which less than this share is left beside those before it depends on them: what rounding leaves in the largest blocks
-/// that faer is given, 16 epsilon for each row.
+/// A column of which less than this share is left beside those before it depends on them: what rounding leaves in the
+/// largest blocks that faer is given, 16 epsilon for each row.
 pub(crate) const DEPENDS: f64 = 16.0 * f64::EPSILON * 512.0;
 
-/// A triangle in echelon form, as [`TriangularFactor::finish`] and [`echelon_of`] make it: the k-th of the
-/// columns that take a row has its first element in row k. The others depend on those before them, and so does a column of zeros: below
-/// the rows of those they have nothing but rounding.
+/// A triangle in echelon form, as [`TriangularFactor::finish`] and [`echelon_of`] make it: the k-th of the columns that
+/// take a row has its first element in row k. The others depend on those before them, and so does a column of zeros:
+/// below the rows of those they have nothing but rounding.
 ///
 /// So what is left behind some columns begins in the row of their rank, which is not their number where one depends.
 pub(crate) struct Echelon<'a> {
@@ -353,8 +355,8 @@ impl<'a> Echelon<'a> {
 
     /// The least-squares values of the first `columns` unknowns, for a right-hand side in the rows that they take.
     ///
-    /// Those whose column depends on others are held at zero, as bounded least squares holds them: what the columns make together is the
-    /// same for every such choice, and this one takes nothing away from the meaning of the others.
+    /// Those whose column depends on others are held at zero, as bounded least squares holds them: what the columns
+    /// make together is the same for every such choice, and this one takes nothing away from the meaning of the others.
     pub(crate) fn solve(&self, columns: usize, mut right: Vec<f64>) -> Vec<f64> {
         let pivots = &self.pivots[..self.rank(columns)];
         let square = Mat::from_fn(pivots.len(), pivots.len(), |i, j| self.r[(i, pivots[j])]);
@@ -368,16 +370,16 @@ impl<'a> Echelon<'a> {
     }
 }
 
-/// The factor of a small matrix, of no fewer rows than columns. Its first columns are in echelon form by the same measure as those of
-/// [`TriangularFactor::finish`]; that of faer hangs on the number of rows.
+/// The factor of a small matrix, of no fewer rows than columns. Its first columns are in echelon form by the same
+/// measure as those of [`TriangularFactor::finish`]; that of faer hangs on the number of rows.
 pub(crate) fn echelon_of(matrix: Mat<f64>, columns: usize) -> Mat<f64> {
     let mut triangle = triangle_of(matrix);
     make_echelon(&mut triangle, columns);
     triangle
 }
 
-/// Turns rows so that those from the first dependent column on begin further to the right, as far as the first columns go. A triangle
-/// without such a column stays as it is.
+/// Turns rows so that those from the first dependent column on begin further to the right, as far as the first columns
+/// go. A triangle without such a column stays as it is.
 pub(crate) fn make_echelon(r: &mut Mat<f64>, columns: usize) {
     let mut row = 0;
     for column in 0..columns {
@@ -457,8 +459,8 @@ mod tests_of_factor {
         }
     }
 
-    /// What rounding leaves of a dependent column is no direction to turn rows by: the others keep their products, and such a column takes
-    /// no row. One that is no number leaves the others alone.
+    /// What rounding leaves of a dependent column is no direction to turn rows by: the others keep their products, and
+    /// such a column takes no row. One that is no number leaves the others alone.
     #[test]
     fn a_dependent_column_takes_no_row() {
         let columns = 21;
@@ -540,7 +542,8 @@ mod tests_of_echelon {
         }
     }
 
-    /// Where faer takes what is left of a column for one of its own, by the few rows it has, rows are turned as those of many are.
+    /// Where faer takes what is left of a column for one of its own, by the few rows it has, rows are turned as those
+    /// of many are.
     #[test]
     fn what_depends_does_not_hang_on_the_number_of_rows() {
         let matrix = faer::mat![[1.0, 1.0, 2.0], [0.0, 1e-12, 3.0], [0.0, 0.0, 4.0]];

@@ -33,11 +33,11 @@ fn may_run(point: &Point, data: &Data) -> bool {
     point.is_stable() && point.stage(data, 1.0).is_ok()
 }
 
-/// The best point near one, in at most so many steps. None if the motion leaves all bounds at the start, or if no point on
-/// the way may be gone to.
+/// The best point near one, in at most so many steps. None if the motion leaves all bounds at the start, or if no point
+/// on the way may be gone to.
 ///
-/// Where points may run is bounded by poles that hardly ring, and the way to a good one often lies across: stiffness goes
-/// from A to the operators. So only the end has to be one, unless the way back from beyond is not found.
+/// Where points may run is bounded by poles that hardly ring, and the way to a good one often lies across: stiffness
+/// goes from A to the operators. So only the end has to be one, unless the way back from beyond is not found.
 pub(super) fn descend(start: &Point, data: &Data, stretches: &[Stretch], free: Free, steps: usize) -> Option<Fit> {
     let across = walk(start, data, stretches, (free, steps), |_| true)?;
     if may_run(&across.fit.point, data) {

@@ -51,8 +51,8 @@ fn sizes(kind: Kind) -> [usize; 3] {
     if kind == Kind::Duhem { [3, 5, 9] } else { [4, 8, 16] }
 }
 
-/// How far beyond what was reached the knots of a Duhem operator lie. Thresholds lie within it: what hardly moves a play
-/// tells no weight.
+/// How far beyond what was reached the knots of a Duhem operator lie. Thresholds lie within it: what hardly moves a
+/// play tells no weight.
 const MARGIN: f64 = 1.05;
 
 fn margin(kind: Kind) -> f64 {
@@ -263,7 +263,8 @@ impl Search<'_> {
         Some(start)
     }
 
-    /// The same number of thresholds or knots over what is reached, then more of them, with steps to the end, if that pays.
+    /// The same number of thresholds or knots over what is reached, then more of them, with steps to the end, if that
+    /// pays.
     fn refined(&mut self, kind: Kind, coarse: Candidate) -> Candidate {
         let free = Free { dynamics: true, query: coarse.place == Some(AxesPlace::Inside) };
         let mut best = coarse;

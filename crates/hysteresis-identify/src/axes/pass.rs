@@ -210,7 +210,8 @@ pub(super) fn linearise(point: &Point, data: &Data, stretches: &[Stretch], free:
     coloured(point, data, stretches, free, &[])
 }
 
-/// The same with the derivatives of each position behind the filter of its noise, so that J'J is J' Omega J of the plain ones.
+/// The same with the derivatives of each position behind the filter of its noise, so that J'J is J' Omega J of the
+/// plain ones.
 pub(super) fn coloured(
     point: &Point,
     data: &Data,

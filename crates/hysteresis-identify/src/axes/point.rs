@@ -66,8 +66,8 @@ impl Point {
         Self { bw: vec![0.0; n * m], cq: vec![0.0; m * n], dq, banks, ..self.clone() }
     }
 
-    /// With an operator for each position, that acts on nothing yet: of the position, or of what a block of states gives
-    /// to it.
+    /// With an operator for each position, that acts on nothing yet: of the position, or of what a block of states
+    /// gives to it.
     pub(super) fn with_queries(&self, block: Option<usize>, bank: impl Fn(usize) -> Bank) -> Self {
         let (n, m, p) = (self.states, self.drives, self.positions);
         let seen = |(place, c): (usize, &f64)| if block.is_none_or(|block| place % n / 2 == block) { *c } else { 0.0 };
@@ -154,8 +154,8 @@ impl Point {
         })
     }
 
-    /// What each operator of the stage takes times its q, to have that of this point: q in front has the unit of its drive, which
-    /// is what thresholds are read in.
+    /// What each operator of the stage takes times its q, to have that of this point: q in front has the unit of its
+    /// drive, which is what thresholds are read in.
     pub(super) fn operator_gains(&self, data: &Data) -> Vec<f64> {
         let gain = |i: usize| if self.is_in_front() { 1.0 / data.drive_scale[i] } else { 1.0 };
         (0..self.banks.len()).map(gain).collect()

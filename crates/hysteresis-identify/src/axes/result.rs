@@ -29,9 +29,11 @@ pub struct AxesIdentification {
     pub linear_errors: Vec<f64>,
     /// The standard deviation of each position.
     pub deviations: Vec<f64>,
-    /// Frequency in Hz and damping ratio of each mode, from the lowest frequency up: of A, what rings while operators stand.
+    /// Frequency in Hz and damping ratio of each mode, from the lowest frequency up: of A, what rings while operators
+    /// stand.
     pub modes: Vec<[f64; 2]>,
-    /// Standard errors of what does not depend on the coordinates of the states, for noise with the spectrum of what is left.
+    /// Standard errors of what does not depend on the coordinates of the states, for noise with the spectrum of what is
+    /// left.
     pub standard_errors: AxesStandardErrors,
     /// All structures that were tried.
     pub tried: Vec<AxesTrial>,

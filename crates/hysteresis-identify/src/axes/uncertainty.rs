@@ -1,10 +1,10 @@
-//! How far a stage of several axes may be from the truth: standard errors of what does not depend on the coordinates of its
-//! states and of what is between.
+//! How far a stage of several axes may be from the truth: standard errors of what does not depend on the coordinates of
+//! its states and of what is between.
 //!
-//! The numbers of the matrices are no such thing: other coordinates of the states, a larger w with a smaller Bw, or a larger
-//! q with a smaller f are the same stage. So J'J of all numbers is singular, and its inverse that of the directions that move
-//! a sample. What is reported stays along the others: operators are looked at in the units of w and q in which w moves
-//! the positions, and the drives move q, by what they do at the fit.
+//! The numbers of the matrices are no such thing: other coordinates of the states, a larger w with a smaller Bw, or a
+//! larger q with a smaller f are the same stage. So J'J of all numbers is singular, and its inverse that of the
+//! directions that move a sample. What is reported stays along the others: operators are looked at in the units of w
+//! and q in which w moves the positions, and the drives move q, by what they do at the fit.
 
 use faer::{Mat, Side};
 
@@ -14,8 +14,8 @@ use super::point::{Free, Point};
 use crate::fit::colour::Autoregression;
 use crate::records::signal::as_f64;
 
-/// Standard errors of a stage of several axes. Infinite for what the records do not tell, as f where z never was; NaN for
-/// what has none, as f at its bound.
+/// Standard errors of a stage of several axes. Infinite for what the records do not tell, as f where z never was; NaN
+/// for what has none, as f at its bound.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxesStandardErrors {
@@ -25,8 +25,8 @@ pub struct AxesStandardErrors {
     /// Of the damping ratio of each mode.
     #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub dampings: Vec<f64>,
-    /// Of the weights of each operator's plays, or of f+ and then f- at its knots, where w moves the positions, and the drives
-    /// move q, by as much as in the model: beside Bw and Cq the records tell no more.
+    /// Of the weights of each operator's plays, or of f+ and then f- at its knots, where w moves the positions, and the
+    /// drives move q, by as much as in the model: beside Bw and Cq the records tell no more.
     #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub operators: Vec<Vec<f64>>,
     /// Of the output offset of each position.
@@ -34,8 +34,8 @@ pub struct AxesStandardErrors {
     pub output_offset: Vec<f64>,
 }
 
-/// What does not depend on coordinates: the modes of A, from the lowest frequency up, the numbers of operators in the units
-/// of a point, the offsets.
+/// What does not depend on coordinates: the modes of A, from the lowest frequency up, the numbers of operators in the
+/// units of a point, the offsets.
 struct Quantities {
     modes: Vec<[f64; 2]>,
     operators: Vec<Vec<f64>>,
@@ -93,7 +93,8 @@ fn at_rest(point: &Point, input: impl Fn(usize) -> f64) -> Vec<f64> {
     (0..point.states).map(state).collect()
 }
 
-/// Frequency in Hz and damping ratio of the modes of A, from the lowest frequency up: what rings while all operators stand.
+/// Frequency in Hz and damping ratio of the modes of A, from the lowest frequency up: what rings while all operators
+/// stand.
 pub(super) fn modes(point: &Point, dt: f64) -> Vec<[f64; 2]> {
     let mode = |i: usize| {
         let ([a, b], [d, c]) = (point.a_of(i), point.a_of(point.partner(i)));
@@ -185,8 +186,8 @@ fn gradients(point: &Point, free: Free, count: usize, quantities: impl Fn(&Point
     all
 }
 
-/// The roots of the diagonal of G'(J'J)^+ J' Omega J (J'J)^+ G, infinite for a quantity with a part that moves no sample; and
-/// how many directions move samples.
+/// The roots of the diagonal of G'(J'J)^+ J' Omega J (J'J)^+ G, infinite for a quantity with a part that moves no
+/// sample; and how many directions move samples.
 fn spread(plain: &Mat<f64>, coloured: &Mat<f64>, gradients: &Mat<f64>) -> Option<(Vec<f64>, usize)> {
     let count = plain.nrows();
     let entry = |matrix: &Mat<f64>, i: usize, j: usize| if i >= j { matrix[(i, j)] } else { matrix[(j, i)] };
@@ -225,7 +226,8 @@ mod tests {
     use super::super::pass::missed;
     use super::*;
 
-    /// Two drives about a mean and two positions, slow enough that moves are short beside knots, and a point with three states.
+    /// Two drives about a mean and two positions, slow enough that moves are short beside knots, and a point with three
+    /// states.
     fn fit(kind: Kind, mean: f64, reach: f64) -> (Data, Point) {
         let mut seed = 5_u32;
         let mut random = || {

@@ -49,7 +49,8 @@ pub struct CrossValidation {
     pub creep: usize,
     /// Its loop shift.
     pub loop_shift: LoopShiftModel,
-    /// The root mean square error, the mean taken over the stretches, each predicted from the others, in the unit of the output.
+    /// The root mean square error, the mean taken over the stretches, each predicted from the others, in the unit of
+    /// the output.
     pub rmse: f64,
     /// The mean square error on every stretch, in the unit of the output squared.
     pub stretches: Vec<f64>,
@@ -64,8 +65,8 @@ impl CrossValidation {
         all.iter().find(|one| one.mean_log() <= least + ALIKE)
     }
 
-    /// The geometric mean of the root mean square errors on the stretches: by it candidates are compared, for no stretch outweighs the
-    /// others in it.
+    /// The geometric mean of the root mean square errors on the stretches: by it candidates are compared, for no
+    /// stretch outweighs the others in it.
     #[must_use]
     pub fn typical_error(&self) -> f64 {
         (0.5 * self.mean_log()).exp()
@@ -81,8 +82,8 @@ impl CrossValidation {
     /// its standard error, stretch by stretch. What is better by less than that is better by chance.
     ///
     /// Factors and not differences, as stretches differ: in a decaying sweep the first one has most of the error, and
-    /// differences would be those of one stretch. Where stretches are alike, in records without variety, predicting one from
-    /// the others says little, and a factor below `margin` is none.
+    /// differences would be those of one stretch. Where stretches are alike, in records without variety, predicting one
+    /// from the others says little, and a factor below `margin` is none.
     pub(crate) fn good(all: &[Self], margin: f64) -> impl Iterator<Item = usize> {
         let best = Self::best(all);
         let rounding = best.map_or(0.0, |best| best.rounding).max(f64::MIN_POSITIVE);
@@ -208,8 +209,8 @@ impl StretchesUnderLaw<'_> {
         bounds
     }
 
-    /// The records' own, unknowns and steps of the searched parameters; `guess` is which of the latter two lie between their
-    /// bounds, of the stretch before and then of this one.
+    /// The records' own, unknowns and steps of the searched parameters; `guess` is which of the latter two lie between
+    /// their bounds, of the stretch before and then of this one.
     fn solution(
         &self,
         factor: &Mat<f64>,

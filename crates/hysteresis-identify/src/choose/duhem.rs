@@ -152,8 +152,8 @@ fn best_of_directions(
 }
 
 /// Whether the position rises with the drive everywhere, so that there is an inverse: an operator may fall, but by less
-/// than the plays rise right after a reversal. Beside plays that stand still then it would stand for thresholds that they
-/// lack: there it must do nearly all by itself.
+/// than the plays rise right after a reversal. Beside plays that stand still then it would stand for thresholds that
+/// they lack: there it must do nearly all by itself.
 fn rises(found: &Found) -> bool {
     let (rise, fall) = rise_and_fall(&found.fit, &found.basis);
     let plays: f64 = found.fit.space.weights_of_operators(&found.fit.fit.weights).iter().sum();
@@ -187,7 +187,8 @@ pub(crate) fn no_inverse(rise: f64, fall: f64) -> Option<Finding> {
 }
 
 /// By which factor an operator must lower the mean square error of prediction; none where time explains what plays
-/// leave, as loops that need not close would follow any drift. Loops that are traversed backwards neither plays nor time explain.
+/// leave, as loops that need not close would follow any drift. Loops that are traversed backwards neither plays nor
+/// time explain.
 fn must_gain(records: &[Record<'_>], plays: &Found) -> Option<f64> {
     let findings = findings_of_fit(records, &plays.fit.chain(plays.interval(records)), &plays.options.thresholds);
     let has = |code: FindingCode| findings.iter().any(|finding| finding.code == code);

@@ -40,8 +40,8 @@ impl JointProblem<'_> {
     /// From the fit of the hysteresis with a dead time alone to the best of everything together.
     ///
     /// The weights stay linear: each operator's output goes through creep, dynamics and dead time before it becomes a
-    /// column. Frequency, damping, dead time and creep start from the best minima of a scan behind the hysteresis found,
-    /// and are then searched together with ratios and input offset.
+    /// column. Frequency, damping, dead time and creep start from the best minima of a scan behind the hysteresis
+    /// found, and are then searched together with ratios and input offset.
     pub(crate) fn search(
         &self,
         plain: &ProjectedFit,
@@ -88,7 +88,8 @@ impl JointProblem<'_> {
     }
 }
 
-/// Points with dynamics and creep for a fit of the hysteresis with a dead time alone, the most promising first, and one at least.
+/// Points with dynamics and creep for a fit of the hysteresis with a dead time alone, the most promising first, and one
+/// at least.
 ///
 /// The dead time of that fit is the lag of everything, 2 zeta / w and what is dead time in truth: each frequency and
 /// damping is tried with the rest of it, and a few others.
@@ -233,8 +234,8 @@ impl Scan {
         responses
     }
 
-    /// The sum of squares that a gain, an amplitude of creep and an offset for every record leave, neither of the first two
-    /// negative.
+    /// The sum of squares that a gain, an amplitude of creep and an offset for every record leave, neither of the first
+    /// two negative.
     fn squares(&self, responses: &[Vec<[f64; 2]>], dead_time: f64) -> f64 {
         let (mut aa, mut ab, mut bb, mut ay, mut by, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         for (signals, response) in self.signals.iter().zip(responses) {

@@ -40,7 +40,8 @@ impl Found {
         self.options.dt.or(records.iter().find_map(Record::dt)).unwrap_or(1.0)
     }
 
-    /// Whether dynamics that were not asked for answer before the drive: nothing can run them, and they stand for something else.
+    /// Whether dynamics that were not asked for answer before the drive: nothing can run them, and they stand for
+    /// something else.
     pub(crate) fn leads(&self, asked: &Options) -> bool {
         asked.dynamics == DynamicsModel::Auto && self.fit.leads()
     }
@@ -81,7 +82,8 @@ pub(crate) struct LinearEvidence {
 #[derive(Clone, Copy)]
 pub(crate) struct UntoldModes {
     pub(crate) asked: usize,
-    /// The evidence for another one than were found, and what noise alone may pretend; the former is 0 where there is no such mode.
+    /// The evidence for another one than were found, and what noise alone may pretend; the former is 0 where there is
+    /// no such mode.
     pub(crate) evidence: f64,
     pub(crate) needed: f64,
 }

@@ -1,10 +1,11 @@
 //! A fit without glitches: they are looked for in what a fit leaves, left out, and the fit goes on from where it was.
 //!
-//! Glitches are single wrong samples of the position and short runs of them, told from errors of the model. A sample is far if its residual
-//! is further from the median of those about it than so many standard deviations: of the whole residual; of the samples before it or behind
-//! it, where dynamics may ring that the model lacks; and of those before which the drive turned or jumped alike, where a model may be far
-//! off as a matter of course. Far samples that are near to each other are a glitch if there are few of them and the residual jumps where
-//! they begin and where they end: what a model misses comes and goes smoothly, or lasts.
+//! Glitches are single wrong samples of the position and short runs of them, told from errors of the model. A sample is
+//! far if its residual is further from the median of those about it than so many standard deviations: of the whole
+//! residual; of the samples before it or behind it, where dynamics may ring that the model lacks; and of those before
+//! which the drive turned or jumped alike, where a model may be far off as a matter of course. Far samples that are
+//! near to each other are a glitch if there are few of them and the residual jumps where they begin and where they end:
+//! what a model misses comes and goes smoothly, or lasts.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -22,17 +23,19 @@ use crate::records::signal::as_f64;
 /// So many fits go on from where they were: the fewer glitches are left, the smaller ones are seen.
 const ROUNDS: usize = 5;
 
-/// So often everything is chosen anew without them, if that may change a choice: if they have this share of the sum of squares that is left.
+/// So often everything is chosen anew without them, if that may change a choice: if they have this share of the sum of
+/// squares that is left.
 const CHOICES: usize = 2;
 const MATTERS: f64 = 0.01;
 
 /// What is left out of every record.
 pub(crate) type LeftOut = Vec<Vec<usize>>;
 
-/// The best of everything that was asked for, and what was left out of every record for it: what the records leave out already,
-/// and glitches if the loss of `asked` leaves them out and there are any.
+/// The best of everything that was asked for, and what was left out of every record for it: what the records leave out
+/// already, and glitches if the loss of `asked` leaves them out and there are any.
 ///
-/// What was chosen while there were glitches that matter is chosen anew without them. A search that was stopped is left as it is.
+/// What was chosen while there were glitches that matter is chosen anew without them. A search that was stopped is left
+/// as it is.
 pub(crate) fn search_without_glitches(
     records: &[Record<'_>],
     asked: &Options,
@@ -107,11 +110,12 @@ fn seen(records: &[Record<'_>], fitted: &[Record<'_>], found: &Found, limit: f64
     fitted.iter().zip(records).enumerate().map(of_record).collect()
 }
 
-/// Samples on either side whose median tells a glitch from the residual: a glitch of no more samples is less than half of all.
+/// Samples on either side whose median tells a glitch from the residual: a glitch of no more samples is less than half
+/// of all.
 const AROUND: usize = 25;
 
-/// Samples on one side whose distances tell whether a model is far off there: dynamics ring on, and less than half of so many
-/// are glitches.
+/// Samples on one side whose distances tell whether a model is far off there: dynamics ring on, and less than half of
+/// so many are glitches.
 const NEARBY: usize = 50;
 
 /// Far samples with at most so many others between them are one glitch.
@@ -120,16 +124,16 @@ const GAP: usize = 5;
 /// What lasts longer is no glitch. A fit that follows one is far off beside it, too.
 const LONGEST: usize = 30;
 
-/// The residual jumps by this share of the height of a glitch at least, where it begins and where it ends. Half a period of a
-/// ringing that lasts eight samples or more jumps by less.
+/// The residual jumps by this share of the height of a glitch at least, where it begins and where it ends. Half a
+/// period of a ringing that lasts eight samples or more jumps by less.
 const ABRUPT: f64 = 0.4;
 
-/// Where a record begins, no jump is seen before a glitch: there the residual comes back by this share of its height from one sample to
-/// the next, which a transient does not.
+/// Where a record begins, no jump is seen before a glitch: there the residual comes back by this share of its height
+/// from one sample to the next, which a transient does not.
 const AT_ONCE: f64 = 0.8;
 
-/// The deviation of samples is that share of all below which there are this many standard deviations of normal noise: with a
-/// tenth of them wrong it still is that of the good ones.
+/// The deviation of samples is that share of all below which there are this many standard deviations of normal noise:
+/// with a tenth of them wrong it still is that of the good ones.
 const MOST: f64 = 0.9;
 const DEVIATIONS_OF_MOST: f64 = 1.645;
 
@@ -142,8 +146,8 @@ const POWERS: usize = 12;
 /// The samples about so many turns tell what is usual after such a turn.
 const TURNS: usize = 2;
 
-/// A turn of the drive counts for so many samples and the lag of the model: those in which a wrong dead time shows, and those in
-/// which damped dynamics do.
+/// A turn of the drive counts for so many samples and the lag of the model: those in which a wrong dead time shows, and
+/// those in which damped dynamics do.
 const AFTER_TURN: [usize; 2] = [3, 25];
 
 /// Samples before a turn that its error may reach.
@@ -152,8 +156,9 @@ const BEFORE_TURN: usize = 1;
 /// Below this share of the range of the prediction a deviation is rounding.
 const ROUNDING: f64 = 1e-5;
 
-/// The glitches of a record: samples of it, in order. `place` is its number, `offset` its output offset, `limit` the standard
-/// deviations from which on a sample is far. What the record leaves out already does not count for what is usual.
+/// The glitches of a record: samples of it, in order. `place` is its number, `offset` its output offset, `limit` the
+/// standard deviations from which on a sample is far. What the record leaves out already does not count for what is
+/// usual.
 pub(crate) fn glitches(record: &Record<'_>, chain: &Chain, place: usize, offset: f64, limit: f64) -> Vec<usize> {
     let dt = record.dt().unwrap_or(chain.dt);
     let predicted = chain.response_in(place, record.input(), dt);
@@ -241,8 +246,9 @@ fn together(far: &[usize]) -> Vec<Range<usize>> {
     runs
 }
 
-/// Whether far samples are few, and the residual jumps before and after the furthest of them. What a record begins with may be a
-/// transient of what was before, unless it comes back at once. Beyond the end of a record the residual is as usual.
+/// Whether far samples are few, and the residual jumps before and after the furthest of them. What a record begins with
+/// may be a transient of what was before, unless it comes back at once. Beyond the end of a record the residual is as
+/// usual.
 fn is_abrupt(residual: &[f64], levels: &[f64], distances: &[f64], far: &[usize]) -> bool {
     let (Some(first), Some(last)) = (far.first(), far.last()) else { return false };
     let Some(furthest) = (*first..=*last).max_by(|p, q| distances[*p].total_cmp(&distances[*q])) else { return false };
@@ -254,8 +260,8 @@ fn is_abrupt(residual: &[f64], levels: &[f64], distances: &[f64], far: &[usize])
     last - first < LONGEST && (begins && comes_back(ABRUPT) || *first == 0 && comes_back(AT_ONCE))
 }
 
-/// How far the drive left a straight line shortly before every sample, in powers of two below its range: where it turns round, and
-/// where it jumps.
+/// How far the drive left a straight line shortly before every sample, in powers of two below its range: where it turns
+/// round, and where it jumps.
 struct Turns {
     powers: Vec<usize>,
     enough: usize,
@@ -281,7 +287,8 @@ impl Turns {
         Self { powers, enough: TURNS * (before + 1 + BEFORE_TURN) }
     }
 
-    /// The deviation of all samples with a turn alike or next to it, for every sample; infinite where these are too few.
+    /// The deviation of all samples with a turn alike or next to it, for every sample; infinite where these are too
+    /// few.
     fn deviations(&self, distances: &[f64], is_kept: &[bool]) -> Vec<f64> {
         let mut of_power: Vec<Vec<f64>> = vec![Vec::new(); POWERS + 3];
         let kept = self.powers.iter().zip(distances).zip(is_kept).filter(|(_, is_kept)| **is_kept);

@@ -1,5 +1,5 @@
-//! The linear part, searched from the hysteresis alone: dynamics, an amplifier and more modes if the records tell them, and a dead time that
-//! is settled beside them; then what makes them doubtful.
+//! The linear part, searched from the hysteresis alone: dynamics, an amplifier and more modes if the records tell them,
+//! and a dead time that is settled beside them; then what makes them doubtful.
 
 use core::f64::consts::TAU;
 
@@ -23,16 +23,16 @@ use crate::uncertainty::standard_errors::StandardErrors;
 /// that white noise looks like, somewhere among N / 2 frequencies, takes about 2 log(N / 2), and this is twice as much.
 const MIN_EVIDENCE: f64 = 4.0;
 
-/// A mode that is not asked for must lower the sum of squares to this share, the error by three tenths: what a model of hysteresis or
-/// creep leaves may look like a faint mode.
+/// A mode that is not asked for must lower the sum of squares to this share, the error by three tenths: what a model of
+/// hysteresis or creep leaves may look like a faint mode.
 const MOST_LEFT_BY_MODE: f64 = 0.5;
 
-/// By how many noise variances dynamics may fit worse than a dead time alone and still stand for the lag, as they were asked
-/// for: two standard deviations.
+/// By how many noise variances dynamics may fit worse than a dead time alone and still stand for the lag, as they were
+/// asked for: two standard deviations.
 const SAME_EVIDENCE: f64 = 4.0;
 
-/// Hysteresis and linear part together, and what the records tell of the latter; and whether the search was stopped and this is
-/// the best so far.
+/// Hysteresis and linear part together, and what the records tell of the latter; and whether the search was stopped and
+/// this is the best so far.
 pub(crate) struct FoundJoint {
     pub(crate) fit: JointFit,
     pub(crate) linear: LinearEvidence,
@@ -55,7 +55,8 @@ pub(crate) fn search_joint(
     Ok(FoundJoint { fit, linear, partial })
 }
 
-/// A fit with one parameter for its lag, and by how many variances of the noise dynamics lower the sum of squares below it.
+/// A fit with one parameter for its lag, and by how many variances of the noise dynamics lower the sum of squares below
+/// it.
 struct Simple {
     fit: JointFit,
     evidence: f64,
@@ -153,8 +154,8 @@ impl JointSearch<'_> {
         is_asked || with.fit.squares <= MOST_LEFT_BY_MODE * without.fit.squares
     }
 
-    /// By how many variances of the noise the last mode lowers the sum of squares: no more than its gain alone tells, as a longer
-    /// search lowers it too.
+    /// By how many variances of the noise the last mode lowers the sum of squares: no more than its gain alone tells,
+    /// as a longer search lowers it too.
     fn evidence_for_mode(&self, without: &JointFit, with: &JointFit) -> f64 {
         let decrease = (without.fit.squares - with.fit.squares) / self.noise(with);
         let deviations = self.problem.deviations_of_last_gain(with);
@@ -179,9 +180,9 @@ impl JointSearch<'_> {
         Ok(if is_told { found } else { without })
     }
 
-    /// The fit, or that of a lag of first order if it is overdamped and the records do not tell more, or of a dead time alone if they
-    /// do not tell the dynamics: too little evidence, or at the edge of what is searched. Cross-validation does not judge them: the
-    /// stretch of a chirp that has the resonance tells it alone.
+    /// The fit, or that of a lag of first order if it is overdamped and the records do not tell more, or of a dead time
+    /// alone if they do not tell the dynamics: too little evidence, or at the edge of what is searched.
+    /// Cross-validation does not judge them: the stretch of a chirp that has the resonance tells it alone.
     fn without_needless_dynamics(
         &self,
         fit: JointFit,
@@ -211,8 +212,8 @@ impl JointSearch<'_> {
         }
     }
 
-    /// A lag of first order and how the dead time beside it was settled, if the records tell one: a resonance that stands for it is damped
-    /// without bound, and what is fast in it must be undone by a dead time.
+    /// A lag of first order and how the dead time beside it was settled, if the records tell one: a resonance that
+    /// stands for it is damped without bound, and what is fast in it must be undone by a dead time.
     fn lag_if_told(&self, without: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<Option<Settled>, Error> {
         monitor.begin(Span { from: 0.8, to: 0.8 });
         let Some(lag) = to_compare(search_lag(&self.problem, &self.plain, monitor))? else { return Ok(None) };
@@ -220,7 +221,8 @@ impl JointSearch<'_> {
         Ok((is_told && is_inside(&lag.fit)).then_some(lag))
     }
 
-    /// The better of a fit that is worse than one without its dynamics, a minimum among others, and of what a search from there finds.
+    /// The better of a fit that is worse than one without its dynamics, a minimum among others, and of what a search
+    /// from there finds.
     fn again(&self, fit: JointFit, without: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
         monitor.begin(Span { from: 0.8, to: 0.8 });
         let again = self.problem.search(&without.fit, &without.space, monitor)?;
@@ -231,8 +233,8 @@ impl JointSearch<'_> {
         needed_evidence(self.problem.records, fit)
     }
 
-    /// By how many variances of the noise one fit lowers the sum of squares of another, record by record: in volts of a small fast
-    /// record a mode is plain that is nothing beside what slow strokes leave.
+    /// By how many variances of the noise one fit lowers the sum of squares of another, record by record: in volts of a
+    /// small fast record a mode is plain that is nothing beside what slow strokes leave.
     fn evidence(&self, without: &JointFit, with: &JointFit) -> f64 {
         if let [_] = self.problem.records {
             return (without.fit.squares - with.fit.squares) / self.noise(with);
@@ -246,8 +248,8 @@ impl JointSearch<'_> {
     }
 
     /// What has one parameter for its lag, against dynamics that may be noise alone: a dead time alone, or second-order
-    /// dynamics critically damped without one; and the evidence against the first, or the second if the dead time is known.
-    /// Nothing for a lag of first order behind a known dead time, whose lag is all it has to say.
+    /// dynamics critically damped without one; and the evidence against the first, or the second if the dead time is
+    /// known. Nothing for a lag of first order behind a known dead time, whose lag is all it has to say.
     ///
     /// Dynamics that are infinitely fast answer within a sample: with a dead time of -1 they are no dynamics at all.
     fn simple(&self, fit: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<Option<Simple>, Error> {
@@ -331,7 +333,8 @@ impl JointProblem<'_> {
     }
 }
 
-/// Points whose dead time and amplifier together have a lag; the amplifier alone has parts of it where the dead time is known.
+/// Points whose dead time and amplifier together have a lag; the amplifier alone has parts of it where the dead time is
+/// known.
 pub(crate) fn amplifier_starts(space: &Space, point: &Point, lag: f64) -> Vec<Point> {
     let within =
         |parameter, value: f64| space.axis(parameter).map_or(value, |axis| value.clamp(axis.lower, axis.upper));
@@ -357,8 +360,8 @@ const ROUNDING_SAMPLES: f64 = 1e-6;
 /// A fit whose dead time is settled, and how.
 struct Settled {
     fit: JointFit,
-    /// The standard error of the dead time in samples, widened for correlated residuals, or not a number if it cannot be told at all. None
-    /// where none is searched beside dynamics.
+    /// The standard error of the dead time in samples, widened for correlated residuals, or not a number if it cannot
+    /// be told at all. None where none is searched beside dynamics.
     error: Option<f64>,
 }
 
@@ -411,8 +414,8 @@ const MAX_CREEP_ERROR: f64 = 0.5;
 const CREEP_MATTERS: f64 = 1e-3;
 const MAX_DEAD_TIME_ERROR: f64 = 0.1;
 
-/// A lag of the amplifier that is shorter, in samples, is told from a dead time by the fastest motion alone, which errors of
-/// the model blur first.
+/// A lag of the amplifier that is shorter, in samples, is told from a dead time by the fastest motion alone, which
+/// errors of the model blur first.
 const MIN_AMPLIFIER_LAG: f64 = 3.0;
 
 /// A dead time below this, in samples, belongs to rows that pair a drive with a later position.
@@ -461,7 +464,8 @@ pub(crate) fn joint_findings(
     for (number, error) in errors.creep.iter().enumerate() {
         let (parameter, what) = (Parameter::Creep(number), space.name_of_creep(number));
         let amplitude = fit.point.get(parameter);
-        // Beside creep of other time constants none is an amplitude, too; what is told to a thousandth of a move is told.
+        // Beside creep of other time constants none is an amplitude, too; what is told to a thousandth of a move is
+        // told.
         if !(has_creep && is_none(number)) && (error.is_nan() || *error >= CREEP_MATTERS) {
             found.push(doubtful(FindingCode::CreepUndetermined, &what, parameter, amplitude, *error, MAX_CREEP_ERROR));
         }
@@ -501,7 +505,8 @@ fn untold_modes(space: &Space, UntoldModes { asked, evidence, needed }: UntoldMo
     Finding::new(FindingCode::ModeNotTold, evidence, needed, message)
 }
 
-/// A dead time that is not told from the lag of the dynamics; `error` is its standard error, in samples, when it was settled.
+/// A dead time that is not told from the lag of the dynamics; `error` is its standard error, in samples, when it was
+/// settled.
 fn confounded(space: &Space, fit: &ProjectedFit, errors: &StandardErrors, error: Option<f64>) -> Option<Finding> {
     // The one of the result knows what the model lacks, but is not a number where the dead time settled at 0.
     let (settled, of_result) = (error?, errors.dead_time / space.intervals().smallest());
@@ -515,7 +520,8 @@ fn confounded(space: &Space, fit: &ProjectedFit, errors: &StandardErrors, error:
     (error.is_nan() || error > MAX_DEAD_TIME_ERROR).then(|| Finding::new(code, error, MAX_DEAD_TIME_ERROR, message))
 }
 
-/// A sum of lags, and to how much it is told: that is not a number where a part of it lies at the edge of its domain or is not told.
+/// A sum of lags, and to how much it is told: that is not a number where a part of it lies at the edge of its domain or
+/// is not told.
 fn with_error_of_lag(lag: f64, error: f64) -> String {
     if error.is_nan() {
         return format!(

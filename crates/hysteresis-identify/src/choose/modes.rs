@@ -29,7 +29,8 @@ const PROMISED: f64 = 0.7;
 const PASSES: usize = 8;
 
 impl JointProblem<'_> {
-    /// The best fit with a mode more, from a point near by; none if none promises to lower the sum of squares by `wanted`.
+    /// The best fit with a mode more, from a point near by; none if none promises to lower the sum of squares by
+    /// `wanted`.
     pub(crate) fn with_mode(
         &self,
         near: &JointFit,
@@ -45,8 +46,8 @@ impl JointProblem<'_> {
         self.search_starts(space, &starts, Attempts { level: 0, passes: PASSES }, monitor).map(Some)
     }
 
-    /// How many standard errors the gain of the last mode is from 0, widened for correlated residuals; 0 where the records do not
-    /// tell it.
+    /// How many standard errors the gain of the last mode is from 0, widened for correlated residuals; 0 where the
+    /// records do not tell it.
     pub(crate) fn deviations_of_last_gain(&self, found: &JointFit) -> f64 {
         let last = found.space.modes() - 1;
         let root = Root::of(&found.fit, &found.linearised, &found.space, found.rows(self.records));
@@ -86,7 +87,8 @@ fn start(space: &Space, point: &Point, mode: Mode) -> Point {
 }
 
 impl JointFit {
-    /// Whether every mode is one of its own: apart from the others, and the further ones within the bounds of their search.
+    /// Whether every mode is one of its own: apart from the others, and the further ones within the bounds of their
+    /// search.
     pub(crate) fn has_distinct_modes(&self) -> bool {
         let modes = self.space.linear_part(&self.fit.point).modes();
         let is_apart = |(number, one): (usize, &Mode)| {
@@ -305,7 +307,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// So many modes at a time, with the first one, go through a record: what they need stays in the nearest cache.
 const MODES: usize = 4 * LANES - 1;
 
-/// For each mode the products of the difference that it makes, which is how far its answer is from that of the first mode.
+/// For each mode the products of the difference that it makes, which is how far its answer is from that of the first
+/// mode.
 struct Products {
     squares: Vec<f64>,
     with_residual: Vec<f64>,

@@ -1,8 +1,8 @@
 //! The dynamics that the quietest of several records tells by itself.
 //!
-//! Least squares count every sample alike. What the model lacks of the hysteresis may leave of slow strokes a hundred times what a
-//! small fast record says of the dynamics: they settle where they suit the strokes, or are left out. By itself, with a small
-//! hysteresis of its own, the fast record tells them as well as its noise allows.
+//! Least squares count every sample alike. What the model lacks of the hysteresis may leave of slow strokes a hundred
+//! times what a small fast record says of the dynamics: they settle where they suit the strokes, or are left out. By
+//! itself, with a small hysteresis of its own, the fast record tells them as well as its noise allows.
 
 use crate::choose::found::{Found, LinearEvidence, Search, ToldAlone};
 use crate::choose::linear_part::needed_evidence;
@@ -29,8 +29,8 @@ use crate::uncertainty::standard_errors::StandardErrors;
 /// How many operators the hysteresis of the one record has: its dynamics are wanted, and a few make a small loop.
 const OPERATORS: usize = 8;
 
-/// Which share of what is left of the noisiest record its own fit leaves of the one record at most: least squares count records that
-/// are about as noisy as they deserve.
+/// Which share of what is left of the noisiest record its own fit leaves of the one record at most: least squares count
+/// records that are about as noisy as they deserve.
 const MOST_LEFT: f64 = 0.5;
 
 /// What one record told of the dynamics.
@@ -42,9 +42,9 @@ pub(crate) struct Told {
     pub(crate) alone: ToldAlone,
 }
 
-/// The dynamics that the quietest record tells by itself, in the space and at the point of a fit of all records, if these say that
-/// they are better than those of the fit: it by its own hysteresis, each of the others beside a gain and by its noise. `search` is that of all
-/// records: it does for the one, too.
+/// The dynamics that the quietest record tells by itself, in the space and at the point of a fit of all records, if
+/// these say that they are better than those of the fit: it by its own hysteresis, each of the others beside a gain and
+/// by its noise. `search` is that of all records: it does for the one, too.
 pub(crate) fn told_by_quietest(
     problem: &JointProblem<'_>,
     found: &JointFit,

@@ -32,8 +32,9 @@ pub(crate) fn search_all(
     Ok(found)
 }
 
-/// The same with a number of operators that is known, and with dynamics that may still stand in for what the hysteresis lacks. Where all that
-/// were found lead, which nothing can run, everything is searched once more with a dead time alone.
+/// The same with a number of operators that is known, and with dynamics that may still stand in for what the hysteresis
+/// lacks. Where all that were found lead, which nothing can run, everything is searched once more with a dead time
+/// alone.
 fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     let found = search_plays(records, asked, monitor)?;
     if !found.leads(asked) || found.partial {
@@ -43,8 +44,8 @@ fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonit
     anew(found, monitor, |monitor| search_plays(records, &without, monitor))
 }
 
-/// The same with dynamics that may lead. Where coupled plays are better than the plays that were asked for first, or these need dynamics
-/// that lead, everything is searched once more with coupled plays.
+/// The same with dynamics that may lead. Where coupled plays are better than the plays that were asked for first, or
+/// these need dynamics that lead, everything is searched once more with coupled plays.
 fn search_plays(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     let plays = search_terms(records, asked, monitor)?;
     let needs_coupling = plays.needs_coupling || asked.chooses_coupling() && plays.leads(asked);
@@ -54,7 +55,8 @@ fn search_plays(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMon
     with_duhem(records, asked, plays, monitor)
 }
 
-/// What a search that begins anew finds; what was found before it where it was stopped with something worse, unless nothing can run that.
+/// What a search that begins anew finds; what was found before it where it was stopped with something worse, unless
+/// nothing can run that.
 pub(crate) fn anew(
     before: Found,
     monitor: &mut SearchMonitor<'_>,
@@ -122,7 +124,8 @@ pub(crate) fn search_again(
     with_own_gains(records, found, monitor)
 }
 
-/// The same with the dynamics that one record tells by itself, known from now on, if all records say that they are better.
+/// The same with the dynamics that one record tells by itself, known from now on, if all records say that they are
+/// better.
 fn with_dynamics_told_alone(
     records: &[Record<'_>],
     asked: &Options,
@@ -236,11 +239,12 @@ fn search_beside(
     })
 }
 
-/// By which factor plays that are virgin elsewhere must lower the objective of those that are where the first record begins.
+/// By which factor plays that are virgin elsewhere must lower the objective of those that are where the first record
+/// begins.
 const MUST_GAIN_ELSEWHERE: f64 = 2.0;
 
-/// The same with plays that are virgin at rest, at an end of the range or in its middle, where that is left open and far better than
-/// where the first record begins.
+/// The same with plays that are virgin at rest, at an end of the range or in its middle, where that is left open and
+/// far better than where the first record begins.
 fn begun_at_virgin_plays(
     records: &[Record<'_>],
     options: &Options,
@@ -261,8 +265,8 @@ fn begun_at_virgin_plays(
     Ok(better.map_or_else(|| space.clone(), |(place, _)| space.with_known(Parameter::InputOffset, place)))
 }
 
-/// The same with dynamics, creep and the dead time that belongs to them behind the hysteresis; `is_open` is whether dynamics may
-/// be left out.
+/// The same with dynamics, creep and the dead time that belongs to them behind the hysteresis; `is_open` is whether
+/// dynamics may be left out.
 fn with_linear_part(
     records: &[Record<'_>],
     mut options: Options,

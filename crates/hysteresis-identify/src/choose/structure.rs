@@ -1,5 +1,5 @@
-//! What is left to cross-validation once everything was fitted: which terms stay, the weight law, how smooth the weights are, and how many
-//! operators there are.
+//! What is left to cross-validation once everything was fitted: which terms stay, the weight law, how smooth the
+//! weights are, and how many operators there are.
 
 use crate::choose::cross_validation::{CrossValidation, Stretches, StretchesUnderLaw, Terms};
 use crate::choose::found::{Found, LinearEvidence, Place, Search, Structure};
@@ -23,8 +23,8 @@ use crate::terms::weights::WeightLaw;
 /// The laws that cross-validation chooses from, those with fewer unknowns first.
 const LAWS: [WeightLaw; 3] = [WeightLaw::Quadratic, WeightLaw::Free, WeightLaw::Split];
 
-/// How smooth the weights are while the terms are chosen, where their smoothness is left open: ragged weights follow what
-/// a term leaves.
+/// How smooth the weights are while the terms are chosen, where their smoothness is left open: ragged weights follow
+/// what a term leaves.
 const USUAL_SMOOTHNESS: f64 = 1e-3;
 
 /// How smooth the weights are where all loops are alike.
@@ -41,8 +41,8 @@ pub(crate) struct StructureProblem<'a> {
 }
 
 impl StructureProblem<'_> {
-    /// Chooses the terms with weights of the widest law, then law and smoothness with these terms: of the candidates that
-    /// predict stretches as well as the best, the simplest.
+    /// Chooses the terms with weights of the widest law, then law and smoothness with these terms: of the candidates
+    /// that predict stretches as well as the best, the simplest.
     pub(crate) fn choose(&self) -> Result<Structure, Error> {
         let Self { records, asked, space, .. } = *self;
         let space = space.with_loop_shift(records, asked.loop_shift)?;
@@ -70,7 +70,8 @@ impl StructureProblem<'_> {
         })
     }
 
-    /// The options with every law to choose from, the widest one last: those for which there are too few samples left out.
+    /// The options with every law to choose from, the widest one last: those for which there are too few samples left
+    /// out.
     fn laws(&self, space: &Space) -> Result<Vec<Options>, Error> {
         let asked = self.asked;
         if asked.weights != WeightLaw::Auto {
@@ -110,8 +111,8 @@ impl StructureProblem<'_> {
         (candidates_of_kinds[good], if tried.len() > 1 { tried } else { Vec::new() })
     }
 
-    /// The smoothness that predicts best under a law, and all that were tried. Where loops are alike one predicts the other
-    /// with any weights: then it is a usual one, unless that is clearly worse.
+    /// The smoothness that predicts best under a law, and all that were tried. Where loops are alike one predicts the
+    /// other with any weights: then it is a usual one, unless that is clearly worse.
     fn smoothness(&self, law: &StretchesUnderLaw<'_>, terms: &Terms) -> (CrossValidation, Vec<CrossValidation>) {
         let with = |smoothness: &f64| law.cross_validate(&Terms { smoothness: *smoothness, ..*terms });
         let tried: Vec<_> = self.asked.smoothnesses().iter().map(with).collect();
@@ -143,8 +144,8 @@ pub(crate) fn with_creep_amplitudes(point: &Point, space: &Space, amplitudes: us
     (amplitudes..space.creep_amplitudes()).fold(*point, |point, number| point.with(Parameter::Creep(number), 0.0))
 }
 
-/// How many last descents there are at most, each but the first with the smoothness that is chosen where the one before led. An amplifier
-/// that goes in the last of them has one more.
+/// How many last descents there are at most, each but the first with the smoothness that is chosen where the one before
+/// led. An amplifier that goes in the last of them has one more.
 const DESCENTS: usize = 3;
 
 /// The same with what cross-validation chooses, fitted anew; what was found as it is where it needs coupled plays.
@@ -196,8 +197,8 @@ fn restructured(
         options.creep = [CreepModel::UnderWay, CreepModel::Slow, CreepModel::SlowAndFast][structure.creep].clone();
     }
     let basis = options.weight_basis(space.shift_len());
-    // A map is linear about the weights: what suits those of a place that was fitted roughly may suit those that a descent leads to no
-    // more.
+    // A map is linear about the weights: what suits those of a place that was fitted roughly may suit those that a
+    // descent leads to no more.
     let is_open = asked.smoothness == Setting::Fit && space.has_map();
     let smoothness = if is_open { USUAL_SMOOTHNESS } else { structure.smoothness };
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness };
@@ -210,8 +211,8 @@ fn restructured(
     Ok(Found { fit, smoothness: structure.smoothness, options, basis, structure, linear, partial, ..found })
 }
 
-/// The last descent, with the smoothness that is chosen where it led until that stays the same, and without an amplifier that is fast
-/// without bound; and whether it was stopped.
+/// The last descent, with the smoothness that is chosen where it led until that stays the same, and without an
+/// amplifier that is fast without bound; and whether it was stopped.
 fn last_descents(
     mut problem: JointProblem<'_>,
     structure: &mut Structure,
@@ -225,8 +226,8 @@ fn last_descents(
         monitor.within(1, 2);
         let fit = match problem.search_around(space.clone(), &point, monitor) {
             Err(Error::Interrupted) if monitor.keeps_best() => {
-                // Once about the weights that were begun with, then about its own. Of several starts that were tried at once, the one
-                // that was looked at first may be worse than what was begun with.
+                // Once about the weights that were begun with, then about its own. Of several starts that were tried at
+                // once, the one that was looked at first may be worse than what was begun with.
                 let begun = problem.at(&space, &point)?;
                 let kept = monitor.kept().map(|kept| problem.at(&space, &kept)).transpose()?;
                 let best = kept.filter(|kept| kept.fit.objective < begun.fit.objective).unwrap_or(begun);
@@ -258,29 +259,32 @@ fn last_descents(
 /// The numbers that are tried where any may be chosen.
 const NUMBERS: [usize; 12] = [4, 6, 8, 12, 16, 20, 24, 32, 40, 48, 64, 80];
 
-/// The numbers that are tried, one after the other, where they are doubled; everything else is fitted with the first of them.
+/// The numbers that are tried, one after the other, where they are doubled; everything else is fitted with the first of
+/// them.
 const DOUBLED: [usize; 3] = [20, 40, 80];
 
-/// By which factor a doubled number must lower the mean square error on stretches: a fiftieth of the error. What is less is not worth
-/// another search.
+/// By which factor a doubled number must lower the mean square error on stretches: a fiftieth of the error. What is
+/// less is not worth another search.
 const MUST_GAIN_OF_OPERATORS: f64 = 1.04;
 
-/// By which factor the best of all numbers must be better than one of fewer: a hundredth of the error. Short stretches tell less still
-/// from chance, and it is worth nothing.
+/// By which factor the best of all numbers must be better than one of fewer: a hundredth of the error. Short stretches
+/// tell less still from chance, and it is worth nothing.
 const MUST_GAIN_IN_AUTO: f64 = 1.02;
 
-/// A held-out stretch is made of so many short ones, spread over the records. Longer ones have the only large stroke, or the only start
-/// from rest: more weights predict these worse without them, whatever they gain elsewhere.
+/// A held-out stretch is made of so many short ones, spread over the records. Longer ones have the only large stroke,
+/// or the only start from rest: more weights predict these worse without them, whatever they gain elsewhere.
 const TURNS: usize = 32;
 
 /// The part of the work after it that the choice takes.
 const CHOICE: Span = Span { from: 0.0, to: 0.3 };
 
-/// How far a search is done before the number of operators is chosen, and after it: the search with the number chosen is a short one.
+/// How far a search is done before the number of operators is chosen, and after it: the search with the number chosen
+/// is a short one.
 const BEFORE: f64 = 0.7;
 const AFTER: f64 = 0.97;
 
-/// What a search finds with as many operators as `asked` asks for; with as many as are chosen where it leaves that open.
+/// What a search finds with as many operators as `asked` asks for; with as many as are chosen where it leaves that
+/// open.
 pub(crate) fn with_operators_chosen(
     records: &[Record<'_>],
     asked: &Options,
@@ -293,8 +297,8 @@ pub(crate) fn with_operators_chosen(
     if found.partial {
         return Ok(found);
     }
-    // If the chosen weight law is not the one of this fit, everything is fitted with it, and the numbers are judged once more: no other law
-    // is left open then.
+    // If the chosen weight law is not the one of this fit, everything is fitted with it, and the numbers are judged
+    // once more: no other law is left open then.
     for _ in 0..2 {
         monitor.begin(Span { from: BEFORE, to: AFTER });
         monitor.hold();
@@ -343,8 +347,8 @@ fn first_search(
     found
 }
 
-/// The same with another number of operators and the weight law under which it was judged: dynamics, creep, loop shift and maps stay, the
-/// smoothness is chosen anew, and everything that is searched goes on from where it was.
+/// The same with another number of operators and the weight law under which it was judged: dynamics, creep, loop shift
+/// and maps stay, the smoothness is chosen anew, and everything that is searched goes on from where it was.
 fn with_operators(
     records: &[Record<'_>],
     asked: &Options,
@@ -405,8 +409,8 @@ impl Choice<'_> {
         Ok(self.tried.get(chosen).cloned())
     }
 
-    /// Judges a number at the weight law and the smoothness that suit it, where everything was fitted; says whether the samples bear it. A law
-    /// of few unknowns gains nothing by more operators: so beside it free weights are judged.
+    /// Judges a number at the weight law and the smoothness that suit it, where everything was fitted; says whether the
+    /// samples bear it. A law of few unknowns gains nothing by more operators: so beside it free weights are judged.
     fn try_number(&mut self, operators: usize, fraction: f64, monitor: &mut SearchMonitor<'_>) -> Result<bool, Error> {
         let Found { fit: found, options, smoothness, .. } = self.found;
         let options = &Options { thresholds: options.thresholds.of(operators), ..options.clone() };

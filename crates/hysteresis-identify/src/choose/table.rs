@@ -17,7 +17,8 @@ use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::maps::MapModel;
 use crate::terms::slow_gain::SlowGainModel;
 
-/// Where loops are all alike, one predicts the other with any term that fits: it must be of use to a fit that leaves so much of the range.
+/// Where loops are all alike, one predicts the other with any term that fits: it must be of use to a fit that leaves so
+/// much of the range.
 const LEAST_LEFT: f64 = 0.005;
 
 /// The terms. What makes a stage harder to read must gain a tenth of the error: more unknowns cost something.
@@ -153,8 +154,8 @@ impl Term for SlowGainOfUsualTime {
     }
 }
 
-/// A map of the drive in front of the hysteresis, one of the position behind it, or both at once: loops that bend at both ends, as those
-/// of relays do, are told by neither alone.
+/// A map of the drive in front of the hysteresis, one of the position behind it, or both at once: loops that bend at
+/// both ends, as those of relays do, are told by neither alone.
 struct Curves {
     in_front: bool,
     behind: bool,
@@ -192,7 +193,8 @@ impl Term for Curves {
     }
 }
 
-/// A dead time in place of dynamics, or of a lag in front: beside the hysteresis, and beside that which was fitted alone.
+/// A dead time in place of dynamics, or of a lag in front: beside the hysteresis, and beside that which was fitted
+/// alone.
 struct NoDynamics;
 
 impl Term for NoDynamics {
@@ -229,7 +231,8 @@ impl Term for NoDynamics {
     }
 }
 
-/// A lag in front of the hysteresis, in place of dynamics and of a part of the dead time: that of an amplifier, or of heat.
+/// A lag in front of the hysteresis, in place of dynamics and of a part of the dead time: that of an amplifier, or of
+/// heat.
 struct LagInFront;
 
 impl Term for LagInFront {

@@ -1,8 +1,9 @@
 //! The search over a table of terms that are judged by stretches of the records.
 //!
-//! From what was found the search goes to the neighbour that predicts best: a model with a term more, a term less, or another variant of
-//! one, each fitted roughly from where it starts. Where two predict alike it follows both. It ends where no neighbour predicts better than
-//! chance and its cost let expect. So a term that was tried before another one was there is tried again.
+//! From what was found the search goes to the neighbour that predicts best: a model with a term more, a term less, or
+//! another variant of one, each fitted roughly from where it starts. Where two predict alike it follows both. It ends
+//! where no neighbour predicts better than chance and its cost let expect. So a term that was tried before another one
+//! was there is tried again.
 
 use std::sync::Arc;
 
@@ -32,8 +33,8 @@ use crate::terms::weights::WeightBasis;
 pub(crate) struct Row {
     /// For how many terms a variant of it must lower the error of prediction.
     pub(crate) terms: i32,
-    /// Whether its variants are searches of their own, or may stand for a term that another row has: then they are tried where no other term
-    /// is better.
+    /// Whether its variants are searches of their own, or may stand for a term that another row has: then they are
+    /// tried where no other term is better.
     pub(crate) is_costly: bool,
     /// Where loops are all alike: the share of the range that a fit leaves at least where its variants are tried.
     pub(crate) least_left: f64,
@@ -53,7 +54,8 @@ pub(crate) trait Term: Sync {
         true
     }
 
-    /// Whether it stands for itself in a model, if it is there. At the bounds of its search it stands for something else.
+    /// Whether it stands for itself in a model, if it is there. At the bounds of its search it stands for something
+    /// else.
     fn stands_for_itself(&self, _: &Candidate) -> bool {
         true
     }
@@ -73,8 +75,9 @@ pub(crate) const MUST_GAIN: f64 = 1.2;
 /// Where loops are all alike, one predicts the other with any term that fits: a term must halve the error.
 pub(crate) const MUST_GAIN_OF_LIKE_LOOPS: f64 = 4.0;
 
-/// By which factor a term must lower the objective by the derivatives at the fit without it, before it is searched at all. Where
-/// there is a map in truth that is 1.4 at least, elsewhere 1.1 at most: a quarter of what it must gain is asked for.
+/// By which factor a term must lower the objective by the derivatives at the fit without it, before it is searched at
+/// all. Where there is a map in truth that is 1.4 at least, elsewhere 1.1 at most: a quarter of what it must gain is
+/// asked for.
 const MUST_PROMISE: f64 = 1.05;
 
 /// How far the searched parameters may move for that promise, in their scales.
@@ -117,7 +120,8 @@ pub(crate) struct Candidate {
     shifted: Option<CrossValidation>,
 }
 
-/// What tells models apart in the search: which rows of the table are in them, the order of their dynamics, and whether there is an amplifier.
+/// What tells models apart in the search: which rows of the table are in them, the order of their dynamics, and whether
+/// there is an amplifier.
 type Signature = (Vec<bool>, Option<Order>, bool);
 
 /// What a search has seen on its way.
@@ -167,8 +171,8 @@ impl TermSearch<'_> {
         let span = way.next_try();
         let first = self.tried(given, PASSES_OF_FIRST, span, way.monitor)?;
         let end = self.end_of(&first, MOST_CHANGES, &mut way)?;
-        // With nothing more the dynamics are those that `linear_part` weighed, unless it was told too little of those that were asked
-        // for.
+        // With nothing more the dynamics are those that `linear_part` weighed, unless it was told too little of those
+        // that were asked for.
         let is_kept =
             |end: &Candidate| self.has_more(end) || self.needs_coupling(&end.options) || first.has_too_little();
         let candidate = end.filter(is_kept).unwrap_or(first);
@@ -176,9 +180,9 @@ impl TermSearch<'_> {
         Ok(Some(Chosen { candidate, untold }))
     }
 
-    /// Where the search ends from a candidate, if not there: of several neighbours that are better than it, and none of them than another,
-    /// each is followed that another way did not lead to, and of where they lead the best is taken; of two that are alike, the one of fewer
-    /// maps or of the earlier row.
+    /// Where the search ends from a candidate, if not there: of several neighbours that are better than it, and none of
+    /// them than another, each is followed that another way did not lead to, and of where they lead the best is taken;
+    /// of two that are alike, the one of fewer maps or of the earlier row.
     fn end_of(&self, from: &Candidate, changes: usize, way: &mut Way<'_, '_>) -> Result<Option<Candidate>, Error> {
         if changes == 0 || self.needs_coupling(&from.options) {
             return Ok(None);
@@ -198,13 +202,14 @@ impl TermSearch<'_> {
         Ok(ends.into_iter().reduce(better))
     }
 
-    /// Whether options have coupled plays in place of the plays that were asked for first: everything is sought with them anew.
+    /// Whether options have coupled plays in place of the plays that were asked for first: everything is sought with
+    /// them anew.
     pub(crate) fn needs_coupling(&self, options: &Options) -> bool {
         self.asked.chooses_coupling() && !options.chooses_coupling()
     }
 
-    /// The neighbours that are better than a candidate, those of them left out that another is better than: what is quick to try comes
-    /// first, then what is costly, then what is simpler.
+    /// The neighbours that are better than a candidate, those of them left out that another is better than: what is
+    /// quick to try comes first, then what is costly, then what is simpler.
     fn better_neighbours(&self, from: &Candidate, way: &mut Way<'_, '_>) -> Result<Vec<Candidate>, Error> {
         if self.leaves_something(from) {
             let left = if self.variety.amplitudes { f64::INFINITY } else { self.left(from) };
@@ -288,7 +293,8 @@ impl TermSearch<'_> {
         of_one.powi(terms)
     }
 
-    /// The same without a map that the dynamics behind it made needless: with it the model does not predict better by its cost.
+    /// The same without a map that the dynamics behind it made needless: with it the model does not predict better by
+    /// its cost.
     fn simpler(&self, from: &Candidate, way: &mut Way<'_, '_>) -> Result<Option<Candidate>, Error> {
         if !from.was_sought {
             return Ok(None);
@@ -336,8 +342,8 @@ impl TermSearch<'_> {
             && found.problem(self.records).colour(&found.fit).is_coloured()
     }
 
-    /// Where a variant leads, and how that predicts, with weights as smooth as suit it: those that are too smooth spoil one more than
-    /// another.
+    /// Where a variant leads, and how that predicts, with weights as smooth as suit it: those that are too smooth spoil
+    /// one more than another.
     fn tried(
         &self,
         variant: Variant,
@@ -441,7 +447,8 @@ impl TermSearch<'_> {
         UntoldMap { in_front, behind, gain, share }
     }
 
-    /// A point with the hysteresis and the maps that fit best by themselves: another minimum, maybe, than the one near by.
+    /// A point with the hysteresis and the maps that fit best by themselves: another minimum, maybe, than the one near
+    /// by.
     fn with_hysteresis_alone(
         &self,
         space: &Space,

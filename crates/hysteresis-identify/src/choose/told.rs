@@ -27,7 +27,8 @@ const ENOUGH: usize = 3;
 /// A drive that stays within this share of the range rests: a monitor of it has noise.
 const STILL: f64 = 0.002;
 
-/// A rest lasts so many samples and this share of the record at least. A drive that moves on goes further than [`STILL`] meanwhile.
+/// A rest lasts so many samples and this share of the record at least. A drive that moves on goes further than
+/// [`STILL`] meanwhile.
 const SHORTEST_REST: usize = 30;
 const SHARE_OF_REST: f64 = 0.005;
 
@@ -41,7 +42,8 @@ pub(crate) struct Variety {
     pub(crate) amplitudes: bool,
     /// And not in one record in which they only decay or only grow: that does not tell amplitude from time.
     pub(crate) apart_from_time: bool,
-    /// The way from rest into the motion, or rests in it: what the position does there is no hysteresis, whatever the loops are.
+    /// The way from rest into the motion, or rests in it: what the position does there is no hysteresis, whatever the
+    /// loops are.
     pub(crate) rests: bool,
 }
 
@@ -57,8 +59,8 @@ impl Variety {
         Self { amplitudes, apart_from_time: amplitudes && told, rests }
     }
 
-    /// By which factor of the mean square error on stretches a candidate must be better than a simpler one, besides what is
-    /// chance: where all loops are alike, one predicts the other with any weights.
+    /// By which factor of the mean square error on stretches a candidate must be better than a simpler one, besides
+    /// what is chance: where all loops are alike, one predicts the other with any weights.
     pub(crate) fn margin(self) -> f64 {
         /// About a third of the error.
         const ALIKE: f64 = 2.0;
@@ -67,8 +69,9 @@ impl Variety {
 }
 
 impl Options {
-    /// The same with nothing left open that the records cannot tell: without a sampling interval, with few samples, or with loops
-    /// that are all alike, there are no terms but those that were asked for. Rests tell creep whatever the loops are.
+    /// The same with nothing left open that the records cannot tell: without a sampling interval, with few samples, or
+    /// with loops that are all alike, there are no terms but those that were asked for. Rests tell creep whatever the
+    /// loops are.
     pub(crate) fn resolved(&self, records: &[Record<'_>]) -> Result<Self, Error> {
         /// A term is left to cross-validation from so many samples on for each operator.
         const MIN_SAMPLES_PER_OPERATOR: usize = 20;
@@ -103,7 +106,8 @@ impl Options {
         Ok(if resolved.leaves_structure_open() { resolved } else { resolved.with_coupled_plays() })
     }
 
-    /// The same with dynamics, creep and a loop shift that are left open in the model, the last of the usual time constant.
+    /// The same with dynamics, creep and a loop shift that are left open in the model, the last of the usual time
+    /// constant.
     pub(crate) fn with_open_terms(&self, intervals: &Intervals) -> Self {
         let mut all = self.clone();
         if self.dynamics == DynamicsModel::Auto {
@@ -139,8 +143,8 @@ fn swings(record: &Record<'_>, dead_band: f64) -> Vec<f64> {
     ends.windows(2).map(|ends| (ends[1] - ends[0]).abs()).collect()
 }
 
-/// Whether the drive rests for long in the fitted samples of a record. A rest that these begin with does not count: what it came from is
-/// unknown.
+/// Whether the drive rests for long in the fitted samples of a record. A rest that these begin with does not count:
+/// what it came from is unknown.
 fn rests(record: &Record<'_>, still: f64) -> bool {
     let input = &record.input()[record.skip()..];
     let all = as_f64(input.len());

@@ -74,8 +74,8 @@ pub struct ComparedModel {
     pub name: String,
     /// What its weights might be: as given, or as cross-validation chose.
     pub weights: WeightLaw,
-    /// How many numbers were fitted: those of the weight law, the polynomial or loop shift, what every record has of its own, and
-    /// everything that was searched.
+    /// How many numbers were fitted: those of the weight law, the polynomial or loop shift, what every record has of
+    /// its own, and everything that was searched.
     pub unknowns: usize,
     /// The extensions that it has, or those of the ones left open that cross-validation kept.
     pub kept: Vec<Extension>,
@@ -125,7 +125,8 @@ impl ComparedModel {
         self.fitted.output_offsets.len()
     }
 
-    /// Measured minus modelled output of the fitted record number `place`, all its samples, with what the record has of its own.
+    /// Measured minus modelled output of the fitted record number `place`, all its samples, with what the record has of
+    /// its own.
     ///
     /// # Panics
     /// If there is no such record.
@@ -153,8 +154,8 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// The first model that predicts held-out stretches as well as the best one: the factor between their mean square errors, over
-    /// the stretches, is 1 within its standard error.
+    /// The first model that predicts held-out stretches as well as the best one: the factor between their mean square
+    /// errors, over the stretches, is 1 within its standard error.
     #[must_use]
     pub fn simplest(&self) -> &ComparedModel {
         &self.models[self.simplest]

@@ -38,22 +38,23 @@ use crate::terms::weights::WeightLaw;
 /// | `modified + creep` and so on | the same with one [`Extension`] |
 /// | `modified + all` | with all extensions, as [`identify`](crate::identify) fits them |
 ///
-/// The first play is the identity, so `w_0` is the linear term of the polynomial. Every model has a dead time, and an output offset
-/// of each record; where `options` leave creep to the records, also the creep that was under way when a record began.
+/// The first play is the identity, so `w_0` is the linear term of the polynomial. Every model has a dead time, and an
+/// output offset of each record; where `options` leave creep to the records, also the creep that was under way when a
+/// record began.
 ///
-/// **The judge** is the same for all: every record is cut into eight stretches, and the i-th stretch of all records is predicted
-/// from a fit to the other stretches. Weights, offsets and polynomial are fitted anew exactly; ratios, input offset, dead
-/// time and what else is searched to first order about their values for all stretches. What is left open is chosen once, on all
-/// stretches, as [`identify`](crate::identify) does: the extensions that stay, the number of operators, the weight law and the
-/// smoothness. All modified models have the law and the operators of the last of them, so that they differ by their
-/// extensions alone.
+/// **The judge** is the same for all: every record is cut into eight stretches, and the i-th stretch of all records is
+/// predicted from a fit to the other stretches. Weights, offsets and polynomial are fitted anew exactly; ratios, input
+/// offset, dead time and what else is searched to first order about their values for all stretches. What is left open
+/// is chosen once, on all stretches, as [`identify`](crate::identify) does: the extensions that stay, the number of
+/// operators, the weight law and the smoothness. All modified models have the law and the operators of the last of
+/// them, so that they differ by their extensions alone.
 ///
 /// Samples that the last model takes for glitches are left out for all ([`Options::loss`]).
 ///
 /// Without a sampling interval a Duhem operator is the only extension that is tried.
 ///
-/// The model of `options` does not matter: plays and coupled plays are both fitted. Split weights are for coupled plays only; plays
-/// then have free ones. A [`Stop`] of either kind ends the comparison without a result.
+/// The model of `options` does not matter: plays and coupled plays are both fitted. Split weights are for coupled plays
+/// only; plays then have free ones. A [`Stop`] of either kind ends the comparison without a result.
 ///
 /// # Errors
 /// As [`identify`](crate::identify).
@@ -133,8 +134,9 @@ pub fn compare(
     Ok(Comparison { models, simplest, omitted, stretches: FOLDS, left_out_samples: left_out.unwrap_or_default() })
 }
 
-/// Gives the numbers of the modified model to those of its extensions that cross-validation left out: it is the same model, and
-/// another search may end a little beside. The model with all extensions stays what [`identify`](crate::identify) finds.
+/// Gives the numbers of the modified model to those of its extensions that cross-validation left out: it is the same
+/// model, and another search may end a little beside. The model with all extensions stays what
+/// [`identify`](crate::identify) finds.
 fn share_modified(judgements: &mut [(ComparedModel, CrossValidation)]) {
     let Some(place) = judgements.iter().position(|(model, _)| model.name == MODIFIED) else { return };
     let (modified, validation) = judgements[place].clone();

@@ -34,7 +34,8 @@ impl Default for Colour {
 }
 
 impl Colour {
-    /// Of several records: the largest of each number, but the mean correlation time, each record counting by its weight.
+    /// Of several records: the largest of each number, but the mean correlation time, each record counting by its
+    /// weight.
     pub(crate) fn pooled(records: &[(Self, f64)]) -> Self {
         let total: f64 = records.iter().map(|(_, weight)| weight).sum();
         let largest = |of: fn(&Self) -> f64| records.iter().map(|(colour, _)| of(colour)).fold(0.0, f64::max);
@@ -86,7 +87,8 @@ pub(crate) struct Autoregression {
 impl Autoregression {
     /// By the recursion of Burg (1967), of the order with the least n ln s^2 + p ln n (Schwarz, 1978).
     ///
-    /// All poles are drawn towards zero by the factor 1 - 1/n: no correlation lasts longer than the series that shows it.
+    /// All poles are drawn towards zero by the factor 1 - 1/n: no correlation lasts longer than the series that shows
+    /// it.
     pub(crate) fn of(series: &[f64]) -> Self {
         let n = as_f64(series.len());
         let mean = series.iter().sum::<f64>() / n;
@@ -152,7 +154,8 @@ impl<'a> RowFilter<'a> {
         Self { model, past: vec![0.0; model.order() * columns], taken: 0, out: vec![0.0; columns] }
     }
 
-    /// A(z) / s times the rows: white where they are coloured like the model. Nothing while rows before the first are missing.
+    /// A(z) / s times the rows: white where they are coloured like the model. Nothing while rows before the first are
+    /// missing.
     pub(crate) fn whitened(&mut self, row: &[f64]) -> Option<&[f64]> {
         self.out.copy_from_slice(row);
         self.add_past(1.0);

@@ -14,8 +14,8 @@ type Rounds = [(usize, usize)];
 /// For a search from nothing.
 const ROUNDS: [(usize, usize); 3] = [(25, 5), (12, 8), (5, 18)];
 
-/// How many passes over the records the steps of a descent may take, how many after a descent on fewer rows, and how many
-/// over all samples of a long record: what is left then are steps along directions that the data hardly tell.
+/// How many passes over the records the steps of a descent may take, how many after a descent on fewer rows, and how
+/// many over all samples of a long record: what is left then are steps along directions that the data hardly tell.
 const LONG: usize = 60;
 const MEDIUM: usize = 15;
 const SHORT: usize = 3;
@@ -51,7 +51,8 @@ impl Patience {
     }
 }
 
-/// The radius of a box-shaped trust region after a step of this size, in scales, that promised more or less than it did.
+/// The radius of a box-shaped trust region after a step of this size, in scales, that promised more or less than it
+/// did.
 pub(crate) fn trusted(radius: f64, size: f64, decrease: f64, promised: f64) -> f64 {
     if decrease > 0.75 * promised {
         radius.max(2.0 * size)
@@ -62,16 +63,17 @@ pub(crate) fn trusted(radius: f64, size: f64, decrease: f64, promised: f64) -> f
     }
 }
 
-/// The best fit on all rows with its derivatives; `levels` are the same problem on ever more rows: the first finds where
-/// to start unless that is known, each further one is cheap because it starts next to where it ends, and the last has
-/// all of them.
+/// The best fit on all rows with its derivatives; `levels` are the same problem on ever more rows: the first finds
+/// where to start unless that is known, each further one is cheap because it starts next to where it ends, and the last
+/// has all of them.
 pub(crate) fn search(
     levels: &[Projection<'_>],
     known: Option<&ProjectedFit>,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<(ProjectedFit, Linearised), Error> {
     let (thinned, all) = (&levels[0], &levels[levels.len() - 1]);
-    // On n samples an estimate is known to a share of 1/n of the sum of squares: a hundredth of that is not worth a step.
+    // On n samples an estimate is known to a share of 1/n of the sum of squares: a hundredth of that is not worth a
+    // step.
     let patience = |rows: usize, passes| Patience { gain: (1e-2 / as_f64(rows)).max(1e-9), passes };
     let mut best = None;
     if !all.space().axes().is_empty() {

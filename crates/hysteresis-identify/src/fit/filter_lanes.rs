@@ -30,7 +30,8 @@ pub(crate) enum Reading {
     OverDeadTime(f64),
 }
 
-/// Signals side by side, each through creep and dynamics of its own, at rest at the first sample; all creep has the same time constants.
+/// Signals side by side, each through creep and dynamics of its own, at rest at the first sample; all creep has the
+/// same time constants.
 pub(crate) struct FilterLanes {
     /// a_j, filled up with zeros.
     decays: Vec<f64>,
@@ -42,8 +43,8 @@ pub(crate) struct FilterLanes {
     still: Vec<Still>,
 }
 
-/// What eight signals that stand still for a whole block come to, without a look at its samples: filters are linear, so how far they are
-/// from rest decays in the same way from every such block's begin.
+/// What eight signals that stand still for a whole block come to, without a look at its samples: filters are linear, so
+/// how far they are from rest decays in the same way from every such block's begin.
 ///
 /// ```text
 /// s(k) = h e + M^k (s(0) - h e),   y(k) = h g + c M^k (s(0) - h e)
@@ -119,8 +120,8 @@ impl FilterLanes {
         Self { decays: filled_up, eights, is_at_rest: true, behind_creep, still: Vec::new() }
     }
 
-    /// The same for long records, as it takes some blocks to learn: those in which eight signals stand still are passed in one step. Their
-    /// readings are in [`row`](Self::row) alone.
+    /// The same for long records, as it takes some blocks to learn: those in which eight signals stand still are passed
+    /// in one step. Their readings are in [`row`](Self::row) alone.
     pub(crate) fn passing_still_blocks(mut self) -> Self {
         let count = self.eights.len() * BLOCK;
         let mut readings = vec![[0.0; LANES]; count];
@@ -152,7 +153,8 @@ impl FilterLanes {
         dispatch(ReadRow { still: &self.still, sample, readings, row });
     }
 
-    /// Takes a block of `samples` and puts out the readings, both the first eight signals at all samples, then the next.
+    /// Takes a block of `samples` and puts out the readings, both the first eight signals at all samples, then the
+    /// next.
     pub(crate) fn put_out(&mut self, samples: usize, signals: &[Lanes], readings: &mut [Lanes]) {
         let is_first = std::mem::take(&mut self.is_at_rest);
         dispatch(PutOut { lanes: self, is_first, samples, signals, readings });
@@ -439,8 +441,8 @@ fn hold<S: Simd, const FIRST: bool>(simd: S, mode: &mut ModeLanes, position: &La
     mode.before = before.into();
 }
 
-/// As [`hold`] behind an amplifier: the input goes from the last p to this one by the end of the interval. The state holds what does
-/// not decay with the input.
+/// As [`hold`] behind an amplifier: the input goes from the last p to this one by the end of the interval. The state
+/// holds what does not decay with the input.
 #[inline(always)]
 fn lead<S: Simd, const FIRST: bool>(simd: S, mode: &mut ModeLanes, position: &Lanes, p: &[Lanes], y: &mut [Lanes]) {
     let Some(amplifier) = &mut mode.amplifier else { return };

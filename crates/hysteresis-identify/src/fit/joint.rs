@@ -1,9 +1,9 @@
 //! The joint fit: hysteresis and linear part together, searched in a space from points in it.
 //!
-//! Beside a gain of every record's own: hysteresis that is not quite that of the model answers small movements with another gain than large
-//! ones, a sweep of 1 % of the range with 16 % more or less. With one gain for all records, damping, bandwidth and dead time stand in for
-//! the difference, as the height of a resonance is gain / (2 damping). Beside a gain of each record's own they are told by the shape of its
-//! answer.
+//! Beside a gain of every record's own: hysteresis that is not quite that of the model answers small movements with
+//! another gain than large ones, a sweep of 1 % of the range with 16 % more or less. With one gain for all records,
+//! damping, bandwidth and dead time stand in for the difference, as the height of a resonance is gain / (2 damping).
+//! Beside a gain of each record's own they are told by the shape of its answer.
 
 use faer::Mat;
 
@@ -46,8 +46,8 @@ pub(crate) struct JointFit {
 }
 
 impl JointFit {
-    /// A fit in a space that goes on from there: its output map is linear about these weights. About others, the same point has another
-    /// fit, and a far worse one where the map bends.
+    /// A fit in a space that goes on from there: its output map is linear about these weights. About others, the same
+    /// point has another fit, and a far worse one where the map bends.
     pub(crate) fn new(space: Space, (fit, linearised): (ProjectedFit, Linearised)) -> Self {
         Self { space: space.about(&fit.weights), fit, linearised }
     }
@@ -63,7 +63,8 @@ impl JointFit {
         self.fit.chain(&self.space, dt)
     }
 
-    /// Whether an amplifier that was searched beside modes is as fast as it may be: it is none, and stands for what is lacking elsewhere.
+    /// Whether an amplifier that was searched beside modes is as fast as it may be: it is none, and stands for what is
+    /// lacking elsewhere.
     pub(crate) fn has_amplifier_at_bound(&self) -> bool {
         let axis = self.space.axis(Parameter::LogBandwidth).filter(|_| self.space.order().is_some());
         axis.is_some_and(|axis| axis.is_at_upper(&self.fit.point))
@@ -216,7 +217,8 @@ const MIN_GAIN: f64 = 1e-7;
 const MIN_NOISE_SHARE: f64 = 1e-3;
 
 impl JointProblem<'_> {
-    /// The fit with the dynamics that are told beside a gain of every record's own, and everything else as it suits them.
+    /// The fit with the dynamics that are told beside a gain of every record's own, and everything else as it suits
+    /// them.
     pub(crate) fn with_own_gains(&self, found: &JointFit, monitor: &mut SearchMonitor<'_>) -> Result<JointFit, Error> {
         if found.space.order().is_none() || !self.may_stand_in(found) {
             return Ok(found.clone());
@@ -224,8 +226,8 @@ impl JointProblem<'_> {
         self.keeping_dynamics(&self.with_dynamics_beside_gains(found), monitor)
     }
 
-    /// Whether dynamics may stand in for what the hysteresis lacks: a single record has the gain of the model anyway, and what
-    /// leaves white noise has one gain.
+    /// Whether dynamics may stand in for what the hysteresis lacks: a single record has the gain of the model anyway,
+    /// and what leaves white noise has one gain.
     pub(crate) fn may_stand_in(&self, found: &JointFit) -> bool {
         self.records.len() > 1 && !found.fit.is_exact() && self.colour(found).is_coloured()
     }
@@ -248,7 +250,8 @@ impl JointProblem<'_> {
         self.at(&of.space.clone().about(&rest.fit.weights), &rest.fit.point)
     }
 
-    /// By how many variances of the noise of each record one fit lowers its sum of squares of another, each with a gain of its own.
+    /// By how many variances of the noise of each record one fit lowers its sum of squares of another, each with a gain
+    /// of its own.
     pub(crate) fn evidence_beside_gains(&self, without: &JointFit, with: &JointFit) -> Vec<f64> {
         self.evidence_between(self.residuals_beside_gains(without), self.residuals_beside_gains(with))
     }

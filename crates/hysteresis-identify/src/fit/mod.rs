@@ -1,7 +1,8 @@
 //! The fit of a model: its output and rows at a point, the best weights there, and the descent to the best point.
 //!
-//! `point` names what is searched, `space` makes a model of a point. `rows` has its columns and derivatives for every row of a record
-//! from those of `operator_blocks`, `projection` the best weights for these, `descent` steps to a better point, and `joint` is what the search for the terms calls.
+//! `point` names what is searched, `space` makes a model of a point. `rows` has its columns and derivatives for every
+//! row of a record from those of `operator_blocks`, `projection` the best weights for these, `descent` steps to a
+//! better point, and `joint` is what the search for the terms calls.
 
 pub(crate) mod colour;
 pub(crate) mod descent;

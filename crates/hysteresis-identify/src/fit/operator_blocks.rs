@@ -1,5 +1,5 @@
-//! The operators of a tangent and of its neighbours, block by block: the columns of the weights, their output, and its derivatives by what
-//! operators depend on.
+//! The operators of a tangent and of its neighbours, block by block: the columns of the weights, their output, and its
+//! derivatives by what operators depend on.
 
 use fearless_simd::{Simd, SimdBase};
 use hysteresis_core::{DuhemForward, Process};
@@ -15,8 +15,9 @@ use crate::terms::slow_gain::GainLane;
 
 /// Where the signals of a block are: the first eight at all samples, then the next.
 ///
-/// The columns of the operators begin at an eight, and those below zero at another; behind the last of them are those of the loop shift,
-/// and then, where there are derivatives, the output and its derivatives, and where there is an output map, or a Duhem operator, what is known.
+/// The columns of the operators begin at an eight, and those below zero at another; behind the last of them are those
+/// of the loop shift, and then, where there are derivatives, the output and its derivatives, and where there is an
+/// output map, or a Duhem operator, what is known.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Layout {
     /// How many columns there are, how many of them above zero, and the eights that those take.

@@ -97,7 +97,8 @@ pub(crate) fn own_values(factor: &Mat<f64>, own: usize, unknowns: &[f64]) -> Vec
     echelon.solve(own, (0..echelon.rank(own)).map(left).collect())
 }
 
-/// Eliminates what the records have of their own: the problem left for all other columns, the last one being the right-hand side.
+/// Eliminates what the records have of their own: the problem left for all other columns, the last one being the
+/// right-hand side.
 ///
 /// An operator that never moves in the fitted samples has a constant column; what is left of it is rounding, and an
 /// enormous weight would fit noise with it. Such columns become exactly zero.

@@ -175,12 +175,12 @@ const MIN_CYCLES_PER_RECORD: f64 = 1.0;
 /// Between what the coefficients of a map are searched: slopes from e^-4 to e^4 of the mean one at the ends.
 pub(crate) const COEFFICIENT_BOUND: f64 = 2.0;
 
-/// The highest bandwidth of an amplifier that is searched, in cycles per sample of the fastest record: its lag is a twelfth of a
-/// sample.
+/// The highest bandwidth of an amplifier that is searched, in cycles per sample of the fastest record: its lag is a
+/// twelfth of a sample.
 const MAX_BANDWIDTH_CYCLES: f64 = 2.0;
 
-/// The highest frequency of a mode beside the first, in cycles per sample of the fastest record: a faster one is not told from
-/// its alias.
+/// The highest frequency of a mode beside the first, in cycles per sample of the fastest record: a faster one is not
+/// told from its alias.
 pub(crate) const MAX_MODE_CYCLES: f64 = 0.45;
 
 /// The lowest, in cycles per longest record: what is slower may be creep.
@@ -209,8 +209,8 @@ const MAX_RA: f64 = 2.0;
 /// How far beyond the range of the input its offset is searched, as a share of that range.
 const OFFSET_MARGIN: f64 = 0.2;
 
-/// The axes of the ratios and of the input offset, as far as they are searched, for an input between two bounds. Plays have none: their
-/// input offset moves the virgin state alone.
+/// The axes of the ratios and of the input offset, as far as they are searched, for an input between two bounds. Plays
+/// have none: their input offset moves the virgin state alone.
 pub(crate) fn operator_axes(options: &Options, (low, high): (f64, f64)) -> Vec<Axis> {
     let mut axes = Vec::new();
     if options.known_ratios().is_none() {

@@ -201,8 +201,9 @@ struct Message {
 }
 
 impl SearchMonitor<'_> {
-    /// What comes of pieces of work that need no result of each other, each with its part of the work, one after the other: the same for any
-    /// number of threads. This thread reports what the others do. A piece may evaluate, and share out work of its own.
+    /// What comes of pieces of work that need no result of each other, each with its part of the work, one after the
+    /// other: the same for any number of threads. This thread reports what the others do. A piece may evaluate, and
+    /// share out work of its own.
     pub(crate) fn side_by_side<T: Send, U: Send>(
         &mut self,
         pieces: Vec<(T, Span)>,
@@ -315,7 +316,8 @@ mod tests {
         ROUNDS.into_iter().map(|pieces| (0..pieces).map(looks).sum::<usize>()).sum()
     }
 
-    /// What comes of them, the square of each number, what is reported, and whether the best is kept, if it is stopped at a report.
+    /// What comes of them, the square of each number, what is reported, and whether the best is kept, if it is stopped
+    /// at a report.
     fn side_by_side(threads: usize, stop: Option<(usize, Stop)>) -> (Result<Vec<usize>, Error>, Vec<Progress>, bool) {
         let mut seen: Vec<Progress> = Vec::new();
         let mut report = |now: &Progress| {

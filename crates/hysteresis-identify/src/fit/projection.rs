@@ -48,7 +48,8 @@ impl ProjectedFit {
     }
 }
 
-/// A fit linearised along the axes: [the records' own | unknowns | steps | y], of which the first columns are a triangle.
+/// A fit linearised along the axes: [the records' own | unknowns | steps | y], of which the first columns are a
+/// triangle.
 #[derive(Clone)]
 pub(crate) struct Linearised {
     factor: Mat<f64>,
@@ -189,8 +190,8 @@ impl<'a> Projection<'a> {
         }
     }
 
-    /// R of [the records' own | unknowns | derivatives | y], a derivative being the change of the output on the way to a
-    /// neighbour at fixed weights, over the distance.
+    /// R of [the records' own | unknowns | derivatives | y], a derivative being the change of the output on the way to
+    /// a neighbour at fixed weights, over the distance.
     fn factor(&self, point: &Point, weights: Option<&[f64]>) -> Mat<f64> {
         self.factor_of(&self.space.tangent(point, self.basis.columns(), weights))
     }
@@ -274,7 +275,8 @@ impl Linearised {
         self.own
     }
 
-    /// Those of them that do not depend on others, and the rows of the triangle that they take, but for the right-hand side.
+    /// Those of them that do not depend on others, and the rows of the triangle that they take, but for the right-hand
+    /// side.
     pub(crate) fn own_rows(&self) -> (Vec<usize>, Mat<f64>) {
         let Echelon { pivots, .. } = Echelon::of(self.factor.get(.., ..self.own));
         let rows = self.factor.get(..pivots.len(), ..self.factor.ncols() - 1).to_owned();

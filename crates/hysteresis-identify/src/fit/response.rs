@@ -50,12 +50,12 @@ impl OperatorsAt {
     }
 }
 
-/// The rows of one record: row k holds z_i(k - delay), i = 0..n-1, of the operators at u - `input_offset`, and the columns
-/// of the loop shift.
+/// The rows of one record: row k holds z_i(k - delay), i = 0..n-1, of the operators at u - `input_offset`, and the
+/// columns of the loop shift.
 ///
-/// Behind an output map phi the rows are those of phi(h) linearised: with h the output for the weights of reference, the
-/// columns are phi'(h) z_i, and phi(h) - phi'(h) h is known. Behind an amplifier and
-/// in front of dynamics, row k is that at the end of the interval in which u(k) is held.
+/// Behind an output map phi the rows are those of phi(h) linearised: with h the output for the weights of reference,
+/// the columns are phi'(h) z_i, and phi(h) - phi'(h) h is known. Behind an amplifier and in front of dynamics, row k is
+/// that at the end of the interval in which u(k) is held.
 ///
 /// The operators start from z = 0 projected by the first sample. Between samples their outputs are interpolated,
 /// not the input, so that the delay clips no reversal; samples before the record's start hold the first one.
@@ -177,8 +177,8 @@ impl<'a> Regressor<'a> {
         self.shift.as_ref().map_or(0, |shift| shift.now.len())
     }
 
-    /// The output for these weights, of which there may be one or two for each operator, and those of the loop shift: their
-    /// sum behind the output map, and the shift.
+    /// The output for these weights, of which there may be one or two for each operator, and those of the loop shift:
+    /// their sum behind the output map, and the shift.
     #[inline(always)]
     pub(crate) fn output(&mut self, weights: &[f64]) -> f64 {
         let fraction = self.fraction;
@@ -510,8 +510,8 @@ mod tests_of_the_linear_part {
         (0..60_u32).map(|k| 2.0 + (f64::from(k * k) / 7.0).sin() * f64::from(k % 11)).collect()
     }
 
-    /// The whole linear part is what the blocks of a stage make of a signal: creep at the samples, then dynamics behind a
-    /// dead time, whole or not.
+    /// The whole linear part is what the blocks of a stage make of a signal: creep at the samples, then dynamics behind
+    /// a dead time, whole or not.
     #[test]
     fn equals_the_blocks_of_a_stage() {
         let dt = 1e-4;

@@ -1,7 +1,7 @@
 //! The rows of the fit: the columns of the weights, and the derivatives of the output by what is searched.
 //!
-//! Operators are made block by block, for the point and for a neighbour along every axis. Behind a dead time alone only the turns of the
-//! input need to be seen between rows. Behind creep and dynamics every sample counts.
+//! Operators are made block by block, for the point and for a neighbour along every axis. Behind a dead time alone only
+//! the turns of the input need to be seen between rows. Behind creep and dynamics every sample counts.
 
 use crate::algebra::eight::{LANES, Lanes};
 use crate::fit::filter_lanes::{FilterLanes, Lane, Reading};
@@ -13,8 +13,8 @@ use crate::terms::dynamics::SampledPart;
 use crate::terms::operators::BLOCK;
 
 impl Tangent {
-    /// The rows of a record, before the first; `dt` in the unit of the dead time. With a course they are those of its samples, one after the
-    /// other; without, those of any.
+    /// The rows of a record, before the first; `dt` in the unit of the dead time. With a course they are those of its
+    /// samples, one after the other; without, those of any.
     pub(crate) fn rows<'a>(&'a self, input: &'a [f64], dt: f64, course: Option<&'a Course>) -> TangentRows<'a> {
         let dead_time_alone = self.linear.is_dead_time_alone();
         let is_plain = dead_time_alone && self.linear.dead_time >= 0.0;
@@ -158,8 +158,8 @@ pub(crate) struct FilteredRows<'a> {
     part: SampledPart,
     operators: OperatorBlocks<'a>,
     filters: FilterLanes,
-    /// The signals of the operators, and copies of their output: one for each amplitude of creep, for the dead time, and for neighbouring
-    /// dynamics, in this order.
+    /// The signals of the operators, and copies of their output: one for each amplitude of creep, for the dead time,
+    /// and for neighbouring dynamics, in this order.
     signals: Vec<Lanes>,
     copies: usize,
     readings: Vec<Lanes>,
@@ -299,8 +299,8 @@ mod tests {
 
     use super::*;
 
-    /// The rows of a drive that moves, rests and moves again are the same whether filters pass still blocks or take them sample by sample,
-    /// and the output is that of the plain loops.
+    /// The rows of a drive that moves, rests and moves again are the same whether filters pass still blocks or take
+    /// them sample by sample, and the output is that of the plain loops.
     #[test]
     fn still_blocks_are_passed_to_the_same_rows() {
         let way = |k: u32| 3.0 * (f64::from(k) / 30.0).sin() + 1.2 * (f64::from(k) / 7.0).sin();
@@ -357,7 +357,8 @@ mod tests {
     }
 
     proptest! {
-        /// The rows of the regressor, sample by sample, thinned or not: columns bit for bit, derivatives but for rounding.
+        /// The rows of the regressor, sample by sample, thinned or not: columns bit for bit, derivatives but for
+        /// rounding.
         #[test]
         fn equals_the_regressor(
             moving in prop::collection::vec(prop_oneof![-10.0..10.0_f64, Just(1.0)], 5..150),

@@ -441,8 +441,8 @@ impl Space {
         dynamics.fold(self.clone(), |space, axis| space.with_known(axis.parameter, point.get(axis.parameter)))
     }
 
-    /// The same with nothing searched but the dynamics, and the dead time and the amplifier beside them. A dead time that is not
-    /// negative at `point` stays so.
+    /// The same with nothing searched but the dynamics, and the dead time and the amplifier beside them. A dead time
+    /// that is not negative at `point` stays so.
     pub(crate) fn searching_dynamics_alone(&self, point: &Point) -> Self {
         let bounded = |axis: &Axis| {
             let stays = axis.parameter == Parameter::DeadTime && point.get(Parameter::DeadTime) >= 0.0;
@@ -494,7 +494,7 @@ impl Space {
         Self { output_map, ..there }
     }
 
-    /// The same with coupled plays in place of plays, about weights of these: what of ratios and input offset is not known is searched.
+    /// The same with coupled plays in place of plays, about weights of these: ratios and input offset are searched.
     pub(crate) fn with_coupled_plays(
         &self,
         records: &[Record<'_>],
@@ -589,7 +589,7 @@ impl Space {
         space
     }
 
-    /// The same with the square and the cube of the drive, centred and scaled, beside the operators in place of a loop shift.
+    /// The same with square and cube of the drive, centred and scaled, beside the operators in place of a loop shift.
     pub(crate) fn with_powers(&self) -> Self {
         let (low, high) = self.placement.bounds();
         let (center, half_range) = (0.5 * (low + high), 0.5 * (high - low));

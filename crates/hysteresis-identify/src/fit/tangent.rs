@@ -7,10 +7,11 @@ use crate::terms::dynamics::LinearPart;
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum Slope {
-    /// By a parameter of the operators or of the maps and the amplifier beside them: those of a neighbour, and how far away it
-    /// is.
+    /// By a parameter of the operators or of the maps and the amplifier beside them: those of a neighbour, and how far
+    /// away it is.
     Operators(OperatorsAt, f64),
-    /// By the bandwidth of the amplifier: the operators of a neighbour, the dynamics that it has, and how far away it is.
+    /// By the bandwidth of the amplifier: the operators of a neighbour, the dynamics that it has, and how far away it
+    /// is.
     Amplifier(OperatorsAt, LinearPart, f64),
     /// By the dead time.
     DeadTime,
@@ -28,7 +29,8 @@ pub(crate) struct Tangent {
     pub(crate) linear: LinearPart,
     /// How many columns there are.
     pub(crate) columns: usize,
-    /// One for each column: those at which derivatives and the slope of an output map are taken; none where there are neither.
+    /// One for each column: those at which derivatives and the slope of an output map are taken; none where there are
+    /// neither.
     pub(crate) weights: Vec<f64>,
     pub(crate) slopes: Vec<Slope>,
 }

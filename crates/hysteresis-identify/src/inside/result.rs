@@ -38,8 +38,8 @@ pub struct OscillatorIdentification {
     pub noise: Option<f64>,
     /// Whether the knots cover all of z over the record: beyond them f is extrapolated.
     pub covered: bool,
-    /// Standard errors of b, c, k, f+ and f- at the knots, and the output offset, for noise with the spectrum of what the fit
-    /// leaves; infinite where the record does not tell a parameter.
+    /// Standard errors of b, c, k, f+ and f- at the knots, and the output offset, for noise with the spectrum of what
+    /// the fit leaves; infinite where the record does not tell a parameter.
     pub standard_errors: Vec<f64>,
     /// The linear oscillator and every number of knots that was tried.
     pub tried: Vec<OscillatorTrial>,
@@ -113,8 +113,8 @@ impl OscillatorIdentification {
 /// The held-out error of a model with hysteresis is at most this share of that of the linear oscillator.
 const LESS_THAN_LINEAR: f64 = 0.9;
 
-/// What makes a result doubtful: what the chosen model leaves, and whether the linear oscillator, the first that was tried, predicts as
-/// well.
+/// What makes a result doubtful: what the chosen model leaves, and whether the linear oscillator, the first that was
+/// tried, predicts as well.
 pub(super) fn findings(residual: &[f64], range: f64, tried: &[OscillatorTrial], chosen: usize) -> Vec<Finding> {
     let (linear, held_out) = (tried[0].held_out_rms, tried[chosen].held_out_rms);
     let message =
@@ -127,8 +127,8 @@ pub(super) fn findings(residual: &[f64], range: f64, tried: &[OscillatorTrial], 
     findings.into_iter().filter(|finding| finding.value > finding.limit).collect()
 }
 
-/// Standard errors from the derivatives J at the end of a fit: the roots of the diagonal of (J'J)^-1 J' Omega J (J'J)^-1, Omega
-/// the covariance of an autoregressive process with the spectrum of what the fit leaves.
+/// Standard errors from the derivatives J at the end of a fit: the roots of the diagonal of (J'J)^-1 J' Omega J
+/// (J'J)^-1, Omega the covariance of an autoregressive process with the spectrum of what the fit leaves.
 pub(super) fn standard_errors(fit: &Fit) -> Vec<f64> {
     let jacobian = &fit.at.jacobian;
     let (rows, columns) = (jacobian.nrows(), jacobian.ncols());

@@ -1,12 +1,14 @@
 //! Which findings there are, and what to do about each.
 //!
-//! A new finding has a code that says what it means, its place in the order, and a row in the table of names, limits for red and hints.
+//! A new finding has a code that says what it means, its place in the order, and a row in the table of names, limits
+//! for red and hints.
 
 use std::fmt;
 
 /// What may be wrong with records, or with what was fitted to them.
 ///
-/// A code is a contract: its name stays, and the number behind it may be compared with its limit. `docs/findings.md` lists all.
+/// A code is a contract: its name stays, and the number behind it may be compared with its limit. `docs/findings.md`
+/// lists all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -14,13 +16,14 @@ pub enum FindingCode {
     /// The position falls where the drive rises, and with its sign turned the fit is at least twice as good. Value: the
     /// correlation of drive and position; limit -0.5.
     WrongSign,
-    /// The loops are traversed backwards: the position leads the drive, as if the two columns were exchanged. Value: the mean
-    /// width of the loops, positive if the position leads, over the range of the position; limit 0.01. It is that between what the
-    /// drive passes before and after each of its turns, so a bend of the position counts for nothing.
+    /// The loops are traversed backwards: the position leads the drive, as if the two columns were exchanged. Value:
+    /// the mean width of the loops, positive if the position leads, over the range of the position; limit 0.01. It is
+    /// that between what the drive passes before and after each of its turns, so a bend of the position counts for
+    /// nothing.
     LoopBackwards,
-    /// The fit leaves more than noise, or very much noise. Value: the rms residual without the noise, which is estimated from the
-    /// differences of neighbouring residuals, or 0.15 of it with the noise if that is more, over the largest range of the position in any
-    /// record; limit 0.005.
+    /// The fit leaves more than noise, or very much noise. Value: the rms residual without the noise, which is
+    /// estimated from the differences of neighbouring residuals, or 0.15 of it with the noise if that is more, over the
+    /// largest range of the position in any record; limit 0.005.
     PoorFit,
     /// The beginning lies on no loop of the model. Value: the residual there over the largest later on, both rms over a
     /// hundredth of the record without its two largest samples; limit 3.
@@ -31,15 +34,15 @@ pub enum FindingCode {
     /// limit 0.1.
     TimeJitter,
     /// Operators whose output never changes in the fitted samples: the input reaches no threshold of theirs, so their
-    /// weights are not determined. Value: how many, limit 0. [`identify`](crate::identify()) tells it of given thresholds
-    /// only: those that it places itself are where the input is.
+    /// weights are not determined. Value: how many, limit 0. [`identify`](crate::identify()) tells it of given
+    /// thresholds only: those that it places itself are where the input is.
     UnreachedThreshold,
     /// Fewer reversals inside the input range than the limit 2: dead time, ratios and loop width are weakly determined,
     /// for on full strokes alone each makes up for the others. Value: the number of such reversals, at least a
     /// twentieth of the range high and a tenth of it away from both ends.
     NoMinorLoops,
-    /// Most samples belong to repetitions of one loop, which say little new and weigh down all others. Value: the share of
-    /// the samples; limit 0.6, looked for among ten such loops or more.
+    /// Most samples belong to repetitions of one loop, which say little new and weigh down all others. Value: the share
+    /// of the samples; limit 0.6, looked for among ten such loops or more.
     IdenticalLoops,
     /// Operators that this record does not tell apart. Value: the standard error of the least determined combination
     /// of operators over the mean contribution of one operator to the output, limit 1. The error is that of least
@@ -54,21 +57,22 @@ pub enum FindingCode {
     /// coefficient; limit: 0.3, about a tenth of the variance of the residual, or what chance gives once in 10^4
     /// records, 4 / sqrt(m), if that is more. m is the number of independent samples, N (1 - a b) / (1 + a b) with a
     /// and b the correlations of neighbouring samples of either signal (Bartlett, J. Roy. Stat. Soc. 98, 536, 1935).
-    /// What moves the output by less than 1e-4 of its range rms is not told. Beside the operators, which take up a part of it:
-    /// the multiple correlation of what they leave with time and a slow exponential; limit 0.5. Where these explain most, it is told in
-    /// the place of [`StartUpTransient`](Self::StartUpTransient).
+    /// What moves the output by less than 1e-4 of its range rms is not told. Beside the operators, which take up a part
+    /// of it: the multiple correlation of what they leave with time and a slow exponential; limit 0.5. Where these
+    /// explain most, it is told in the place of [`StartUpTransient`](Self::StartUpTransient).
     Drift,
     /// The residual follows the input: a bend of the whole curve that the model lacks. Value: the multiple correlation
-    /// with the first three powers of the input; limit as for [`Drift`](Self::Drift), but 0.6, and what moves the output by
-    /// less than 2e-3 of its range rms is not told.
+    /// with the first three powers of the input; limit as for [`Drift`](Self::Drift), but 0.6, and what moves the
+    /// output by less than 2e-3 of its range rms is not told.
     InputEffects,
-    /// The residual follows the amplitude of the last swing: gain or centre of the loops change with it. Value: the multiple
-    /// correlation with the amplitude and with its product with the input; limit as for [`Drift`](Self::Drift),
-    /// but 0.45, and what moves the output by less than 1e-3 of its range rms is not told.
+    /// The residual follows the amplitude of the last swing: gain or centre of the loops change with it. Value: the
+    /// multiple correlation with the amplitude and with its product with the input; limit as for
+    /// [`Drift`](Self::Drift), but 0.45, and what moves the output by less than 1e-3 of its range rms is not told.
     AmplitudeEffects,
-    /// Loops that only decay do not tell a map from a loop shift, and the result has neither: the best map that was tried predicts
-    /// better than none, but no better than a loop shift. Value: by which factor the map lowers the mean square error on stretches
-    /// that were not fitted; limit 1.2, and what explains less than 2e-3 of the range rms is not told.
+    /// Loops that only decay do not tell a map from a loop shift, and the result has neither: the best map that was
+    /// tried predicts better than none, but no better than a loop shift. Value: by which factor the map lowers the mean
+    /// square error on stretches that were not fitted; limit 1.2, and what explains less than 2e-3 of the range rms is
+    /// not told.
     MapNotTold,
     /// A Duhem operator falls by more than the plays rise right after a reversal: the stage has no inverse. Value: the
     /// flattest slope of their sum; limit 0.
@@ -78,132 +82,140 @@ pub enum FindingCode {
     /// which noise of normal distribution passes less than once in 10^8 samples. A deviation below 1e-5 of the range
     /// counts as that. A model without the lag of its actuator may leave such peaks at fast reversals too.
     Outliers,
-    /// The output stays at its highest or lowest value while the input goes on outwards, by more than three times what it
-    /// does while a coarse or slow sensor stays at other values: a flat that begins at a turn is hysteresis. Or the record begins
-    /// there, and the input comes back by more than three times as much as any other stay shows. Value: how far
-    /// the input moves meanwhile, over its range; limit 0.02, above what eight bits make of a turn.
+    /// The output stays at its highest or lowest value while the input goes on outwards, by more than three times what
+    /// it does while a coarse or slow sensor stays at other values: a flat that begins at a turn is hysteresis. Or the
+    /// record begins there, and the input comes back by more than three times as much as any other stay shows. Value:
+    /// how far the input moves meanwhile, over its range; limit 0.02, above what eight bits make of a turn.
     ClippedOutput,
     /// The recorded input stays at its highest or lowest value while the output moves on. Value: how far the output
     /// moves meanwhile, over its range; limit: 0.05 and eight standard deviations of its noise, above what creep and
     /// noise do while an input is held.
     ClippedInput,
-    /// The position stands still while the drive moves on, at any value. Value: how far the drive moves meanwhile, over its
-    /// range, if that is more than three times what it does while a coarse or slow sensor stays at its other values; limit
-    /// 0.03.
+    /// The position stands still while the drive moves on, at any value. Value: how far the drive moves meanwhile, over
+    /// its range, if that is more than three times what it does while a coarse or slow sensor stays at its other
+    /// values; limit 0.03.
     StuckOutput,
-    /// The recorded drive stands still while the position moves on, and then catches up with a jump that the position does not answer: no
-    /// rest, and no step of a staircase. Value: how far the
-    /// position moves meanwhile, over its range; limit: 0.03 and eight standard deviations of its noise.
+    /// The recorded drive stands still while the position moves on, and then catches up with a jump that the position
+    /// does not answer: no rest, and no step of a staircase. Value: how far the position moves meanwhile, over its
+    /// range; limit: 0.03 and eight standard deviations of its noise.
     StuckInput,
-    /// Samples of the drive that jump far from their neighbours and back, and that the position does not follow. Value: the largest distance from the
-    /// median of eleven, or the height of a run of one value, over the range of the medians; limit 0.03.
+    /// Samples of the drive that jump far from their neighbours and back, and that the position does not follow. Value:
+    /// the largest distance from the median of eleven, or the height of a run of one value, over the range of the
+    /// medians; limit 0.03.
     InputOutliers,
-    /// The drive has noise that the position does not follow: it is the reading of a monitor, and biases thresholds and weights.
-    /// Value: the standard deviation of that noise over the range of the drive; limit 0.003.
+    /// The drive has noise that the position does not follow: it is the reading of a monitor, and biases thresholds and
+    /// weights. Value: the standard deviation of that noise over the range of the drive; limit 0.003.
     NoisyInput,
-    /// The position jumps from one of its ends to the other and back by the same height, though the drive does not: a counter
-    /// that wraps. Value: how often; limit 0.
+    /// The position jumps from one of its ends to the other and back by the same height, though the drive does not: a
+    /// counter that wraps. Value: how often; limit 0.
     OutputWraps,
-    /// The position of one record moves by another factor of its drive than those of most: another unit, or another stage. Value: that
-    /// factor over theirs; limit 3.
+    /// The position of one record moves by another factor of its drive than those of most: another unit, or another
+    /// stage. Value: that factor over theirs; limit 3.
     RecordsDiffer,
-    /// The position follows the drive without hysteresis: it may be the drive's own monitor. Value: the mean width of the loops over the
-    /// range of the position; limit 0.001, below which it is one.
+    /// The position follows the drive without hysteresis: it may be the drive's own monitor. Value: the mean width of
+    /// the loops over the range of the position; limit 0.001, below which it is one.
     NoHysteresis,
-    /// Rows of one and the same drive and position between rows that are far from them: a reading that failed. Value: how many
-    /// of them; limit 1.
+    /// Rows of one and the same drive and position between rows that are far from them: a reading that failed. Value:
+    /// how many of them; limit 1.
     FailedRows,
-    /// The position is later than the drive, and no sampling interval is known, so nothing that has a time can be fitted. Value:
-    /// the dead time in samples; limit 0.5.
+    /// The position is later than the drive, and no sampling interval is known, so nothing that has a time can be
+    /// fitted. Value: the dead time in samples; limit 0.5.
     NoInterval,
-    /// Stretches of three samples and more, up to a tenth of the record, that lie far from the model while those about them
-    /// do not. Value: how far the furthest residual is, over the range; limit 0.02 and ten robust standard deviations.
+    /// Stretches of three samples and more, up to a tenth of the record, that lie far from the model while those about
+    /// them do not. Value: how far the furthest residual is, over the range; limit 0.02 and ten robust standard
+    /// deviations.
     BadStretch,
-    /// The residual goes on at another level from one sample to the next. Value: by how much, over the range; limit 0.01 and
-    /// seven robust standard deviations of its steps.
+    /// The residual goes on at another level from one sample to the next. Value: by how much, over the range; limit
+    /// 0.01 and seven robust standard deviations of its steps.
     OutputJump,
-    /// The position moves by another factor of the drive from some sample on: another unit, gain or range. Value: the ratio of
-    /// the gains of both parts, if with them at most a tenth of the squares is left; limit 1.25.
+    /// The position moves by another factor of the drive from some sample on: another unit, gain or range. Value: the
+    /// ratio of the gains of both parts, if with them at most a tenth of the squares is left; limit 1.25.
     GainChange,
-    /// The sampling interval changes within the record. Value: the longest over the shortest mean of 25 steps; limit 1.2.
+    /// The sampling interval changes within the record. Value: the longest over the shortest mean of 25 steps; limit
+    /// 1.2.
     RateChange,
-    /// The position does what the drive does not tell. Value: the rms residual over the standard deviation of the position, the largest of
-    /// all records; limit 0.6.
+    /// The position does what the drive does not tell. Value: the rms residual over the standard deviation of the
+    /// position, the largest of all records; limit 0.6.
     Unrelated,
     /// Fewer fitted samples for each unknown (weights, output offsets, and up to three ratios, input offset, dead time)
     /// than the limit 10, a common rule of thumb. Value: samples for each unknown.
     TooFewSamples,
-    /// A drive beyond those of the fitted records: the model goes on there with the slope of its last operator. Value: how
-    /// far, over the range of the fitted drives; limit 0.01.
+    /// A drive beyond those of the fitted records: the model goes on there with the slope of its last operator. Value:
+    /// how far, over the range of the fitted drives; limit 0.01.
     Extrapolation,
-    /// The dead time is long beside the period of the drive, so it stands for something else: creep, or loop width. Value:
-    /// the dead time over the mean period of the slowest record; limit 0.1.
+    /// The dead time is long beside the period of the drive, so it stands for something else: creep, or loop width.
+    /// Value: the dead time over the mean period of the slowest record; limit 0.1.
     ImplausibleDeadTime,
-    /// The output leads the drive: rows pair a drive with a position that was read later, at the end of its interval. Value:
-    /// the dead time in samples; limit -0.5.
+    /// The output leads the drive: rows pair a drive with a position that was read later, at the end of its interval.
+    /// Value: the dead time in samples; limit -0.5.
     NegativeDeadTime,
-    /// The records do not tell the dead time: from the lag of dynamics, or at all. Value: the standard error of the dead time
-    /// in samples, widened for correlated residuals; limit 0.25 beside dynamics, else the dead time itself where that is
-    /// longer than half a sample.
+    /// The records do not tell the dead time: from the lag of dynamics, or at all. Value: the standard error of the
+    /// dead time in samples, widened for correlated residuals; limit 0.25 beside dynamics, else the dead time itself
+    /// where that is longer than half a sample.
     DeadTimeConfounded,
     /// The record does not tell the frequency of the dynamics: its standard error exceeds 5 %, the search ended at the
     /// edge of its domain, or a plain dead time fits as well as the dynamics do, up to what noise may pretend. Value:
     /// the relative standard error, widened for correlated residuals, and limit 0.05; or the decrease of the sum of
     /// squares by the dynamics, in noise variances, and what noise may pretend.
     ResonanceNotExcited,
-    /// The records tell fewer modes than were asked for: another one would lower the sum of squares too little, or is not apart
-    /// from the others. Value: the decrease, in noise variances, 0 where no such mode was found; limit: what noise may pretend.
+    /// The records tell fewer modes than were asked for: another one would lower the sum of squares too little, or is
+    /// not apart from the others. Value: the decrease, in noise variances, 0 where no such mode was found; limit: what
+    /// noise may pretend.
     ModeNotTold,
     /// The record does not tell the damping: its standard error exceeds 25 %, or the search ended at the edge of its
     /// domain. Value: the relative standard error, widened for correlated residuals; limit 0.25.
     DampingUndetermined,
-    /// The records do not tell the creep: its standard error exceeds half of it and a thousandth of a move, or it is at its bound.
-    /// Value: the relative standard error, widened for correlated residuals; limit 0.5.
+    /// The records do not tell the creep: its standard error exceeds half of it and a thousandth of a move, or it is at
+    /// its bound. Value: the relative standard error, widened for correlated residuals; limit 0.5.
     CreepUndetermined,
     /// The gain between the hysteresis model and the output is not 1: the model is not that of this record, or the two
     /// were measured in other units. Value: the distance of the gain from 1; limit 0.05.
     GainNotOne,
-    /// The residuals are correlated in time, and what of them is no white noise matters: the noise is coloured, or something is not
-    /// modelled. The standard errors allow for it. Value: the root mean square of what is left beside white noise, over the range of the
-    /// position; limit 0.001, or 0.3 of the whole residual if that is more. Told where the statistic of Ljung and Box over 20 lags is
-    /// above 51.6, five standard deviations beyond its mean for white noise; without dynamics and creep where nothing is worse.
+    /// The residuals are correlated in time, and what of them is no white noise matters: the noise is coloured, or
+    /// something is not modelled. The standard errors allow for it. Value: the root mean square of what is left beside
+    /// white noise, over the range of the position; limit 0.001, or 0.3 of the whole residual if that is more. Told
+    /// where the statistic of Ljung and Box over 20 lags is above 51.6, five standard deviations beyond its mean for
+    /// white noise; without dynamics and creep where nothing is worse.
     ResidualColoured,
-    /// All loops have one amplitude and one speed: the records do not tell how the hysteresis depends on the rate. Value: the largest
-    /// over the smallest speed of the drive on its way from turn to turn, the slowest and the fastest twentieth of the time left out, or the
-    /// same of the frequency if that is more; limit 1.5. Where both the speed and the frequency vary by less, one speed is all there is.
+    /// All loops have one amplitude and one speed: the records do not tell how the hysteresis depends on the rate.
+    /// Value: the largest over the smallest speed of the drive on its way from turn to turn, the slowest and the
+    /// fastest twentieth of the time left out, or the same of the frequency if that is more; limit 1.5. Where both the
+    /// speed and the frequency vary by less, one speed is all there is.
     RateDependenceNotTold,
-    /// The position leaks towards its mean: charge that leaks off, or a sensor or an amplifier that passes nothing slow. Value: the
-    /// correlation of what operators and slow changes leave of the residual with the falling integral of the position; limit 0.7, about half of the
-    /// squares. What moves the position by less than 1 % of its range is not told.
+    /// The position leaks towards its mean: charge that leaks off, or a sensor or an amplifier that passes nothing
+    /// slow. Value: the correlation of what operators and slow changes leave of the residual with the falling integral
+    /// of the position; limit 0.7, about half of the squares. What moves the position by less than 1 % of its range is
+    /// not told.
     Leakage,
-    /// The loops on which the pairs of places lie are all of one size: one known length holds the scale of that loop, but how the gain
-    /// of other loops differs from it follows from the shape of the model alone. Value: the smallest over the largest stroke of the drive between
-    /// turns, on which pairs lie; limit 0.8.
+    /// The loops on which the pairs of places lie are all of one size: one known length holds the scale of that loop,
+    /// but how the gain of other loops differs from it follows from the shape of the model alone. Value: the smallest
+    /// over the largest stroke of the drive between turns, on which pairs lie; limit 0.8.
     OneLoopSize,
     /// Pairs of places that contradict the others were left out. Value: their share of all pairs; limit 0.02.
     WrongPairs,
     /// Known lengths that contradict the others were left out. Value: their share of all lengths; limit 0.
     WrongLengths,
-    /// Pairs of places that say nothing: every operator has the same output at both instants, as on two passes along the same
-    /// branch. Value: their share of all pairs; limit 0.5.
+    /// Pairs of places that say nothing: every operator has the same output at both instants, as on two passes along
+    /// the same branch. Value: their share of all pairs; limit 0.5.
     UninformativePairs,
-    /// The model is not at the same place at both instants of a pair. Value: the robust standard deviation of the distances over the range
-    /// of the position; limit 0.01.
+    /// The model is not at the same place at both instants of a pair. Value: the robust standard deviation of the
+    /// distances over the range of the position; limit 0.01.
     PlacesDiffer,
-    /// Known lengths without pairs are missed: one of them is wrong, or the stage did not begin virgin. Value: the rms of what the model
-    /// misses over that of a straight line through drives and lengths; limit 0.25.
+    /// Known lengths without pairs are missed: one of them is wrong, or the stage did not begin virgin. Value: the rms
+    /// of what the model misses over that of a straight line through drives and lengths; limit 0.25.
     LengthsMissed,
-    /// Pairs and lengths leave positions open. Value: the standard error of the positions along the drives, rms, over their range, the
-    /// largest of all drives; limit 0.01.
+    /// Pairs and lengths leave positions open. Value: the standard error of the positions along the drives, rms, over
+    /// their range, the largest of all drives; limit 0.01.
     PositionsNotTold,
-    /// What was recorded does not tell how the position follows the temperature, or how much later. Value: the larger of the relative
-    /// standard errors of sensitivity and lag; 1 for a lag as long as the drive; limit 0.25.
+    /// What was recorded does not tell how the position follows the temperature, or how much later. Value: the larger
+    /// of the relative standard errors of sensitivity and lag; 1 for a lag as long as the drive; limit 0.25.
     TemperatureNotTold,
-    /// The record does not tell hysteresis inside the dynamics: a linear oscillator predicts samples that were not fitted as well. Value:
-    /// the rms error there of the oscillator with hysteresis over that of the linear one; limit 0.9.
+    /// The record does not tell hysteresis inside the dynamics: a linear oscillator predicts samples that were not
+    /// fitted as well. Value: the rms error there of the oscillator with hysteresis over that of the linear one; limit
+    /// 0.9.
     HysteresisInsideNotTold,
-    /// Curves without memory in the place of the hysteresis of several axes predict samples that were not fitted as well.
-    /// Value: the error there of the model with hysteresis over that of the other; limit 0.9.
+    /// Curves without memory in the place of the hysteresis of several axes predict samples that were not fitted as
+    /// well. Value: the error there of the model with hysteresis over that of the other; limit 0.9.
     MemoryNotTold,
     /// In reading a file something was taken for granted that the file speaks against. Value: 1, limit 0.
     Assumed,
@@ -292,7 +304,8 @@ impl FindingCode {
         )
     }
 
-    /// Whether it is about what a fit made of the records, so that it says nothing where a defect of the record spoils the fit.
+    /// Whether it is about what a fit made of the records, so that it says nothing where a defect of the record spoils
+    /// the fit.
     pub(crate) fn is_of_fit(self) -> bool {
         let of_residual = matches!(
             self,
@@ -312,7 +325,8 @@ impl FindingCode {
         of_residual || of_model || self.is_of_linear_part()
     }
 
-    /// Whether it compares what the drive does with what the position does, so that it says nothing where the sign is wrong.
+    /// Whether it compares what the drive does with what the position does, so that it says nothing where the sign is
+    /// wrong.
     pub(crate) fn compares_drive_and_position(self) -> bool {
         matches!(
             self,

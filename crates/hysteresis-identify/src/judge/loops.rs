@@ -37,7 +37,8 @@ pub(crate) fn fall_one_by_one(records: &[Record<'_>]) -> bool {
     signs.contains(&1.0) && signs.contains(&-1.0)
 }
 
-/// The positions of some records move by other factors of their drives than those of others: other units, or another stage.
+/// The positions of some records move by other factors of their drives than those of others: other units, or another
+/// stage.
 ///
 /// Hysteresis makes the slope of a small loop smaller, dynamics and creep change it too, all by less than a factor of 3.
 pub(crate) fn records_differ(records: &[Record<'_>]) -> Option<Finding> {
@@ -61,7 +62,8 @@ pub(crate) fn records_differ(records: &[Record<'_>]) -> Option<Finding> {
         .then(|| Finding { record: Some(place), ..Finding::new(FindingCode::RecordsDiffer, value, LIMIT, message) })
 }
 
-/// Below this correlation a loop has no direction: a position a quarter of a period late neither rises nor falls with it.
+/// Below this correlation a loop has no direction: a position a quarter of a period late neither rises nor falls with
+/// it.
 const MIN_CORRELATION: f64 = 0.7;
 
 /// The position leads the drive.
@@ -93,12 +95,12 @@ pub(crate) fn no_hysteresis(records: &[Record<'_>]) -> Option<Finding> {
     (value < LIMIT).then(|| Finding::new(FindingCode::NoHysteresis, value, LIMIT, message))
 }
 
-/// By how much of its range the position leads the drive on average; negative where it lags. Nothing if the drive does not turn and
-/// come back step by step, or the position does not go with it.
+/// By how much of its range the position leads the drive on average; negative where it lags. Nothing if the drive does
+/// not turn and come back step by step, or the position does not go with it.
 ///
-/// About every turn the drive passes a stretch of its range there and back. The sum of y du over both ways is the area between them:
-/// negative if the position lags, and nothing for any function of the drive, however bent. Over the lengths of these stretches it is
-/// the mean width of the loops.
+/// About every turn the drive passes a stretch of its range there and back. The sum of y du over both ways is the area
+/// between them: negative if the position lags, and nothing for any function of the drive, however bent. Over the
+/// lengths of these stretches it is the mean width of the loops.
 fn mean_lead(record: &Record<'_>) -> Option<f64> {
     let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
     let (low, high) = signal::bounds(input);
@@ -111,11 +113,11 @@ fn mean_lead(record: &Record<'_>) -> Option<f64> {
     (length > 0.0).then(|| sign * area / length / record.output_range())
 }
 
-/// The sum of y du over what the drive passes both before and after a turn, and the length of that; nothing where it jumps. Given are
-/// the turn before, the turn and the one after.
+/// The sum of y du over what the drive passes both before and after a turn, and the length of that; nothing where it
+/// jumps. Given are the turn before, the turn and the one after.
 fn there_and_back(input: &[f64], output: &[f64], turns: &[usize], range: f64) -> Option<(f64, f64)> {
-    /// A straight line over a step of this share of the range is no more than 0.4 % of the range off, if the position is the square
-    /// of the drive.
+    /// A straight line over a step of this share of the range is no more than 0.4 % of the range off, if the position
+    /// is the square of the drive.
     const JUMP: f64 = 0.15;
     let [from, turn, to] = [0, 1, 2].map(|place| input[turns[place]]);
     let length = (turn - from).abs().min((to - turn).abs());
@@ -137,8 +139,8 @@ fn there_and_back(input: &[f64], output: &[f64], turns: &[usize], range: f64) ->
     Some((area, length))
 }
 
-/// How many samples the position turns after the drive does, where it does so alike all over the record, and the standard error of
-/// that.
+/// How many samples the position turns after the drive does, where it does so alike all over the record, and the
+/// standard error of that.
 ///
 /// A position without dynamics turns with the drive, whatever the hysteresis: loops may hide a lead, turns cannot.
 fn turns_late(record: &Record<'_>) -> Option<(f64, f64)> {
@@ -209,7 +211,8 @@ pub(crate) fn no_minor_loops(records: &[Record<'_>]) -> Option<Finding> {
 /// The drive goes from turn to turn at one speed and in one time.
 pub(crate) fn one_rate(records: &[Record<'_>]) -> Option<Finding> {
     const LIMIT: f64 = 1.5;
-    /// The share of the time in the slowest and in the fastest swings that may be anything: a beginning, an end, one odd loop.
+    /// The share of the time in the slowest and in the fastest swings that may be anything: a beginning, an end, one
+    /// odd loop.
     const ODD: f64 = 0.05;
     /// So much of the time at rest tells what relaxes.
     const RESTS: f64 = 0.05;
@@ -259,7 +262,8 @@ impl Swing {
     }
 }
 
-/// The swings between the turns of the fitted samples, from the first turn to the last; of a record that turns once, its two parts.
+/// The swings between the turns of the fitted samples, from the first turn to the last; of a record that turns once,
+/// its two parts.
 fn swings(record: &Record<'_>, swing: f64) -> Vec<Swing> {
     let (input, dt) = (&record.input()[record.skip()..], record.dt().unwrap_or(1.0));
     let of_turns = |turns: &[usize]| {
@@ -390,8 +394,8 @@ pub(crate) fn with_positions<'a>(records: &[Record<'a>], positions: &'a [Vec<f64
     records.iter().zip(positions).enumerate().map(exchange).collect()
 }
 
-/// The findings when the turned fit leaves `turned` of the range rms and the fit as it is `plain`: what follows from a wrong sign is
-/// left out, or the sign is not what is wrong.
+/// The findings when the turned fit leaves `turned` of the range rms and the fit as it is `plain`: what follows from a
+/// wrong sign is left out, or the sign is not what is wrong.
 pub(crate) fn judged(findings: Vec<Finding>, plain: f64, turned: f64) -> Vec<Finding> {
     if turned >= MAX_SHARE * plain {
         return findings.into_iter().filter(|finding| finding.code != FindingCode::WrongSign).collect();

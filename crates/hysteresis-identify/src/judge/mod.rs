@@ -1,7 +1,8 @@
 //! What a record cannot tell, and what a model left in it: findings by name, each with its number and its limit.
 //!
-//! One pass over the records with all operators (`survey`) gives the residuals. Then every record is looked at: its loops, its samples,
-//! where signals stand still, whether it has several parts; and every residual: how large it is, where, and what it follows.
+//! One pass over the records with all operators (`survey`) gives the residuals. Then every record is looked at: its
+//! loops, its samples, where signals stand still, whether it has several parts; and every residual: how large it is,
+//! where, and what it follows.
 
 pub(crate) mod finding;
 pub(crate) mod finding_code;
@@ -28,11 +29,11 @@ use crate::records::signal::as_f64;
 use crate::terms::dynamics::LinearPart;
 use crate::terms::operators::{OperatorBank, Thresholds};
 
-/// Looks for what records cannot tell and what a model left in them, in their fitted samples, given the model and dead time
-/// fitted to them; `dead_time` in seconds, or in samples for records without a sampling interval.
+/// Looks for what records cannot tell and what a model left in them, in their fitted samples, given the model and dead
+/// time fitted to them; `dead_time` in seconds, or in samples for records without a sampling interval.
 ///
-/// Each record has an output offset of its own, the one that its residuals have no mean with. One pass over the
-/// records with all operators, and a QR of their outputs: the work of one step of an identification. Where the sign of the
+/// Each record has an output offset of its own, the one that its residuals have no mean with. One pass over the records
+/// with all operators, and a QR of their outputs: the work of one step of an identification. Where the sign of the
 /// position is wrong, what the model left is only measured: what it follows says nothing then.
 ///
 /// ```
@@ -54,7 +55,8 @@ use crate::terms::operators::{OperatorBank, Thresholds};
 ///
 /// # Errors
 /// [`Error::NoRecords`], [`Error::NoInterval`] if some records have a sampling interval and others not,
-/// [`Error::Record`] for times that contradict it, and [`Error::Core`] for a dead time that is negative or not below the length of every record.
+/// [`Error::Record`] for times that contradict it, and [`Error::Core`] for a dead time that is negative or not below
+/// the length of every record.
 pub fn diagnose(records: &[Record<'_>], model: &Model, dead_time: f64) -> Result<Vec<Finding>, Error> {
     let Some(first) = records.first() else {
         return Err(Error::NoRecords);
@@ -191,8 +193,8 @@ fn of_records(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<Fin
     checks.into_iter().flatten().collect()
 }
 
-/// What the position does in the records together. A small record beside others tells what a small signal tells; what the model leaves
-/// there is judged by what the stage does as a whole.
+/// What the position does in the records together. A small record beside others tells what a small signal tells; what
+/// the model leaves there is judged by what the stage does as a whole.
 struct Whole {
     /// The largest peak-to-peak.
     range: f64,
@@ -271,8 +273,8 @@ fn too_few_samples(records: &[Record<'_>], survey: &Survey) -> Option<Finding> {
     (value < LIMIT).then_some(measured)
 }
 
-/// The position of every record, left-out samples replaced by the prediction and a straight line between the residuals about
-/// them: what they were says nothing about the stage.
+/// The position of every record, left-out samples replaced by the prediction and a straight line between the residuals
+/// about them: what they were says nothing about the stage.
 fn mended_positions(records: &[Record<'_>], chain: &Chain) -> Vec<Vec<f64>> {
     let mend = |(place, record): (usize, &Record<'_>)| {
         let mut output = record.output().to_vec();
@@ -299,8 +301,8 @@ pub(crate) fn with_positions<'a>(records: &[Record<'a>], positions: &'a [Vec<f64
     records.iter().zip(positions).map(|(record, position)| record.with_output(position).unwrap_or(*record)).collect()
 }
 
-/// The findings about records without a sampling interval, for a dead time in samples: whatever has a time cannot be fitted, so
-/// where something has one the interval is what to try first.
+/// The findings about records without a sampling interval, for a dead time in samples: whatever has a time cannot be
+/// fitted, so where something has one the interval is what to try first.
 pub(crate) fn without_interval(mut findings: Vec<Finding>, dead_time: f64) -> Vec<Finding> {
     const LIMIT: f64 = 0.5;
     let hint = FindingCode::NoInterval.hint();

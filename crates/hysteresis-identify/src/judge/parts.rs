@@ -16,13 +16,14 @@ const COLUMNS: usize = 2 + WIDTHS.len();
 
 /// The position moves by another factor of the drive from some sample on: another unit, gain or range.
 ///
-/// A model that was fitted to both parts has the shape of neither. So plays are fitted to the part with the wider drive, and a
-/// factor and a zero to what they make of the other one.
+/// A model that was fitted to both parts has the shape of neither. So plays are fitted to the part with the wider
+/// drive, and a factor and a zero to what they make of the other one.
 pub(crate) fn gain_change(record: &Record<'_>, residual: &[f64]) -> Option<Finding> {
     const LIMIT: f64 = 1.25;
     /// The model leaves more than this share of the range, or there is nothing to explain.
     const POOR: f64 = 0.01;
-    /// Another gain leaves at most this share of the squares that one gain leaves: a beginning that settles leaves more.
+    /// Another gain leaves at most this share of the squares that one gain leaves: a beginning that settles leaves
+    /// more.
     const LEFT: f64 = 0.1;
     /// The plays explain all but this share of the squares of either part: nothing explains a sensor that has failed.
     const UNEXPLAINED: f64 = 0.03;
@@ -150,7 +151,8 @@ pub(crate) fn wraps(record: &Record<'_>) -> Option<Finding> {
     const END: f64 = 0.25;
     /// The heights of all jumps are alike within this share.
     const ALIKE: f64 = 0.1;
-    /// Without the jumps the drive leaves at most this share of the squares unexplained, and half of what it leaves with them.
+    /// Without the jumps the drive leaves at most this share of the squares unexplained, and half of what it leaves
+    /// with them.
     const LEFT: f64 = 0.1;
     let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
     let ((low, high), range) = (signal::bounds(output), record.output_range());

@@ -23,8 +23,8 @@ pub(crate) fn poor_fit(residual: &[f64], range: f64) -> Finding {
     Finding::new(FindingCode::PoorFit, value, LIMIT, message)
 }
 
-/// Residuals that are not white, where that matters beside the `range` of the position in all records and beside their noise: a long
-/// record tells what is far below it.
+/// Residuals that are not white, where that matters beside the `range` of the position in all records and beside their
+/// noise: a long record tells what is far below it.
 pub(crate) fn coloured(colour: Colour, range: f64) -> Option<Finding> {
     const MATTERS: f64 = 1e-3;
     /// The share of the whole residual: less than a tenth of its squares.
@@ -40,8 +40,8 @@ pub(crate) fn coloured(colour: Colour, range: f64) -> Option<Finding> {
     (colour.is_coloured() && share > limit).then(|| Finding::new(code, share, limit, message))
 }
 
-/// A beginning that lies on no loop of the model: until the residual is about as small as later on. It matters beside the `range` of the
-/// position in all records.
+/// A beginning that lies on no loop of the model: until the residual is about as small as later on. It matters beside
+/// the `range` of the position in all records.
 pub(crate) fn start_up(record: &Record<'_>, residual: &[f64], range: f64) -> Option<Finding> {
     const LIMIT: f64 = 3.0;
     const BLOCKS: usize = 100;
@@ -148,8 +148,8 @@ struct Followed {
     part: Vec<f64>,
 }
 
-/// What the residual follows: the strongest first, and then what the rest of it follows. So what two causes share is told
-/// once. It matters beside the `range` of the position in all records.
+/// What the residual follows: the strongest first, and then what the rest of it follows. So what two causes share is
+/// told once. It matters beside the `range` of the position in all records.
 pub(crate) fn followed(record: &Record<'_>, residual: &[f64], lag: f64, range: f64) -> Vec<Finding> {
     let mut causes = causes(record, lag);
     let (mut left, mut found) = (residual.to_vec(), Vec::new());

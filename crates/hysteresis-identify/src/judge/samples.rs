@@ -1,4 +1,5 @@
-//! Defects of samples: glitches, bursts, jumps and failed rows, and noise of the drive that the position does not follow.
+//! Defects of samples: glitches, bursts, jumps and failed rows, and noise of the drive that the position does not
+//! follow.
 
 use std::ops::Range;
 
@@ -183,8 +184,8 @@ pub(crate) fn input_outliers(record: &Record<'_>) -> Option<Finding> {
 /// The position follows a wrong drive if it moves by this share of what it should.
 const FOLLOWED: f64 = 0.2;
 
-/// Samples of the drive that are unusually far from the median of those about them, and by `least`, while the position is not; each
-/// with how far, over the range.
+/// Samples of the drive that are unusually far from the median of those about them, and by `least`, while the position
+/// is not; each with how far, over the range.
 fn single_outliers(record: &Record<'_>, distances: &[f64], least: f64) -> Vec<(usize, f64)> {
     /// So many samples after the drive.
     const LATER: usize = 3;
@@ -200,8 +201,8 @@ fn single_outliers(record: &Record<'_>, distances: &[f64], least: f64) -> Vec<(u
     sudden.flatten().map(|k| (k, distances[k])).collect()
 }
 
-/// Whether values leave those about them by a jump and come back by another, each several times as large as the steps of those: the tip of
-/// a fast or small loop moves as they do.
+/// Whether values leave those about them by a jump and come back by another, each several times as large as the steps
+/// of those: the tip of a fast or small loop moves as they do.
 fn is_sudden(values: &[f64], part: &Range<usize>) -> bool {
     const JUMPS: f64 = 3.0;
     const NEAR: usize = 3;
@@ -214,8 +215,8 @@ fn is_sudden(values: &[f64], part: &Range<usize>) -> bool {
     jumps_in && jumps_out
 }
 
-/// Runs of one value that the drive jumps to and back from, by `least` of the range, while the position goes straight on; each sample
-/// with how far it is.
+/// Runs of one value that the drive jumps to and back from, by `least` of the range, while the position goes straight
+/// on; each sample with how far it is.
 fn drop_outs(record: &Record<'_>, range: f64, least: f64) -> Vec<(usize, f64)> {
     /// While longer runs last, the position moves on: see `still`.
     const LONGEST: usize = 25;
@@ -240,8 +241,8 @@ fn drop_outs(record: &Record<'_>, range: f64, least: f64) -> Vec<(usize, f64)> {
     signal::stays(input).flat_map(of_run).collect()
 }
 
-/// Whether a value, or the run of equal ones that it belongs to, jumps away from those about it and back, by several times what those
-/// move: the tip of a fast loop moves as they do.
+/// Whether a value, or the run of equal ones that it belongs to, jumps away from those about it and back, by several
+/// times what those move: the tip of a fast loop moves as they do.
 fn is_spike(values: &[f64], k: usize) -> bool {
     const JUMPS: f64 = 3.0;
     let is_other = |j: &usize| values[*j] != values[k];

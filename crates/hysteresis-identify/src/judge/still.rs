@@ -19,12 +19,13 @@ pub(crate) struct Stays {
 const UNUSUAL: f64 = 3.0;
 
 impl Stays {
-    /// The stays of the fitted samples that are unusually long: a coarse or slow sensor stays at every value. The position
-    /// follows the drive so many samples later.
+    /// The stays of the fitted samples that are unusually long: a coarse or slow sensor stays at every value. The
+    /// position follows the drive so many samples later.
     pub(crate) fn of(record: &Record<'_>, lag: usize) -> Self {
         /// Two readings are equal by chance, or as the position turns between them.
         const SHORTEST: usize = 3;
-        /// A sensor at its end is there while the drive goes on by this share of its range at least, and not only turns.
+        /// A sensor at its end is there while the drive goes on by this share of its range at least, and not only
+        /// turns.
         const GOES_ON: f64 = 0.005;
         /// A stage that begins at rest stays there for so many lags and samples, too.
         const LAGS: usize = 3;
@@ -110,10 +111,12 @@ fn past(stays: &[(f64, Range<usize>)], limit: f64) -> Vec<Range<usize>> {
     found
 }
 
-/// The recorded drive stands still while the position moves on, and then catches up: the recorder froze, and not the drive.
+/// The recorded drive stands still while the position moves on, and then catches up: the recorder froze, and not the
+/// drive.
 ///
-/// A drive that rests comes to its rest and leaves it with the steps that it makes before and after, and a step of a staircase is
-/// answered by the position. What froze jumps, and the position does not follow the jump: it has gone that way meanwhile.
+/// A drive that rests comes to its rest and leaves it with the steps that it makes before and after, and a step of a
+/// staircase is answered by the position. What froze jumps, and the position does not follow the jump: it has gone that
+/// way meanwhile.
 ///
 /// `unexplained` is what moves of the position: all of it, or with dynamics and creep the residual.
 pub(crate) fn input(record: &Record<'_>, unexplained: &[f64], residual: &[f64]) -> Option<Finding> {
@@ -160,8 +163,8 @@ impl<'a> Recorder<'a> {
             .any(|(at, jump)| !self.is_answered(at, jump) && !self.is_answered_late(stay, at, jump))
     }
 
-    /// The step of the drive to a sample at an end of a stay, if it is no step of a ramp: far larger than usual, and than those next to it
-    /// on the other side of it.
+    /// The step of the drive to a sample at an end of a stay, if it is no step of a ramp: far larger than usual, and
+    /// than those next to it on the other side of it.
     fn jump(&self, at: usize, stay: &Range<usize>) -> Option<(usize, f64)> {
         const USUAL: f64 = 5.0;
         const NEAR: usize = 3;

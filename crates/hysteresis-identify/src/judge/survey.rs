@@ -1,5 +1,5 @@
-//! One pass over the records with all operators of a model: which of them never move or are not told apart, and whether a slow change of
-//! the position lies beside them, or a leak.
+//! One pass over the records with all operators of a model: which of them never move or are not told apart, and whether
+//! a slow change of the position lies beside them, or a leak.
 //!
 //! The operators take up a slow change in part: in loops that only decay, the one correlates with the other.
 
@@ -94,8 +94,8 @@ impl Survey {
         change(&beside_integral, records, begins_wrong)
     }
 
-    /// Whether the residual, beside the operators and slow changes, falls with the integral of the position: a position that leaks towards its
-    /// mean with the time constant tau is the one without a leak less the integral over tau.
+    /// Whether the residual, beside the operators and slow changes, falls with the integral of the position: a position
+    /// that leaks towards its mean with the time constant tau is the one without a leak less the integral over tau.
     pub(crate) fn leakage(&self) -> Option<Finding> {
         /// The correlation: half of the squares.
         const LIMIT: f64 = 0.7;
@@ -147,7 +147,8 @@ impl Survey {
         // Singular values of unit columns are known to the rounding of the operators, about 1e-16.
         const SMALLEST_NOISE: f64 = 1e-9;
         let moved: Vec<usize> = (0..self.operators()).filter(|i| self.is_moved(*i)).collect();
-        // Of the operators' outputs, each record's mean removed: all of it stands in as many rows as there are operators.
+        // Of the operators' outputs, each record's mean removed: all of it stands in as many rows as there are
+        // operators.
         let (means, rows) = (self.residuals.len(), self.operators());
         let column = |i: usize| (0..rows).map(|row| self.factor[(means + row, means + i)]).collect::<Vec<f64>>();
         let units: Vec<Vec<f64>> = moved.iter().map(|i| unit(&column(*i))).collect();
@@ -239,9 +240,10 @@ impl Slow {
 
 /// Whether the residual follows a slow change once the operators may give back what they have taken up of it.
 ///
-/// `factor` is R, in echelon form, of the operators, the slow columns and the residual. Columns that depend take no row: those of operators
-/// that never move, and a slow one of which operators make all, as that of a ramp makes all of time. A beginning that settles is a slow
-/// change, too. Where one was found by itself, `begins_wrong`, the slow change is told in its place if it explains most.
+/// `factor` is R, in echelon form, of the operators, the slow columns and the residual. Columns that depend take no
+/// row: those of operators that never move, and a slow one of which operators make all, as that of a ramp makes all of
+/// time. A beginning that settles is a slow change, too. Where one was found by itself, `begins_wrong`, the slow change
+/// is told in its place if it explains most.
 pub(crate) fn change(factor: &Mat<f64>, records: &[Record<'_>], begins_wrong: bool) -> Option<Finding> {
     /// The multiple correlation: a quarter of the squares.
     const LIMIT: f64 = 0.5;
@@ -249,7 +251,8 @@ pub(crate) fn change(factor: &Mat<f64>, records: &[Record<'_>], begins_wrong: bo
     const MATTERS: f64 = 0.01;
     /// The squares that time or the slow exponential leaves at most, over those that a fast one leaves.
     const SETTLES: f64 = 3.0;
-    /// Both limits where a beginning was found: in loops that only decay, operators take up so much that the exponentials are nearly alike.
+    /// Both limits where a beginning was found: in loops that only decay, operators take up so much that the
+    /// exponentials are nearly alike.
     const MOST: (f64, f64) = (0.85, 1.25);
     let beside = Beside::of(factor);
     let [time, slow] = beside.amplitudes();

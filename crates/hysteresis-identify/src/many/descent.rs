@@ -1,8 +1,8 @@
 //! Gauss-Newton steps from a start, on normal equations about the residual.
 //!
-//! A pass visits the samples that operators need to see, on the engine of the core, and makes rows of their outputs with the widest
-//! instructions that the processor has. Sums and products are those of the plain loop, element by element, so the processor changes no bit
-//! but the sign of zero.
+//! A pass visits the samples that operators need to see, on the engine of the core, and makes rows of their outputs
+//! with the widest instructions that the processor has. Sums and products are those of the plain loop, element by
+//! element, so the processor changes no bit but the sign of zero.
 
 use std::borrow::Cow;
 
@@ -73,8 +73,8 @@ impl<'a> Problem<'a> {
         self.course.squares_of(self.record.output())
     }
 
-    /// One pass: the best weights at the point of a start, and the problem of a step from there. An error where no model can have the
-    /// weights of the start: those of a drive of 1e-98 may be beyond 1e100.
+    /// One pass: the best weights at the point of a start, and the problem of a step from there. An error where no
+    /// model can have the weights of the start: those of a drive of 1e-98 may be beyond 1e100.
     pub(crate) fn pass(&self, about: Start) -> Result<State, Error> {
         let normal = self.normal(&about)?;
         let guess = positive(&about.unknowns);
@@ -211,8 +211,8 @@ impl Outputs {
         Self { operators, z }
     }
 
-    /// Writes the columns of a row behind the dead time: one for each operator, or, in a row twice as long, one for its output
-    /// above zero and one for that below.
+    /// Writes the columns of a row behind the dead time: one for each operator, or, in a row twice as long, one for its
+    /// output above zero and one for that below.
     #[inline(always)]
     pub(crate) fn write(&self, (place, before): (usize, usize), fraction: f64, row: &mut [f64]) {
         let n = self.operators;

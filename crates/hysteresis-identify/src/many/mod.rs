@@ -2,9 +2,9 @@
 //!
 //! Actuators with one drive share what depends on the drive alone. `scan.rs` has the columns of the operators and their
 //! derivatives at many points, factorised; so where an actuator should start, and its first step, take no pass over the
-//! operators. `descent.rs` goes on from there with passes of its own, on normal equations (`normal.rs`). Actuators with a drive
-//! each are searched like single ones. `search.rs` does both and shares the work out among threads; every actuator is fitted by
-//! itself, so their number changes no bit, and neither do the other actuators.
+//! operators. `descent.rs` goes on from there with passes of its own, on normal equations (`normal.rs`). Actuators with
+//! a drive each are searched like single ones. `search.rs` does both and shares the work out among threads; every
+//! actuator is fitted by itself, so their number changes no bit, and neither do the other actuators.
 
 pub(crate) mod descent;
 pub(crate) mod normal;
@@ -29,18 +29,18 @@ use crate::threads::Shared;
 
 /// Fits a model of hysteresis and a dead time to each of many actuators, on up to `threads` threads.
 ///
-/// The model, what is searched and what is minimised are those of [`identify`](crate::identify()) without maps, and with
-/// [`RatiosModel::Fit`](crate::RatiosModel::Fit) for [`Auto`](crate::RatiosModel::Auto). Actuators with a drive of
-/// their own are searched in the same way and come to the same bits. Actuators with one drive share the work that depends on the drive
-/// alone, and come to as good a fit in a small part of the time; where an objective has several minima of nearly the same
-/// height, it may be another one of them.
+/// The model, what is searched and what is minimised are those of [`identify`](crate::identify()) without maps, and
+/// with [`RatiosModel::Fit`](crate::RatiosModel::Fit) for [`Auto`](crate::RatiosModel::Auto). Actuators with a drive of
+/// their own are searched in the same way and come to the same bits. Actuators with one drive share the work that
+/// depends on the drive alone, and come to as good a fit in a small part of the time; where an objective has several
+/// minima of nearly the same height, it may be another one of them.
 ///
 /// All samples count: glitches are not looked for, whatever [`Options::loss`] leaves open. A robust loss is refused.
 ///
-/// What is left to cross-validation is chosen once for all actuators ([`settled_options`]). An actuator that cannot be fitted has
-/// its error in the result and takes nothing from the others. The result does not depend on the number of threads, nor on which
-/// other actuators there are, but for that choice. `progress` is called on the calling thread, with the number of actuators
-/// that are done; [`ControlFlow::Break`] stops.
+/// What is left to cross-validation is chosen once for all actuators ([`settled_options`]). An actuator that cannot be
+/// fitted has its error in the result and takes nothing from the others. The result does not depend on the number of
+/// threads, nor on which other actuators there are, but for that choice. `progress` is called on the calling thread,
+/// with the number of actuators that are done; [`ControlFlow::Break`] stops.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -68,8 +68,9 @@ use crate::threads::Shared;
 /// ```
 ///
 /// # Errors
-/// Those of [`identify`](crate::identify()) that are about the options or the length of the records; [`Error::LinearPart`] for
-/// dynamics or creep; [`Error::DuhemMany`] for a Duhem operator; [`Error::RobustMany`] for a robust loss; [`Error::Interrupted`] when `progress` said to stop.
+/// Those of [`identify`](crate::identify()) that are about the options or the length of the records;
+/// [`Error::LinearPart`] for dynamics or creep; [`Error::DuhemMany`] for a Duhem operator; [`Error::RobustMany`] for a
+/// robust loss; [`Error::Interrupted`] when `progress` said to stop.
 pub fn identify_many(
     records: &ManyRecords<'_>,
     options: &Options,
@@ -99,8 +100,8 @@ fn check_length(records: &ManyRecords<'_>, options: &Options) -> Result<(), Erro
 ///
 /// [`Thresholds::Refined`](crate::Thresholds::Refined) and its kin stay 20 operators: one number is for all.
 ///
-/// The first, the middle and the last actuator that can be fitted are asked. Of their answers the weight law of the most
-/// unknowns counts, the largest number of operators, and the middle smoothness.
+/// The first, the middle and the last actuator that can be fitted are asked. Of their answers the weight law of the
+/// most unknowns counts, the largest number of operators, and the middle smoothness.
 ///
 /// # Errors
 /// As [`identify_many`].
@@ -139,8 +140,8 @@ fn is_settled(options: &Options) -> bool {
     counted && options.weights != WeightLaw::Auto && options.smoothness != Setting::Fit
 }
 
-/// The options with everything chosen: the weight law of the most unknowns and the most operators that cross-validation asks for
-/// on any of a few actuators, and the middle smoothness.
+/// The options with everything chosen: the weight law of the most unknowns and the most operators that cross-validation
+/// asks for on any of a few actuators, and the middle smoothness.
 fn chosen_once(records: &ManyRecords<'_>, options: &Options, shared: &mut Shared<'_>) -> Result<Options, Error> {
     let fitted: Vec<_> = (0..records.actuators()).filter_map(|m| records.record(m).ok()).collect();
     if is_settled(options) || fitted.is_empty() {

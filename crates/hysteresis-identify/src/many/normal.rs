@@ -1,10 +1,10 @@
 //! The normal equations of one pass about a residual: small, fast, and as exact as a QR where they are used.
 //!
-//! Squaring a matrix loses half of the digits of what is solved for. Here that is a correction: the residual of the last
-//! weights is computed sample by sample, so the digits lost are those of a small step and not those of the fit.
+//! Squaring a matrix loses half of the digits of what is solved for. Here that is a correction: the residual of the
+//! last weights is computed sample by sample, so the digits lost are those of a small step and not those of the fit.
 //!
-//! Bounded least squares by a Cholesky factor of X'X are several times as fast as by a QR of X for a few dozen unknowns, and exact enough
-//! for a correction.
+//! Bounded least squares by a Cholesky factor of X'X are several times as fast as by a QR of X for a few dozen
+//! unknowns, and exact enough for a correction.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -88,8 +88,8 @@ impl Normal {
         Self { columns: means.len() - 1, means, gram, rows }
     }
 
-    /// The best step of the first columns, one for each of the bounds, and the sum of squares that it leaves; `free` as for
-    /// [`solve`].
+    /// The best step of the first columns, one for each of the bounds, and the sum of squares that it leaves; `free` as
+    /// for [`solve`].
     pub(crate) fn solve(&self, bounds: &[(f64, f64)], free: &[usize]) -> (Vec<f64>, f64) {
         solve(&self.gram, bounds, free)
     }
@@ -99,8 +99,8 @@ impl Normal {
         self.means[self.columns] - step.iter().zip(&self.means).map(|(d, mean)| d * mean).sum::<f64>()
     }
 
-    /// The standard error of the parameter of a column, for errors of deviation 1, with those of `others` estimated too; not a
-    /// number if it is not told beside them.
+    /// The standard error of the parameter of a column, for errors of deviation 1, with those of `others` estimated
+    /// too; not a number if it is not told beside them.
     pub(crate) fn error_of(&self, column: usize, others: &[usize]) -> f64 {
         let mut places = others.to_vec();
         loop {
@@ -117,9 +117,9 @@ impl Normal {
 /// A column of which, squared, less than this share is left beside those before it depends on them.
 const MIN_INDEPENDENT_SHARE: f64 = 1e-13;
 
-/// The minimiser of |X d - e|^2 over lower <= d <= upper, and that minimum; of `gram`, X'X of \[X | e\], the first `bounds.len()`
-/// columns and the last one count. Lower bounds are finite, zero lies within all bounds, and `free` names the unknowns that are
-/// expected between theirs.
+/// The minimiser of |X d - e|^2 over lower <= d <= upper, and that minimum; of `gram`, X'X of \[X | e\], the first
+/// `bounds.len()` columns and the last one count. Lower bounds are finite, zero lies within all bounds, and `free`
+/// names the unknowns that are expected between theirs.
 pub(crate) fn solve(gram: &Mat<f64>, bounds: &[(f64, f64)], free: &[usize]) -> (Vec<f64>, f64) {
     let problem = NormalEquations { gram };
     let d = minimise(&problem, bounds, bounds.iter().map(|(lower, _)| *lower).collect(), free);
@@ -127,7 +127,8 @@ pub(crate) fn solve(gram: &Mat<f64>, bounds: &[(f64, f64)], free: &[usize]) -> (
     (d, squares)
 }
 
-/// Solves R'R x = b for the factor of a positive definite matrix in place of b, or says which column depends on those before it.
+/// Solves R'R x = b for the factor of a positive definite matrix in place of b, or says which column depends on those
+/// before it.
 pub(crate) fn factor(size: usize, entry: impl Fn(usize, usize) -> f64) -> Result<Vec<f64>, usize> {
     let mut r = vec![0.0; size * size];
     for j in 0..size {

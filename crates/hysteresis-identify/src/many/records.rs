@@ -11,8 +11,8 @@ use crate::records::signal::bounds;
 
 /// Records of many actuators, equally long: one drive for all of them, or one for each.
 ///
-/// What is wrong with the position of one actuator, or with a drive of its own, is found when it is fitted: the others do not
-/// suffer.
+/// What is wrong with the position of one actuator, or with a drive of its own, is found when it is fitted: the others
+/// do not suffer.
 ///
 /// ```
 /// use hysteresis_identify::ManyRecords;
@@ -31,11 +31,12 @@ pub struct ManyRecords<'a> {
 }
 
 impl<'a> ManyRecords<'a> {
-    /// One `input` for all actuators; `positions` has as many samples for each of them, one actuator after the other. The first
-    /// `skip` samples set the memory only.
+    /// One `input` for all actuators; `positions` has as many samples for each of them, one actuator after the other.
+    /// The first `skip` samples set the memory only.
     ///
     /// # Errors
-    /// As [`Record::new`] for the input; [`RecordError::Length`] unless `positions` holds whole actuators, and at least one.
+    /// As [`Record::new`] for the input; [`RecordError::Length`] unless `positions` holds whole actuators, and at least
+    /// one.
     pub fn shared(input: &'a [f64], positions: &'a [f64], skip: usize) -> Result<Self, RecordError> {
         let samples = input.len();
         if skip >= samples {
@@ -46,12 +47,12 @@ impl<'a> ManyRecords<'a> {
         Self::whole(input, positions, samples, skip, true)
     }
 
-    /// `inputs` and `positions` have `samples` samples for each actuator, one actuator after the other. The first `skip` of each
-    /// set the memory only.
+    /// `inputs` and `positions` have `samples` samples for each actuator, one actuator after the other. The first
+    /// `skip` of each set the memory only.
     ///
     /// # Errors
-    /// [`RecordError::Skip`] if nothing is left to fit; [`RecordError::Length`] unless there are as many inputs as positions,
-    /// for whole actuators, and at least one.
+    /// [`RecordError::Skip`] if nothing is left to fit; [`RecordError::Length`] unless there are as many inputs as
+    /// positions, for whole actuators, and at least one.
     pub fn each(inputs: &'a [f64], positions: &'a [f64], samples: usize, skip: usize) -> Result<Self, RecordError> {
         if skip >= samples {
             return Err(RecordError::Skip { samples, got: skip });
@@ -134,7 +135,8 @@ pub struct ActuatorFit {
     pub range: f64,
     /// The standard deviation of the noise, as [`Identification::noise`](crate::Identification::noise) has it.
     pub noise: f64,
-    /// What makes record or result doubtful: the codes that [`identify`](crate::identify()) finds without dynamics and creep.
+    /// What makes record or result doubtful: the codes that [`identify`](crate::identify()) finds without dynamics and
+    /// creep.
     pub findings: Vec<BriefFinding>,
 }
 

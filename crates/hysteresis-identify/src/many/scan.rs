@@ -29,7 +29,8 @@ const MIN_INDEPENDENT_SHARE: f64 = 1e-9;
 /// The points of a scan: the starts of a single fit, and others spread evenly over the space; `size` is the size of the
 /// columns of one point.
 ///
-/// Additive recurrence with the powers of the root of x^(d+1) = x + 1, which fills d dimensions more evenly than chance.
+/// Additive recurrence with the powers of the root of x^(d+1) = x + 1, which fills d dimensions more evenly than
+/// chance.
 pub(crate) fn points(space: &Space, size: usize) -> Vec<Point> {
     let mut points = space.starts();
     let axes: Vec<_> = space.axes().iter().filter(|axis| axis.parameter != Parameter::DeadTime).collect();
@@ -102,8 +103,8 @@ impl Factored {
 /// A point of the scan with the derivatives of its columns.
 pub(crate) struct Candidate {
     factored: Factored,
-    /// One column after the other, about their means: those of the unknowns, and for each axis the derivatives of those of the
-    /// weights.
+    /// One column after the other, about their means: those of the unknowns, and for each axis the derivatives of those
+    /// of the weights.
     columns: Vec<f64>,
     /// Their products.
     gram: Mat<f64>,

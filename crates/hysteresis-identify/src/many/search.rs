@@ -1,7 +1,7 @@
 //! The fits of all actuators, shared out among threads, and what is reported of each.
 //!
-//! Of actuators with one drive, what depends on the drive alone is computed once for all of them. What comes out does not depend on how
-//! many threads there are.
+//! Of actuators with one drive, what depends on the drive alone is computed once for all of them. What comes out does
+//! not depend on how many threads there are.
 
 use std::ops::ControlFlow;
 use std::slice;
@@ -46,7 +46,8 @@ const ROUNDS: [(usize, usize); 3] = [(8, 4), (3, 4), (1, 8)];
 const LONG: usize = 60;
 const SHORT: usize = 15;
 
-/// On n samples an estimate is known to a share of 1/n of the sum of squares: so much of that is worth a pass, which is cheap here.
+/// On n samples an estimate is known to a share of 1/n of the sum of squares: so much of that is worth a pass, which is
+/// cheap here.
 const WORTH: f64 = 5e-4;
 
 /// With how many points the dead time is looked for.
@@ -251,7 +252,8 @@ struct Settled<'a> {
 }
 
 impl Settled<'_> {
-    /// What is reported; `fit_turned` fits the record with the sign of its position turned and says what sum of squares that leaves.
+    /// What is reported; `fit_turned` fits the record with the sign of its position turned and says what sum of squares
+    /// that leaves.
     fn report(&self, fit_turned: impl FnOnce(&Record<'_>) -> Result<f64, Error>) -> Result<ActuatorFit, Error> {
         let Self { options, space, basis, fit, .. } = *self;
         let (operators, linear) = (space.operators(&fit.point), space.linear_part(&fit.point));

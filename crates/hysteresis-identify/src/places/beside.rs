@@ -1,7 +1,8 @@
-//! What moves a place beside the operators, with either sign: something in the time of each drive, and a temperature behind its lag.
+//! What moves a place beside the operators, with either sign: something in the time of each drive, and a temperature
+//! behind its lag.
 //!
-//! Both are linear, so their amplitudes are found with the weights. What moves in the time of a drive is no part of the stage: it tells the
-//! equations apart from it.
+//! Both are linear, so their amplitudes are found with the weights. What moves in the time of a drive is no part of the
+//! stage: it tells the equations apart from it.
 
 use hysteresis_control::stage::TemperatureTerm;
 use hysteresis_core::Error as CoreError;
@@ -10,7 +11,8 @@ use crate::places::given::Given;
 use crate::places::rows::{Rows, value_at};
 use crate::records::signal::{as_f64, centred, rms};
 
-/// Drift begins this share of a drive after its start: at first fast, later as the logarithm of time, beside a constant rate.
+/// Drift begins this share of a drive after its start: at first fast, later as the logarithm of time, beside a constant
+/// rate.
 const DRIFT_BEGINS: f64 = 0.05;
 
 /// The step of derivatives by the thermal lag, as a share of it; at least a sample.
@@ -83,7 +85,8 @@ pub(crate) struct Beside {
     pub(crate) courses: Courses,
     /// The thermal lag in seconds, if there is a temperature.
     pub(crate) lag: Option<f64>,
-    /// The same with a lag that is a step longer, and the amplitudes of all these columns, if there is a derivative by the lag.
+    /// The same with a lag that is a step longer, and the amplitudes of all these columns, if there is a derivative by
+    /// the lag.
     pub(crate) ahead: Option<(Box<Self>, Vec<f64>)>,
 }
 
@@ -141,7 +144,8 @@ pub(crate) fn lag_step(lag: f64, dt: f64) -> f64 {
     (LAG_STEP * lag).max(dt)
 }
 
-/// How much of what a temperature adds changes with a small error of its lag: rms over all drives, about the mean of each.
+/// How much of what a temperature adds changes with a small error of its lag: rms over all drives, about the mean of
+/// each.
 pub(crate) fn moved_by(given: &Given<'_>, lag: f64, error: f64) -> f64 {
     let step = lag_step(lag, given.dt);
     let thetas = lagged(given, lag);

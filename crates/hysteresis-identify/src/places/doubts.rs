@@ -23,8 +23,8 @@ const MOST_WRONG: f64 = 0.02;
 const MOST_UNINFORMATIVE: f64 = 0.5;
 const MOST_DISTANCE: f64 = 0.01;
 
-/// A temperature is not told where its sensitivity, or what it adds, is uncertain by more than this share: of all lags the one is taken that
-/// suits what is left best, and by chance one of them comes to three standard errors.
+/// A temperature is not told where its sensitivity, or what it adds, is uncertain by more than this share: of all lags
+/// the one is taken that suits what is left best, and by chance one of them comes to three standard errors.
 const LEAST_TOLD: f64 = 0.25;
 
 /// A lag above this share of the longest that is searched is at its bound.
@@ -33,7 +33,8 @@ const LONGEST_LAG: f64 = 0.99;
 /// An equation in which no operator differs by more than this share of the drive range says nothing.
 pub(crate) const SAYS_NOTHING: f64 = 1e-3;
 
-/// Where no operator goes back, and one goes this share of the drive range, a length of this share of the longest does not go back.
+/// Where no operator goes back, and one goes this share of the drive range, a length of this share of the longest does
+/// not go back.
 const CLEAR_WAY: f64 = 0.1;
 
 /// Lengths alone are missed if they are by more than this share of what a straight line misses.
@@ -42,8 +43,8 @@ const MOST_MISSED: f64 = 0.25;
 /// Positions are not told where their uncertainty, rms, is more than this share of their range.
 const MOST_UNTOLD: f64 = 0.01;
 
-/// The beginning is this share of the time from the first instant to the last; it lies on no loop if mismatches there are so many times
-/// as large as later on.
+/// The beginning is this share of the time from the first instant to the last; it lies on no loop if mismatches there
+/// are so many times as large as later on.
 const BEGINNING: f64 = 0.1;
 const MOST_AT_THE_BEGINNING: f64 = 3.0;
 
@@ -113,8 +114,8 @@ pub(crate) fn check_signs(given: &Given<'_>, rows: &Rows, columns: usize) -> Res
     Ok(())
 }
 
-/// The finding about known lengths without pairs that the model hardly misses by less than a straight line does: one of them is wrong, or the
-/// stage did not begin virgin.
+/// The finding about known lengths without pairs that the model hardly misses by less than a straight line does: one of
+/// them is wrong, or the stage did not begin virgin.
 pub(crate) fn missed_lengths(given: &Given<'_>, errors: &[f64], left_out: &[usize]) -> Option<Finding> {
     let steps = given.drive_steps().skip(given.pairs.len());
     let all = steps.zip(given.lengths).zip(errors).enumerate();
@@ -139,7 +140,8 @@ pub(crate) fn rms_of_kept(errors: &[f64], left_out: &[usize]) -> f64 {
     rms(&kept(errors, left_out).collect::<Vec<_>>())
 }
 
-/// The finding about positions that pairs and lengths leave open, for their uncertainty over the range: standard error and distance of rivals.
+/// The finding about positions that pairs and lengths leave open, for their uncertainty over the range: standard error
+/// and distance of rivals.
 pub(crate) fn untold_positions(value: f64) -> Option<Finding> {
     let message = format!("positions along the drives are uncertain by {:.2} % of the range, rms", 100.0 * value);
     (value > MOST_UNTOLD).then(|| Finding::new(FindingCode::PositionsNotTold, value, MOST_UNTOLD, message))
@@ -172,8 +174,9 @@ fn beginning(given: &Given<'_>, weighed: &Weighed) -> Option<Finding> {
     all.max_by(|p, q| p.value.total_cmp(&q.value))
 }
 
-/// The finding about a temperature whose sensitivity or lag is not told, with their standard errors and the longest lag that was searched. One
-/// as long stands for another slow change. The error of a lag counts by what it changes: a lag of a few samples need not be told.
+/// The finding about a temperature whose sensitivity or lag is not told, with their standard errors and the longest lag
+/// that was searched. One as long stands for another slow change. The error of a lag counts by what it changes: a lag
+/// of a few samples need not be told.
 pub(crate) fn untold_temperature(
     given: &Given<'_>,
     term: &TemperatureTerm,

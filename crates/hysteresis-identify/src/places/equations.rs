@@ -1,4 +1,5 @@
-//! Rows of the equations: what the columns of a model, and its output's derivatives, differ by between the two instants of each.
+//! Rows of the equations: what the columns of a model, and its output's derivatives, differ by between the two instants
+//! of each.
 
 use crate::fit::tangent::Tangent;
 use crate::places::beside::Beside;

@@ -1,7 +1,8 @@
-//! What a model may have more than plays, creep and drift: a Duhem operator beside the plays, and a map in front of them.
+//! What a model may have more than plays, creep and drift: a Duhem operator beside the plays, and a map in front of
+//! them.
 //!
-//! Each is tried with the chosen model. The best stays if it predicts held-out pairs and lengths better by what it must gain; then the other
-//! is tried beside it. What is asked for is there without any trial.
+//! Each is tried with the chosen model. The best stays if it predicts held-out pairs and lengths better by what it must
+//! gain; then the other is tried beside it. What is asked for is there without any trial.
 
 use std::ops::ControlFlow;
 
@@ -16,12 +17,13 @@ use crate::places::space::{Axis, PlacePoint, PlaceSpace};
 use crate::places::validation::MANY_LENGTHS;
 use crate::terms::maps::MapModel;
 
-/// By which factor a Duhem operator must lower the mean square error of prediction, by pairs and by lengths alone. With pairs, which tell no
-/// place, simulated stages that need one gain 40 and more, and a Preisach stage that is predicted worse with it 1.9 to 3.2. With known loads cells
-/// that need one gain 3.2 to 30, and others 1.1 to 1.9.
+/// By which factor a Duhem operator must lower the mean square error of prediction, by pairs and by lengths alone. With
+/// pairs, which tell no place, simulated stages that need one gain 40 and more, and a Preisach stage that is predicted
+/// worse with it 1.9 to 3.2. With known loads cells that need one gain 3.2 to 30, and others 1.1 to 1.9.
 const MUST_GAIN_OF_DUHEM: (f64, f64) = (4.0, 2.5);
 
-/// A Duhem operator is tried where so much of the mean square of what pairs are missed by is alike from pair to pair; with lengths alone always.
+/// A Duhem operator is tried where so much of the mean square of what pairs are missed by is alike from pair to pair;
+/// with lengths alone always.
 const LEAST_ALIKE: f64 = 0.1;
 
 /// The bends at which the search of a map begins, beside none: saturation, and its opposite.
@@ -69,7 +71,8 @@ impl Further {
         }
     }
 
-    /// Whether it may be told. What is at the same place in front of a map is so behind it: many lengths alone tell one.
+    /// Whether it may be told. What is at the same place in front of a map is so behind it: many lengths alone tell
+    /// one.
     fn is_promising(self, given: &Given<'_>, chosen: &FoundPlace) -> bool {
         match self {
             Self::Duhem => left_to_explain(given, &chosen.weighed) > LEAST_ALIKE,
@@ -123,7 +126,8 @@ pub(crate) fn with_further(
     }
 }
 
-/// A model with more; where that is left open, none if it is not promising, if there are too few equations, or if it leaves no inverse.
+/// A model with more; where that is left open, none if it is not promising, if there are too few equations, or if it
+/// leaves no inverse.
 fn tried(
     search: &mut PlaceSearch<'_>,
     chosen: &FoundPlace,

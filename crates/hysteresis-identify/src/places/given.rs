@@ -1,4 +1,5 @@
-//! What is given in the place of a measured position: drives, pairs of instants at the same place, known lengths, and options.
+//! What is given in the place of a measured position: drives, pairs of instants at the same place, known lengths, and
+//! options.
 
 use hysteresis_core::{Ratios, is_admissible};
 
@@ -26,7 +27,8 @@ pub struct PlacePair {
     pub first: f64,
     /// The second instant.
     pub second: f64,
-    /// How uncertain the match is, as a standard deviation beside those of the other pairs: only ratios of these numbers count.
+    /// How uncertain the match is, as a standard deviation beside those of the other pairs: only ratios of these
+    /// numbers count.
     pub std: f64,
 }
 
@@ -60,7 +62,8 @@ pub struct KnownLength {
     pub to: f64,
     /// The distance, with its sign, in the unit of the position.
     pub length: f64,
-    /// Its standard deviation, in the unit of the position; without one it counts as a thousandth of the longest length.
+    /// Its standard deviation, in the unit of the position; without one it counts as a thousandth of the longest
+    /// length.
     pub std: Option<f64>,
 }
 
@@ -89,24 +92,27 @@ pub struct PlacesOptions {
     pub thresholds: Thresholds,
     /// The ratios of the modified model: given, or searched.
     pub ratios: Setting<Ratios>,
-    /// Where the operators have their zero, in the unit of the drive. For the conventional model that is where the stage was at rest
-    /// before the drives: it is searched where an equation sees it, and the middle of the drives otherwise.
+    /// Where the operators have their zero, in the unit of the drive. For the conventional model that is where the
+    /// stage was at rest before the drives: it is searched where an equation sees it, and the middle of the drives
+    /// otherwise.
     pub input_offset: Setting<f64>,
     /// What the position lags the drive, in seconds: searched up to a tenth of the shortest drive.
     pub dead_time: Setting<f64>,
     /// Which creep; [`CreepModel::Auto`] takes [`CreepModel::Slow`] if cross-validation over the pairs asks for it.
     pub creep: CreepModel,
-    /// How smooth the weights are: as [`Options::smoothness`](crate::Options::smoothness), for the drive differences of the pairs.
+    /// How smooth the weights are: as [`Options::smoothness`](crate::Options::smoothness), for the drive differences of
+    /// the pairs.
     pub smoothness: Setting<f64>,
-    /// Whether what is seen drifts against the stage while a drive goes on; none leaves it to cross-validation over the pairs. A drive
-    /// of n samples drifts by a s + b ln(1 + 20 s) / ln 21 with s = k / (n - 1). The drift is no part of the stage. With lengths alone
-    /// what is tried is what goes on of before the drive: a decay with each time constant of creep, and with that of warmth.
+    /// Whether what is seen drifts against the stage while a drive goes on; none leaves it to cross-validation over the
+    /// pairs. A drive of n samples drifts by a s + b ln(1 + 20 s) / ln 21 with s = k / (n - 1). The drift is no part of
+    /// the stage. With lengths alone what is tried is what goes on of before the drive: a decay with each time constant
+    /// of creep, and with that of warmth.
     pub drift: Option<bool>,
-    /// Whether a Duhem operator stands beside the plays, added or subtracted; none leaves it to cross-validation where what plays leave is not
-    /// noise alone. Its f is that of Bouc-Wen of exponent 1, and what it is on the way back.
+    /// Whether a Duhem operator stands beside the plays, added or subtracted; none leaves it to cross-validation where
+    /// what plays leave is not noise alone. Its f is that of Bouc-Wen of exponent 1, and what it is on the way back.
     pub duhem: Option<bool>,
-    /// The map of the drive in front of the hysteresis; [`MapModel::Auto`] has one if cross-validation asks for it, and there are at least
-    /// 16 lengths: pairs tell none.
+    /// The map of the drive in front of the hysteresis; [`MapModel::Auto`] has one if cross-validation asks for it, and
+    /// there are at least 16 lengths: pairs tell none.
     pub input_map: MapModel,
     /// The temperature at every sample of every drive, or none.
     pub temperatures: Vec<Vec<f64>>,

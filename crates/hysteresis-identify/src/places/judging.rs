@@ -21,7 +21,8 @@ const MARGIN: f64 = 1.02;
 /// The fewest equations that say something, for each parameter that is searched, and beside them.
 const EQUATIONS: (usize, usize) = (2, 4);
 
-/// Checks that enough equations say something, at the first start, and that none says what cannot be; returns the pairs that say nothing.
+/// Checks that enough equations say something, at the first start, and that none says what cannot be; returns the pairs
+/// that say nothing.
 pub(super) fn check_equations(search: &PlaceSearch<'_>, space: &PlaceSpace) -> Result<Vec<usize>, Error> {
     let given = &search.system.given;
     let starts = space.starts();
@@ -54,8 +55,8 @@ pub(super) fn simplest(candidates: &[PlacesCandidate]) -> usize {
     CrossValidation::good(&validations, MARGIN).next().unwrap_or(0)
 }
 
-/// How much every pair counts where candidates are judged: all by the same shares, those of the model that leaves least. Each by its own
-/// would let a model leave out the pairs that it does not explain.
+/// How much every pair counts where candidates are judged: all by the same shares, those of the model that leaves
+/// least. Each by its own would let a model leave out the pairs that it does not explain.
 fn judging_shares(found: &[FoundPlace]) -> &Shares {
     let left = |shares: &Shares| (shares.scales.pairs, shares.scales.lengths.unwrap_or(f64::INFINITY));
     let shares = found.iter().map(|one| &one.weighed.shares);
@@ -83,9 +84,9 @@ fn candidate(search: &PlaceSearch<'_>, found: &FoundPlace, shares: &Shares, opti
     }
 }
 
-/// The share of the mismatches of pairs that were kept that is alike from each to the next, by their later instants: no noise, but of what the
-/// model lacks. It counts from the rising branch to the falling one, or else from the earlier to the later instant, however a pair is written.
-/// Without pairs all of what is missed may be.
+/// The share of the mismatches of pairs that were kept that is alike from each to the next, by their later instants: no
+/// noise, but of what the model lacks. It counts from the rising branch to the falling one, or else from the earlier to
+/// the later instant, however a pair is written. Without pairs all of what is missed may be.
 pub(super) fn left_to_explain(given: &Given<'_>, weighed: &Weighed) -> f64 {
     if given.pairs.is_empty() {
         return 1.0;

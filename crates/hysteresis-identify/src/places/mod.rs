@@ -1,11 +1,12 @@
 //! Identification without a position sensor: from pairs of instants at the same place, and from known lengths.
 //!
-//! If y(t1) = y(t2), the outputs of the operators differ by rows D with D w = 0: an equation that is linear in the weights. A known length
-//! says D w = l. So non-negative least squares gives all weights at once, and what is not linear is searched as ever: input offset, ratios,
-//! dead time, creep.
+//! If y(t1) = y(t2), the outputs of the operators differ by rows D with D w = 0: an equation that is linear in the
+//! weights. A known length says D w = l. So non-negative least squares gives all weights at once, and what is not
+//! linear is searched as ever: input offset, ratios, dead time, creep.
 //!
 //! 1. `given` checks what came.
-//! 2. `space` names what is searched, `equations` has the `rows` of a point, `beside` what moves places beside the operators.
+//! 2. `space` names what is searched, `equations` has the `rows` of a point, `beside` what moves places beside the
+//!    operators.
 //! 3. `weighing` finds the best weights for rows, whatever some pairs say; `search` the best point.
 //! 4. `judging` says how each model predicts pairs that were not fitted (`validation`): so model, creep, drift and
 //!    smoothness are chosen, and by `further` what else the model has.
@@ -49,18 +50,21 @@ use crate::terms::operators::ModelKind;
 
 /// Identifies a stage from pairs of instants at the same place and from known lengths, without a position sensor.
 ///
-/// Every pair says D w = 0 and every length D w = l, with D the difference of the operators' outputs, behind creep and dead time, between the two
-/// instants. Weights w >= 0 follow by least squares with a robust loss, so that a few wrong pairs do no harm; input offset,
-/// dead time and whatever else `options` leaves open are searched. Which model, whether there is creep, whether what is seen drifts,
-/// and how smooth the weights are is chosen by cross-validation over the pairs. The lengths alone set the scale.
+/// Every pair says D w = 0 and every length D w = l, with D the difference of the operators' outputs, behind creep and
+/// dead time, between the two instants. Weights w >= 0 follow by least squares with a robust loss, so that a few wrong
+/// pairs do no harm; input offset, dead time and whatever else `options` leaves open are searched. Which model, whether
+/// there is creep, whether what is seen drifts, and how smooth the weights are is chosen by cross-validation over the
+/// pairs. The lengths alone set the scale.
 ///
 /// Beside the plays there may be a Duhem operator, and in front of them a map, which lengths alone tell.
 ///
-/// With temperatures T the position has the further term kappa (theta - T at the first sample), theta' = (T - theta) / tau.
+/// With temperatures T the position has the further term kappa (theta - T at the first sample), theta' = (T - theta) /
+/// tau.
 ///
-/// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. Every drive starts from rest at the input
-/// offset, and from there at its first sample. So the input offset of plays is what was before: near the first drive for a stage that
-/// begins virgin, halfway to the last load for one that was loaded. `proceed` is called between steps; [`ControlFlow::Break`] stops.
+/// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. Every drive starts from rest
+/// at the input offset, and from there at its first sample. So the input offset of plays is what was before: near the
+/// first drive for a stage that begins virgin, halfway to the last load for one that was loaded. `proceed` is called
+/// between steps; [`ControlFlow::Break`] stops.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -89,8 +93,9 @@ use crate::terms::operators::ModelKind;
 /// ```
 ///
 /// # Errors
-/// [`Error::Core`] or [`Error::Record`] for drives, pairs, lengths or options outside their domain, [`Error::TooFewPairs`] if too few of the
-/// pairs and lengths say anything, [`Error::TooFewLengths`] if there are no pairs and too few lengths, [`Error::Interrupted`] when `proceed` said so.
+/// [`Error::Core`] or [`Error::Record`] for drives, pairs, lengths or options outside their domain,
+/// [`Error::TooFewPairs`] if too few of the pairs and lengths say anything, [`Error::TooFewLengths`] if there are no
+/// pairs and too few lengths, [`Error::Interrupted`] when `proceed` said so.
 pub fn identify_places(
     drives: &[&[f64]],
     pairs: &[PlacePair],
@@ -138,8 +143,8 @@ fn as_options(options: &PlacesOptions) -> Options {
     }
 }
 
-/// The models to try, the simplest first. Creep that the drives are too short for is not tried. Lengths alone are not taken to drift, but by
-/// what goes on of what was before: they have a temperature for that.
+/// The models to try, the simplest first. Creep that the drives are too short for is not tried. Lengths alone are not
+/// taken to drift, but by what goes on of what was before: they have a temperature for that.
 fn models(options: &PlacesOptions, given: &Given<'_>) -> Vec<(ModelKind, CreepModel, DriftModel)> {
     let kinds = options.model.map_or_else(|| ModelKind::ALL.to_vec(), |model| vec![model]);
     let creeps = match &options.creep {

@@ -1,4 +1,5 @@
-//! What comes out of the chosen model: its numbers with their standard errors, what the others say beside it, and findings.
+//! What comes out of the chosen model: its numbers with their standard errors, what the others say beside it, and
+//! findings.
 
 use hysteresis_control::linear::Creep;
 use hysteresis_control::stage::TemperatureTerm;
@@ -176,8 +177,8 @@ fn warnings(
     warnings
 }
 
-/// The trust in each of the models that were tried, which say these positions along the drives; none in one whose weights are open. In one
-/// that has all of the chosen one and more it is less, by what is `left` to explain.
+/// The trust in each of the models that were tried, which say these positions along the drives; none in one whose
+/// weights are open. In one that has all of the chosen one and more it is less, by what is `left` to explain.
 fn trusts(candidates: &[PlacesCandidate], chosen: usize, positions: &[Vec<Vec<f64>>], left: f64) -> Vec<f64> {
     let CrossValidation { rmse, rounding, .. } = &candidates[chosen].validation;
     let trust = |(one, said): (&PlacesCandidate, &Vec<Vec<f64>>)| {
@@ -205,7 +206,8 @@ fn rivals(given: &Given<'_>, all: &[FoundPlace], chosen: usize, trusts: &[f64]) 
     others(all, chosen, trusts).map(rival).collect()
 }
 
-/// How far from the positions of the chosen model the others are along a drive, rms, by the trust in each; the most of all drives.
+/// How far from the positions of the chosen model the others are along a drive, rms, by the trust in each; the most of
+/// all drives.
 fn apart(positions: &[Vec<Vec<f64>>], chosen: usize, trusts: &[f64]) -> f64 {
     let of_drive = |(drive, own): (usize, &Vec<f64>)| {
         let others = others(positions, chosen, trusts).map(|(other, trust)| (other[drive].clone(), trust));

@@ -51,8 +51,8 @@ impl PlacesCandidate {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PlacesIdentification {
-    /// The hysteresis, in front of creep and dead time. Pairs do not tell an offset: the position is 0 at the first sample of the
-    /// first drive.
+    /// The hysteresis, in front of creep and dead time. Pairs do not tell an offset: the position is 0 at the first
+    /// sample of the first drive.
     #[cfg_attr(feature = "serde", serde(with = "crate::saved::model"))]
     pub model: Model,
     /// The ratios of its thresholds; [`Ratios::PLAY`] for the conventional model.
@@ -72,7 +72,8 @@ pub struct PlacesIdentification {
     pub position_range: (f64, f64),
     /// How far apart the model is at the two instants of every pair, in the unit of the position.
     pub mismatches: Vec<f64>,
-    /// The robust standard deviation of the mismatches, for a pair of middling uncertainty: of the matching, and of what the model lacks.
+    /// The robust standard deviation of the mismatches, for a pair of middling uncertainty: of the matching, and of
+    /// what the model lacks.
     pub mismatch: f64,
     /// Modelled minus known length, for every length.
     pub length_errors: Vec<f64>,
@@ -91,7 +92,8 @@ pub struct PlacesIdentification {
     pub dead_time_std: f64,
     /// Standard errors of the searched amplitudes of creep.
     pub creep_std: Vec<f64>,
-    /// The amplitudes of the drift in every drive, see [`PlacesOptions::drift`](crate::PlacesOptions::drift); empty without.
+    /// The amplitudes of the drift in every drive, see [`PlacesOptions::drift`](crate::PlacesOptions::drift); empty
+    /// without.
     pub drift_amplitudes: Vec<Vec<f64>>,
     /// What the temperature adds, if temperatures were given: nothing at the first sample of the first drive.
     pub temperature: Option<TemperatureTerm>,
@@ -118,8 +120,9 @@ impl PlacesIdentification {
         Verdict::of(&self.warnings)
     }
 
-    /// By how much what is seen has drifted at every sample of a drive, in the unit of the position: it adds to the position of the stage,
-    /// but for an offset. Zero without a drift, and it goes to zero where it is what goes on of before the drive.
+    /// By how much what is seen has drifted at every sample of a drive, in the unit of the position: it adds to the
+    /// position of the stage, but for an offset. Zero without a drift, and it goes to zero where it is what goes on of
+    /// before the drive.
     ///
     /// # Errors
     /// [`hysteresis_core::Error::Whole`] for a number that no drive has.
@@ -130,8 +133,8 @@ impl PlacesIdentification {
         Ok(self.courses.of(self.drift_amplitudes.get(drive).map_or(&[], Vec::as_slice), samples))
     }
 
-    /// The position for a drive that starts from the virgin state and at rest at its first value, sampled every [`dt`](Self::dt), at the
-    /// temperature of the first sample.
+    /// The position for a drive that starts from the virgin state and at rest at its first value, sampled every
+    /// [`dt`](Self::dt), at the temperature of the first sample.
     ///
     /// # Errors
     /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
@@ -140,14 +143,16 @@ impl PlacesIdentification {
         Ok(self.chain.response(input, self.dt).into_iter().map(|y| self.output_offset + y).collect())
     }
 
-    /// The standard deviation of every sample of [`predict`](Self::predict): the root of the sum of two squares. One is what errors of the
-    /// pairs and of the lengths make of it. The other is how far the [`candidates`](Self::candidates) are from it, root mean square over
-    /// all of them, the chosen one with distance zero. Each counts by the square of its trust: the rms error that the chosen one leaves of pairs
-    /// that were not fitted over the one that it leaves. Those that have all terms of the chosen one and more count less: the square of
-    /// their distance by the share of the mismatches that is alike from pair to pair, and no noise. What all of them lack comes on top.
+    /// The standard deviation of every sample of [`predict`](Self::predict): the root of the sum of two squares. One is
+    /// what errors of the pairs and of the lengths make of it. The other is how far the
+    /// [`candidates`](Self::candidates) are from it, root mean square over all of them, the chosen one with distance
+    /// zero. Each counts by the square of its trust: the rms error that the chosen one leaves of pairs that were not
+    /// fitted over the one that it leaves. Those that have all terms of the chosen one and more count less: the square
+    /// of their distance by the share of the mismatches that is alike from pair to pair, and no noise. What all of them
+    /// lack comes on top.
     ///
-    /// Pairs do not tell an offset. So it is that of the position about its mean over the input; with lengths alone, from the first sample
-    /// of the first drive.
+    /// Pairs do not tell an offset. So it is that of the position about its mean over the input; with lengths alone,
+    /// from the first sample of the first drive.
     ///
     /// # Errors
     /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
@@ -184,7 +189,8 @@ impl PlacesIdentification {
         self.chain.operators.path.map.as_ref()?.map(0.0).ok()
     }
 
-    /// The parts of the stage: hysteresis, creep, dead time, and what is known of them. It has no sensor, so no noise of one.
+    /// The parts of the stage: hysteresis, creep, dead time, and what is known of them. It has no sensor, so no noise
+    /// of one.
     #[must_use]
     pub fn stage_parts(&self) -> StageParts {
         let hysteresis = ModifiedPrandtlIshlinskii::from(self.model.clone());

@@ -1,13 +1,13 @@
 //! What a model lacks, as far as the other models that were tried say it.
 //!
-//! Standard errors know the errors of pairs and lengths alone. Where no model is right, those that explain the pairs about as well say different
-//! positions: so far apart the truth may be, too. The square of the distance of a model counts by the square of its trust, what the chosen one leaves of pairs
-//! that it was not fitted to over what this one does: a model that explains them badly says little. One that counts little makes the mean of
-//! the others no smaller.
+//! Standard errors know the errors of pairs and lengths alone. Where no model is right, those that explain the pairs
+//! about as well say different positions: so far apart the truth may be, too. The square of the distance of a model
+//! counts by the square of its trust, what the chosen one leaves of pairs that it was not fitted to over what this one
+//! does: a model that explains them badly says little. One that counts little makes the mean of the others no smaller.
 //!
-//! A model that has all terms of the chosen one and more explains the pairs no better than chance, or it were chosen. So its distance is the
-//! noise of the terms that it has more, and says of what the chosen one lacks as much as is left to explain: its square counts by the share
-//! of the mismatches that is alike from pair to pair.
+//! A model that has all terms of the chosen one and more explains the pairs no better than chance, or it were chosen.
+//! So its distance is the noise of the terms that it has more, and says of what the chosen one lacks as much as is left
+//! to explain: its square counts by the share of the mismatches that is alike from pair to pair.
 
 use crate::fit::response::Chain;
 use crate::records::signal::{bounds, bounds_of};
@@ -34,21 +34,22 @@ pub(crate) fn is_open(positions: &[Vec<f64>], chosen: &[Vec<f64>]) -> bool {
     range(positions) > MOST_RANGE * range(chosen)
 }
 
-/// The trust in a model for what the chosen one and it leave of pairs that were not fitted; what is below `rounding` is all the same.
+/// The trust in a model for what the chosen one and it leave of pairs that were not fitted; what is below `rounding` is
+/// all the same.
 pub(crate) fn trust(chosen: f64, left: f64, rounding: f64) -> f64 {
     (chosen.max(rounding) / left.max(rounding).max(f64::MIN_POSITIVE)).min(1.0)
 }
 
-/// The share of the mean square of values in their order that is alike from each to the next: 0 for noise, 1 for what goes on smoothly (von
-/// Neumann, Ann. Math. Stat. 12, 367, 1941).
+/// The share of the mean square of values in their order that is alike from each to the next: 0 for noise, 1 for what
+/// goes on smoothly (von Neumann, Ann. Math. Stat. 12, 367, 1941).
 pub(crate) fn alike(values: &[f64]) -> f64 {
     let squares: f64 = values.iter().map(|value| value * value).sum();
     let steps: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
     if squares > 0.0 { (1.0 - 0.5 * steps / squares).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// How far from positions the others are: the root of the mean square of all models, each by the square of the trust in it, the chosen one
-/// among them.
+/// How far from positions the others are: the root of the mean square of all models, each by the square of the trust in
+/// it, the chosen one among them.
 pub(crate) fn distances<'a>(positions: &[f64], others: impl Iterator<Item = (Vec<f64>, &'a f64)>) -> Vec<f64> {
     let mut squares = vec![0.0; positions.len()];
     let mut weight = 1.0;

@@ -23,7 +23,8 @@ const SHORTENED: usize = 4;
 /// A step that lowers the cost by a smaller share is the last.
 const LAST: f64 = 1e-4;
 
-/// So smooth are the weights during the search, where smoothness is left to cross-validation: it keeps what pairs do not tell in place.
+/// So smooth are the weights during the search, where smoothness is left to cross-validation: it keeps what pairs do
+/// not tell in place.
 pub(crate) const SEARCH_SMOOTHNESS: f64 = 1e-3;
 
 /// The share of the pairs that a look at starts counts: those that match best.
@@ -72,8 +73,8 @@ impl PlaceSearch<'_> {
         Law::new(space, point, smoothness, self.unit)
     }
 
-    /// A space without the input offset where that says nothing: that of plays is where they were before the drives, and equations behind a
-    /// large loop see nothing of it.
+    /// A space without the input offset where that says nothing: that of plays is where they were before the drives,
+    /// and equations behind a large loop see nothing of it.
     pub(crate) fn told(&self, space: PlaceSpace) -> PlaceSpace {
         if !space.axes.contains(&Axis::InputOffset) || space.model == ModelKind::Modified {
             return space;

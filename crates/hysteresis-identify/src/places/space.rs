@@ -1,6 +1,8 @@
-//! What is searched beside the weights: input offset, ratios, the shape of a Duhem operator, a map, dead time and creep; and the model at such a point.
+//! What is searched beside the weights: input offset, ratios, the shape of a Duhem operator, a map, dead time and
+//! creep; and the model at such a point.
 //!
-//! The amplitude of that operator is linear, as weights are: of unit f at 0 it has a column of its own, the last beside the operators.
+//! The amplitude of that operator is linear, as weights are: of unit f at 0 it has a column of its own, the last beside
+//! the operators.
 
 use hysteresis_control::stage::TemperatureTerm;
 use hysteresis_core::Ratios;
@@ -32,7 +34,8 @@ const MOST_CREEP: f64 = 0.3;
 /// The ratio rb/ra at which the search begins, too.
 const FURTHER_RATIO: f64 = 0.8;
 
-/// Steps of the derivatives: of the input offset as a share of the drive range, of a ratio, and of the shape of a Duhem operator or of a map.
+/// Steps of the derivatives: of the input offset as a share of the drive range, of a ratio, and of the shape of a Duhem
+/// operator or of a map.
 const OFFSET_STEP: f64 = 1e-3;
 const RATIO_STEP: f64 = 1e-2;
 const SHAPE_STEP: f64 = 1e-2;
@@ -278,7 +281,8 @@ impl PlaceSpace {
         others.into_iter().chain(further).chain(last).collect()
     }
 
-    /// Operators of all shapes at a point; and with the input offset of a stage that begins virgin, as plays that fail may have moved it.
+    /// Operators of all shapes at a point; and with the input offset of a stage that begins virgin, as plays that fail
+    /// may have moved it.
     pub(crate) fn shapes_at(&self, point: &PlacePoint) -> Vec<PlacePoint> {
         let is_open = self.axes.contains(&Axis::InputOffset) && point.input_offset != self.first_drive;
         let virgin = is_open.then(|| point.with(Axis::InputOffset, self.first_drive));
@@ -362,7 +366,8 @@ impl PlaceSpace {
         }
     }
 
-    /// The columns beside the operators at a point; with the derivative by the lag if all amplitudes are given, weights first.
+    /// The columns beside the operators at a point; with the derivative by the lag if all amplitudes are given, weights
+    /// first.
     pub(crate) fn beside(&self, point: &PlacePoint, amplitudes: Option<&[f64]>) -> Beside {
         let is_searched = self.axes.contains(&Axis::ThermalLag);
         let ahead = amplitudes.filter(|_| is_searched).map(|amplitudes| {
@@ -373,8 +378,8 @@ impl PlaceSpace {
         Beside { courses: self.courses(point), lag: self.has_temperature.then_some(point.thermal_lag), ahead }
     }
 
-    /// The model at a point, the column of a Duhem operator first of the slopes; with derivatives along its axes if all amplitudes are given,
-    /// weights first.
+    /// The model at a point, the column of a Duhem operator first of the slopes; with derivatives along its axes if all
+    /// amplitudes are given, weights first.
     pub(crate) fn tangent(&self, point: &PlacePoint, amplitudes: Option<&[f64]>) -> Tangent {
         let amplitude = amplitudes.map_or(0.0, |all| self.amplitude(all));
         let slope = |axis: &Axis| {
@@ -412,7 +417,8 @@ mod tests {
     use crate::places::equations::Equations;
     use crate::places::given::KnownLength;
 
-    /// What the column of the thermal lag says is what all columns beside the operators change by: those of what settles, too.
+    /// What the column of the thermal lag says is what all columns beside the operators change by: those of what
+    /// settles, too.
     #[test]
     fn the_derivative_by_the_thermal_lag_is_that_of_all_columns() {
         let drives: Vec<Vec<f64>> =
@@ -449,7 +455,8 @@ mod tests {
         }
     }
 
-    /// The column of a Duhem operator is that of unit f, and what it puts out goes into the derivatives: by its shape, and by the input offset.
+    /// The column of a Duhem operator is that of unit f, and what it puts out goes into the derivatives: by its shape,
+    /// and by the input offset.
     #[test]
     fn the_derivatives_by_the_shape_of_a_duhem_operator_are_those_of_its_column() {
         let drive: Vec<f64> =

@@ -1,11 +1,11 @@
 //! How far weights and searched parameters may be from the truth.
 //!
-//! The root of a covariance that allows for mismatches that are alike: with J the weighted rows about the fit and g_f the sum of J_i e_i
-//! over cluster f, X = (J'J)^-1 (g_1, g_2, ...), and X X' is the covariance (Liang and Zeger, Biometrika 73, 13, 1986).
-//! Mismatches are alike on neighbouring lines, where images move; and at one place of all lines, where windows of a match see the
-//! same. So pairs are clustered along the time and along the drive, finely and coarsely, and the clusters that leave positions least certain count:
-//! clusters that cut through what is alike claim too little.
-//! Known lengths are independent, each with its own standard deviation.
+//! The root of a covariance that allows for mismatches that are alike: with J the weighted rows about the fit and g_f
+//! the sum of J_i e_i over cluster f, X = (J'J)^-1 (g_1, g_2, ...), and X X' is the covariance (Liang and Zeger,
+//! Biometrika 73, 13, 1986). Mismatches are alike on neighbouring lines, where images move; and at one place of all
+//! lines, where windows of a match see the same. So pairs are clustered along the time and along the drive, finely and
+//! coarsely, and the clusters that leave positions least certain count: clusters that cut through what is alike claim
+//! too little. Known lengths are independent, each with its own standard deviation.
 
 use faer::Mat;
 
@@ -83,8 +83,9 @@ fn clusterings(given: &Given<'_>) -> Vec<Vec<usize>> {
     counts.flat_map(|count| [of(&by_time, count), of(&by_drive, count)]).collect()
 }
 
-/// What the position at some samples of each drive changes by with the columns of a tangent and its searched parameters: about its mean
-/// where there are pairs, which tell no offset, and from the first sample of the first drive where there are lengths alone.
+/// What the position at some samples of each drive changes by with the columns of a tangent and its searched
+/// parameters: about its mean where there are pairs, which tell no offset, and from the first sample of the first drive
+/// where there are lengths alone.
 fn gradients(given: &Given<'_>, tangent: &Tangent) -> Vec<Vec<Vec<f64>>> {
     let width = tangent.columns + tangent.slopes.len();
     let mut first: Option<Vec<f64>> = None;
@@ -236,11 +237,12 @@ fn scores(
     scores
 }
 
-/// Lengths that say nothing of themselves tell how uncertain they are if there are so many more than unknowns that they tell.
+/// Lengths that say nothing of themselves tell how uncertain they are if there are so many more than unknowns that they
+/// tell.
 const TELLING: usize = 5;
 
-/// By what factor the lengths miss the model more than they say themselves; 1 if they do not. Where none says how uncertain it is, by what
-/// factor they miss it more or less than is taken for that.
+/// By what factor the lengths miss the model more than they say themselves; 1 if they do not. Where none says how
+/// uncertain it is, by what factor they miss it more or less than is taken for that.
 fn length_inflation(search: &PlaceSearch<'_>, found: &FoundPlace, unknowns: usize) -> f64 {
     let shares = &found.weighed.shares.of_lengths;
     let errors = found.weighed.length_errors.iter().zip(&search.system.length_deviations);

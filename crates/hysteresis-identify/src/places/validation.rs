@@ -16,7 +16,8 @@ const ROUNDING: f64 = 1e-9;
 /// From so many lengths on these are held out, too.
 pub(crate) const MANY_LENGTHS: usize = 2 * FOLDS;
 
-/// The stretch of every equation: pairs in order of their earlier instants, lengths in turn; none for lengths that all stretches need.
+/// The stretch of every equation: pairs in order of their earlier instants, lengths in turn; none for lengths that all
+/// stretches need.
 pub(crate) fn stretches(search: &PlaceSearch<'_>, count: usize) -> Vec<Option<usize>> {
     let given = &search.system.given;
     let mut order: Vec<usize> = (0..given.pairs.len()).collect();

@@ -1,12 +1,14 @@
 //! The linear half: the best weights for rows, with pairs and lengths that lie far from the others counted less.
 //!
-//! With D the rows of the pairs, L those of the lengths l, r and s their standard deviations, the weights w >= 0 minimise
+//! With D the rows of the pairs, L those of the lengths l, r and s their standard deviations, the weights w >= 0
+//! minimise
 //!
 //! sum_i q_i (D_i w / r_i)^2 + sum_k q_k (scale / s_k)^2 (L_k w - l_k)^2 + penalty,
 //!
-//! where `scale` is the standard deviation of D_i w / r_i and q the share that a robust loss leaves of a pair or a length (Huber, Ann. Math.
-//! Stat. 35, 73, 1964; Beaton and Tukey, Technometrics 16, 147, 1974). Pairs say that a difference is 0, which a smaller scale of all weights
-//! always suits better: so the lengths alone set the scale in the end.
+//! where `scale` is the standard deviation of D_i w / r_i and q the share that a robust loss leaves of a pair or a
+//! length (Huber, Ann. Math. Stat. 35, 73, 1964; Beaton and Tukey, Technometrics 16, 147, 1974). Pairs say that a
+//! difference is 0, which a smaller scale of all weights always suits better: so the lengths alone set the scale in the
+//! end.
 
 use faer::Mat;
 
@@ -23,7 +25,8 @@ use crate::terms::weights::{WeightBasis, WeightLaw, penalty};
 const HUBER: f64 = 1.345;
 const BISQUARE: f64 = 4.685;
 
-/// A scale below this share of the longest length is taken for it: nobody matches places more exactly, and what is left is of the model.
+/// A scale below this share of the longest length is taken for it: nobody matches places more exactly, and what is left
+/// is of the model.
 pub(crate) const FINEST: f64 = 1e-4;
 
 /// With so many lengths more than unknowns that they tell, one that is wrong is told from the others.
@@ -216,8 +219,8 @@ impl<'a> System<'a> {
         if self.pairs() == 0 { unknowns } else { 1 }
     }
 
-    /// The robust standard deviation of the distances of lengths. Weights come close to as many lengths as there are unknowns that these tell,
-    /// wrong or not: so it takes more of them to accuse one.
+    /// The robust standard deviation of the distances of lengths. Weights come close to as many lengths as there are
+    /// unknowns that these tell, wrong or not: so it takes more of them to accuse one.
     fn length_scale(&self, weighed: &Weighed, law: &Law) -> Option<f64> {
         let lengths = weighed.length_errors.len();
         let weights = law.unknowns_of(&weighed.weights);
@@ -239,8 +242,8 @@ impl<'a> System<'a> {
         robust_deviation(&saying).max(FINEST * self.given.longest())
     }
 
-    /// What the search minimises: the loss of every pair and of every length; half their squares, over their variances, where none can be
-    /// accused.
+    /// What the search minimises: the loss of every pair and of every length; half their squares, over their variances,
+    /// where none can be accused.
     pub(crate) fn cost(&self, weighed: &Weighed, (loss, scales): (RobustLoss, Scales)) -> f64 {
         let of_length = |distance: f64| match scales.lengths {
             Some(scale) => scale * scale * loss.of(distance / scale),

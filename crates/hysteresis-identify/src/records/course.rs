@@ -43,7 +43,8 @@ impl Course {
         Self::Some { rows, turns }
     }
 
-    /// The same with every reversal, also those in the dead band: then thinned rows are those of all samples, bit for bit.
+    /// The same with every reversal, also those in the dead band: then thinned rows are those of all samples, bit for
+    /// bit.
     #[cfg(test)]
     pub(crate) fn with_all_turns(mut self, input: &[f64]) -> Self {
         if let Self::Some { turns: Some(all), .. } = &mut self {
@@ -124,8 +125,8 @@ fn is_used(k: usize, stride: usize) -> bool {
     k % stride == place as usize
 }
 
-/// In order: the first one, and of a course that is thinned the turns and, for each row, the sample that acts on it behind a dead time of
-/// `whole` samples and the one before. Without such a course all samples.
+/// In order: the first one, and of a course that is thinned the turns and, for each row, the sample that acts on it
+/// behind a dead time of `whole` samples and the one before. Without such a course all samples.
 pub(crate) struct SeenSamples<'a> {
     samples: usize,
     thinned: Option<(&'a Course, &'a [usize])>,

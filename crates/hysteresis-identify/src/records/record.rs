@@ -75,12 +75,12 @@ impl<'a> Record<'a> {
         Ok(Self { dt: Some(dt), ..self })
     }
 
-    /// The same record with the time at which every sample was taken, in seconds. They change no fit, and are no sampling
-    /// interval: it is said if they are uneven, and a fit refuses those that contradict the interval.
+    /// The same record with the time at which every sample was taken, in seconds. They change no fit, and are no
+    /// sampling interval: it is said if they are uneven, and a fit refuses those that contradict the interval.
     ///
     /// # Errors
-    /// [`RecordError::Length`] unless there is one for each sample, [`RecordError::NotFinite`] for a NaN, an infinity or a
-    /// magnitude beyond 1e100, [`RecordError::TimeOrder`] unless they increase.
+    /// [`RecordError::Length`] unless there is one for each sample, [`RecordError::NotFinite`] for a NaN, an infinity
+    /// or a magnitude beyond 1e100, [`RecordError::TimeOrder`] unless they increase.
     pub fn at_times(self, times: &'a [f64]) -> Result<Self, RecordError> {
         if times.len() != self.input.len() {
             return Err(RecordError::Length { argument: "times", expected: self.input.len(), got: times.len() });
@@ -94,19 +94,21 @@ impl<'a> Record<'a> {
 
     /// Refuses times whose usual step is not this sampling interval: whatever has a time would be wrong by their ratio.
     fn check_step(&self, dt: f64) -> Result<(), RecordError> {
-        /// Two clocks are never the same: a quartz is 1e-4 off, what times a microcontroller without one about this share.
+        /// Two clocks are never the same: a quartz is 1e-4 off, what times a microcontroller without one about this
+        /// share.
         const CLOCK: f64 = 0.01;
         let Some(times) = self.times.filter(|times| times.len() > 1) else { return Ok(()) };
         let UsualStep { step: got, jitter } = usual_step(times, times.len() - 1);
         if (got - dt).abs() <= CLOCK * dt + jitter { Ok(()) } else { Err(RecordError::TimeStep { expected: dt, got }) }
     }
 
-    /// The same record with samples whose output is wrong: their input sets the memory like every other, but their output is not
-    /// fitted and enters no metric.
+    /// The same record with samples whose output is wrong: their input sets the memory like every other, but their
+    /// output is not fitted and enters no metric.
     ///
     /// # Errors
     /// [`RecordError::LeftOut`] unless they are strictly increasing, from `skip` on and of the record, and
-    /// [`RecordError::Constant`] or [`RecordError::SmallRange`] if what is left of the output is constant, hardly varies or is nothing.
+    /// [`RecordError::Constant`] or [`RecordError::SmallRange`] if what is left of the output is constant, hardly
+    /// varies or is nothing.
     ///
     /// ```
     /// use hysteresis_identify::Record;
@@ -231,8 +233,8 @@ pub(crate) fn check_varies(argument: &'static str, (low, high): (f64, f64)) -> R
 /// The longest dead time that is searched, as a share of the shortest record.
 const MAX_DEAD_TIME_SHARE: f64 = 0.1;
 
-/// The earliest that an output may be, in samples, where dynamics are fitted: rows that pair a drive with the position at
-/// the end of its interval have -1.
+/// The earliest that an output may be, in samples, where dynamics are fitted: rows that pair a drive with the position
+/// at the end of its interval have -1.
 const MIN_DEAD_TIME_SAMPLES: f64 = -1.5;
 
 /// The sampling interval of every record, in seconds; or 1, in samples, if none is known.

@@ -112,8 +112,8 @@ pub(crate) struct UsualStep {
     pub(crate) jitter: f64,
 }
 
-/// The usual step of times: the median of mean steps over 50 samples, or over `most` if these are fewer. Gaps do not move it, jitter and
-/// rounded times hardly.
+/// The usual step of times: the median of mean steps over 50 samples, or over `most` if these are fewer. Gaps do not
+/// move it, jitter and rounded times hardly.
 pub(crate) fn usual_step(times: &[f64], most: usize) -> UsualStep {
     const SAMPLES: usize = 50;
     /// The times at both ends of a mean may be off by so many usual distances of a step from the usual one.
@@ -190,8 +190,8 @@ impl Line {
     }
 }
 
-/// What least squares makes of a signal with a mean and these columns, without the mean; a column that the others make up is
-/// left out.
+/// What least squares makes of a signal with a mean and these columns, without the mean; a column that the others make
+/// up is left out.
 pub(crate) fn projection(values: &[f64], columns: &[Vec<f64>]) -> Vec<f64> {
     /// What is left of a column of unit deviation if the others make it up.
     const DEPENDENT: f64 = 1e-6;
@@ -298,9 +298,11 @@ pub(crate) fn as_f64(count: usize) -> f64 {
     count as f64
 }
 
-/// The noise of the sensor: the white part of what is left, from second differences, of the record that has least of it.
+/// The noise of the sensor: the white part of what is left, from second differences, of the record that has least of
+/// it.
 ///
-/// What the model lacks changes slowly from sample to sample. Records below fifty samples count only if no record is longer.
+/// What the model lacks changes slowly from sample to sample. Records below fifty samples count only if no record is
+/// longer.
 pub(crate) fn sensor_noise(left: &[Vec<f64>]) -> f64 {
     const FEWEST: usize = 50;
     let white = |values: &Vec<f64>| {

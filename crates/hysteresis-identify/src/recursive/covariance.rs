@@ -1,5 +1,5 @@
-//! The covariance of recursive least squares as P = U D U', U unit upper triangular, D diagonal; and the nearest point within lower bounds
-//! in its metric.
+//! The covariance of recursive least squares as P = U D U', U unit upper triangular, D diagonal; and the nearest point
+//! within lower bounds in its metric.
 
 /// The covariance in factors, and the room to change them in.
 ///
@@ -251,9 +251,9 @@ impl Bounds {
 
     /// Writes to `x` the minimiser of (x - estimate)' P^-1 (x - estimate) over x >= lower: whether it came to it.
     ///
-    /// From the unknowns that were at their bounds last time, the last one on the wrong side changes sides until there is
-    /// none, which ends from any start (Murty, Linear Algebra and its Applications 9, 1974). Most projections take no
-    /// change; if [`MAX_CHANGES`] do not suffice, the next one goes on from here.
+    /// From the unknowns that were at their bounds last time, the last one on the wrong side changes sides until there
+    /// is none, which ends from any start (Murty, Linear Algebra and its Applications 9, 1974). Most projections take
+    /// no change; if [`MAX_CHANGES`] do not suffice, the next one goes on from here.
     pub(crate) fn project(
         &mut self,
         covariance: &mut Covariance,

@@ -25,25 +25,26 @@ const MIN_SLOPE: f64 = 1.0 / MAX_MAGNITUDE;
 /// The weights of a model that follow the measurements of a running actuator: recursive least squares with forgetting.
 ///
 /// y(k) = `output_offset` + sum_i w_i z_i(k), z_i the operators of the given model at u - `input_offset`, through the
-/// dynamics behind the hysteresis if there are any: thresholds stay, weights and output offset are estimated. Of a split
-/// model max(0, z_i) and min(0, z_i) count with weights of their own. At every sample
+/// dynamics behind the hysteresis if there are any: thresholds stay, weights and output offset are estimated. Of a
+/// split model max(0, z_i) and min(0, z_i) count with weights of their own. At every sample
 ///
 /// ```text
 /// s = z' P z,   g = P z / (forgetting + s),   w <- w + g (y - z' w),   P <- (P - g z' P) / forgetting
 /// ```
 ///
-/// with P = U D U' kept in factors (Bierman 1977), which rounding cannot make indefinite. At forgetting = 1 the result is
-/// that of least squares over all samples, the given model counting as 1 / `covariance`.
+/// with P = U D U' kept in factors (Bierman 1977), which rounding cannot make indefinite. At forgetting = 1 the result
+/// is that of least squares over all samples, the given model counting as 1 / `covariance`.
 ///
-/// **Covariance.** What is not excited would be forgotten without bound. So at every sample that forgets, one unknown in
-/// turn is measured at its own estimate, which changes no weight, with the noise that keeps its information at
-/// 1 / `covariance_limit` (the cyclic regularisation of Gunnarsson, CDC 1996): no eigenvalue of P exceeds the larger of
+/// **Covariance.** What is not excited would be forgotten without bound. So at every sample that forgets, one unknown
+/// in turn is measured at its own estimate, which changes no weight, with the noise that keeps its information at 1 /
+/// `covariance_limit` (the cyclic regularisation of Gunnarsson, CDC 1996): no eigenvalue of P exceeds the larger of
 /// `covariance` and `covariance_limit`, over forgetting^m for m unknowns, and in the long run `covariance_limit`
 /// decides alone. At standstill the identifier freezes as a whole: [`Frozen::PoorExcitation`].
 ///
 /// **Model.** The published weights are the nearest to the estimate, in the metric of P^-1, of those that are not
-/// negative, the identity weight at least [`MIN_IDENTITY_SHARE`](crate::MIN_IDENTITY_SHARE) of the given one: its inverse exists at every sample.
-/// The estimate itself stays free, so a weight that is zero for a while costs no accuracy later.
+/// negative, the identity weight at least [`MIN_IDENTITY_SHARE`](crate::MIN_IDENTITY_SHARE) of the given one: its
+/// inverse exists at every sample. The estimate itself stays free, so a weight that is zero for a while costs no
+/// accuracy later.
 ///
 /// [`update`](Self::update) does not allocate, lock, panic, log or read a clock.
 ///
@@ -72,8 +73,8 @@ pub struct RecursiveIdentifier {
     pub(crate) input_offset: f64,
     /// The output offset, if it is held; else zero, and it is the last unknown.
     held_offset: f64,
-    /// The columns of the weights, and 1 for an offset that is fitted: in the order of the bounds, as all of the following
-    /// but for the prior.
+    /// The columns of the weights, and 1 for an offset that is fitted: in the order of the bounds, as all of the
+    /// following but for the prior.
     pub(crate) regressor: Box<[f64]>,
     /// The weights of the given model and its offset, as they are fitted: w_i times the scale.
     pub(crate) prior: Box<[f64]>,
@@ -134,8 +135,9 @@ impl RecursiveIdentifier {
         Ok(identifier)
     }
 
-    /// Takes a row of a record: the input `u` and the output `y` read as it is put out. Returns the prediction error: y minus what the model of
-    /// before predicts, in the unit of the output; the last one again if the sample is not finite.
+    /// Takes a row of a record: the input `u` and the output `y` read as it is put out. Returns the prediction error: y
+    /// minus what the model of before predicts, in the unit of the output; the last one again if the sample is not
+    /// finite.
     pub fn update(&mut self, u: f64, y: f64) -> f64 {
         self.frozen = self.learn(u, y);
         if self.frozen == Some(Frozen::NotFinite) {
@@ -187,8 +189,8 @@ impl RecursiveIdentifier {
         None
     }
 
-    /// The weights of the model: the nearest to the estimate that have an inverse. If they are not found yet, or out of all
-    /// proportion, the last ones stay.
+    /// The weights of the model: the nearest to the estimate that have an inverse. If they are not found yet, or out of
+    /// all proportion, the last ones stay.
     fn publish(&mut self) {
         let others = [&mut *self.regressor, &mut *self.published];
         let nearest = self.bounds.project(&mut self.covariance, &mut self.estimate, others, &mut self.candidate);
@@ -225,7 +227,8 @@ impl RecursiveIdentifier {
         if n < self.unknowns() { self.published[self.bounds.place(n)] } else { self.held_offset }
     }
 
-    /// The model as of the last sample: the given one with other weights and output offset. Its inverse exists. Allocates.
+    /// The model as of the last sample: the given one with other weights and output offset. Its inverse exists.
+    /// Allocates.
     #[must_use]
     pub fn model(&self) -> Model {
         let offsets = Offsets { input: self.input_offset, output: self.output_offset() };
@@ -262,8 +265,8 @@ impl RecursiveIdentifier {
         self.regressor.len()
     }
 
-    /// The covariance of the estimate, m rows of m numbers, in units of the variance of the measurement noise: the weights
-    /// in the order of [`weights`](Self::weights), then the output offset if it is fitted. Allocates.
+    /// The covariance of the estimate, m rows of m numbers, in units of the variance of the measurement noise: the
+    /// weights in the order of [`weights`](Self::weights), then the output offset if it is fitted. Allocates.
     #[must_use]
     pub fn covariance(&self) -> Vec<f64> {
         let m = self.unknowns();
@@ -304,14 +307,14 @@ pub struct RecursiveOptions {
     pub forgetting: f64,
     /// Fit the output offset of the model as one more unknown, as a sensor has one, or hold it.
     pub output_offset: Setting<f64>,
-    /// The variance of every unknown at the start, in units of the variance of the measurement noise, the unknowns being
-    /// w_i X and the output offset. X is the largest threshold, rounded up to a power of two. The default lets the samples
-    /// alone decide; with 1 the model counts as one sample of full range.
+    /// The variance of every unknown at the start, in units of the variance of the measurement noise, the unknowns
+    /// being w_i X and the output offset. X is the largest threshold, rounded up to a power of two. The default lets
+    /// the samples alone decide; with 1 the model counts as one sample of full range.
     pub covariance: f64,
     /// The variance that forgetting may bring back, in the same units.
     pub covariance_limit: f64,
-    /// The linear dynamics between the hysteresis and the measurement with their dead time, and the sampling interval in
-    /// seconds; without any the measurement follows the input at once.
+    /// The linear dynamics between the hysteresis and the measurement with their dead time, and the sampling interval
+    /// in seconds; without any the measurement follows the input at once.
     pub dynamics: Option<(LinearDynamics, f64)>,
 }
 
@@ -351,9 +354,9 @@ impl RecursiveOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Frozen {
-    /// The sample says less than forgetting would lose: its leverage z' P z is below 1.25 (1 - forgetting). One regressor
-    /// repeated for ever, as at standstill, comes to 1 - forgetting; m independent ones average m times that. Nothing is
-    /// forgotten meanwhile. Never at forgetting = 1.
+    /// The sample says less than forgetting would lose: its leverage z' P z is below 1.25 (1 - forgetting). One
+    /// regressor repeated for ever, as at standstill, comes to 1 - forgetting; m independent ones average m times that.
+    /// Nothing is forgotten meanwhile. Never at forgetting = 1.
     PoorExcitation,
     /// Input or output, or what follows from them, is not a finite number (or beyond 1e100). The sample is counted as
     /// rejected; a good input moves the operators all the same.

@@ -100,8 +100,8 @@ impl Regressors {
         }
     }
 
-    /// The least that identities may weigh, and the most that all operators may: of a split operator the smaller and the
-    /// greater weight.
+    /// The least that identities may weigh, and the most that all operators may: of a split operator the smaller and
+    /// the greater weight.
     pub(crate) fn identity_and_sum(&self, weight: impl Fn(usize) -> f64) -> (f64, f64) {
         let n = self.operators.len();
         let mut others = (n..).zip(self.columns.iter().skip(n)).peekable();

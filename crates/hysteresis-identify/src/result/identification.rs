@@ -33,8 +33,8 @@ pub struct Identification {
     /// [`modes`](Self::modes).
     #[cfg_attr(feature = "serde", serde(with = "crate::saved::dynamics"))]
     pub dynamics: Option<Dynamics>,
-    /// Several modes in parallel behind it, from the lowest frequency up; their gains sum to 1. None where there is one, which
-    /// the [`dynamics`](Self::dynamics) are.
+    /// Several modes in parallel behind it, from the lowest frequency up; their gains sum to 1. None where there is
+    /// one, which the [`dynamics`](Self::dynamics) are.
     #[cfg_attr(feature = "serde", serde(default, with = "crate::saved::modes"))]
     pub modes: Option<Modes>,
     /// The creep, if there is one.
@@ -52,10 +52,9 @@ pub struct Identification {
     pub dead_time: Option<f64>,
     /// The same in samples; none for records of several sampling intervals.
     pub dead_time_samples: Option<f64>,
-    /// How much later slow motion is seen: the dead time and the lag of the dynamics (2 zeta / w, or the time constant; of several
-    /// modes the sum, each times its gain)
-    /// together, in seconds; in samples for records without a sampling interval. Records of slow motion tell it better than
-    /// either.
+    /// How much later slow motion is seen: the dead time and the lag of the dynamics (2 zeta / w, or the time constant;
+    /// of several modes the sum, each times its gain) together, in seconds; in samples for records without a sampling
+    /// interval. Records of slow motion tell it better than either.
     pub lag: f64,
     /// The sampling interval of every record in seconds; empty if there is none.
     pub dt: Vec<f64>,
@@ -71,8 +70,8 @@ pub struct Identification {
     /// The quality over the fitted samples of every record.
     pub record_fits: Vec<Quality>,
     /// The samples of every record that were taken for glitches and left out of the fit, in order: see
-    /// [`Options::loss`](crate::Options::loss). They enter neither [`fit`](Self::fit) nor anything else that is said of the
-    /// fit.
+    /// [`Options::loss`](crate::Options::loss). They enter neither [`fit`](Self::fit) nor anything else that is said of
+    /// the fit.
     pub left_out_samples: Vec<Vec<usize>>,
     /// The standard deviation of what is left: the root of the sum of their squares over the number of
     /// samples less that of unknowns, in the unit of the output.
@@ -83,7 +82,8 @@ pub struct Identification {
     /// How far the next record may be from what the model predicts; none in results of releases that knew no bands.
     #[cfg_attr(feature = "serde", serde(default))]
     pub error_band: Option<ErrorBand>,
-    /// By how much the weights miss the conditions of Karush, Kuhn and Tucker for the best ones at these other parameters: the largest derivative of the sum of squares that a permitted change of a weight would follow
+    /// By how much the weights miss the conditions of Karush, Kuhn and Tucker for the best ones at these other
+    /// parameters: the largest derivative of the sum of squares that a permitted change of a weight would follow
     /// downhill, as a share of the product of the norms of its column and of the data. Rounding: 1e-13 or less.
     pub kkt_residual: f64,
     /// How far the parameters may be from the truth.
@@ -98,15 +98,15 @@ pub struct Identification {
     pub weights_validation: Vec<CrossValidation>,
     /// What cross-validation said of every number of operators, if it chose; else empty.
     pub cross_validation: Vec<CrossValidation>,
-    /// What cross-validation said of the terms that it might leave out, the best of every kind, the simplest kind first; empty
-    /// if there was nothing to choose.
+    /// What cross-validation said of the terms that it might leave out, the best of every kind, the simplest kind
+    /// first; empty if there was nothing to choose.
     pub terms_validation: Vec<CrossValidation>,
     /// What cross-validation said of every smoothness with as many operators as the model has, if it chose; else empty.
     pub smoothness_validation: Vec<CrossValidation>,
     /// How many passes over the records, whole or thinned, the search took.
     pub evaluations: usize,
-    /// What these records cannot tell and what the model left in them: the findings of [`diagnose`](crate::diagnose), those
-    /// about the linear part, and what a fit with the sign of the position turned says.
+    /// What these records cannot tell and what the model left in them: the findings of [`diagnose`](crate::diagnose),
+    /// those about the linear part, and what a fit with the sign of the position turned says.
     pub warnings: Vec<Finding>,
     /// Whether the search was stopped: the model is the best until then, its weights the best for its thresholds.
     pub partial: bool,
@@ -120,8 +120,9 @@ pub struct Identification {
 }
 
 impl Identification {
-    /// The output for an input that starts from the virgin state and at rest at its first value: that of the model through
-    /// creep, dynamics and dead time, with the output offset of the first record. The input is sampled like that record.
+    /// The output for an input that starts from the virgin state and at rest at its first value: that of the model
+    /// through creep, dynamics and dead time, with the output offset of the first record. The input is sampled like
+    /// that record.
     ///
     /// # Errors
     /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
@@ -133,8 +134,8 @@ impl Identification {
     /// those have no sampling interval.
     ///
     /// # Errors
-    /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100; also for a `dt` that is not finite and
-    /// above 0.
+    /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100; also for a `dt` that is not
+    /// finite and above 0.
     pub fn predict_at(&self, input: &[f64], dt: f64) -> Result<Vec<f64>, RecordError> {
         check_finite("input", input)?;
         check_finite("dt", if dt > 0.0 { &[] } else { &[f64::NAN] })?;
@@ -154,13 +155,14 @@ impl Identification {
         self.dt.first().copied().unwrap_or(1.0)
     }
 
-    /// How far noise alone may move every sample of [`predict`](Self::predict): no band that holds the next record, as what the model lacks
-    /// comes on top, and the noise of a measurement.
+    /// How far noise alone may move every sample of [`predict`](Self::predict): no band that holds the next record, as
+    /// what the model lacks comes on top, and the noise of a measurement.
     ///
-    /// It is a standard deviation in the unit of the output, from the covariance of everything that was fitted, linearised at the fit. Like the [`standard_errors`](Self::standard_errors) it allows for residuals that are correlated
-    /// in time. What was given, and what lies at a bound (a weight of zero, a ratio at its
-    /// limit), counts as known. So does what the records do not tell at all: where the input goes further than they
-    /// did, the truth may be further away.
+    /// It is a standard deviation in the unit of the output, from the covariance of everything that was fitted,
+    /// linearised at the fit. Like the [`standard_errors`](Self::standard_errors) it allows for residuals that are
+    /// correlated in time. What was given, and what lies at a bound (a weight of zero, a ratio at its limit), counts as
+    /// known. So does what the records do not tell at all: where the input goes further than they did, the truth may be
+    /// further away.
     ///
     /// # Errors
     /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100.
@@ -169,8 +171,9 @@ impl Identification {
         Ok(self.spread.of(input, self.interval()))
     }
 
-    /// How far above and below [`predict_at`](Self::predict_at) a sample of another record lies with probability `level`, the offset of that
-    /// record apart: what the model lacks and the noise of the sensor together, from the [`error_band`](Self::error_band).
+    /// How far above and below [`predict_at`](Self::predict_at) a sample of another record lies with probability
+    /// `level`, the offset of that record apart: what the model lacks and the noise of the sensor together, from the
+    /// [`error_band`](Self::error_band).
     ///
     /// ```
     /// use std::ops::ControlFlow;
@@ -189,8 +192,8 @@ impl Identification {
         self.error_band.as_ref().ok_or(stage::Error::NoBand)?.half_widths(input, &[], dt, level)
     }
 
-    /// The noise of the sensor: the white part of the residuals, of the record that has least of it. Where the model lacks
-    /// something it is below [`noise`](Self::noise).
+    /// The noise of the sensor: the white part of the residuals, of the record that has least of it. Where the model
+    /// lacks something it is below [`noise`](Self::noise).
     #[must_use]
     pub fn sensor_noise(&self) -> f64 {
         self.sensor_noise.unwrap_or(self.noise)
@@ -226,7 +229,8 @@ impl Identification {
     }
 
     /// How well the model predicts records that it was not fitted to: [`validate`](Self::validate) for each, with its
-    /// output offset if that is given. A drive beyond the identified range becomes one of the [`warnings`](Self::warnings).
+    /// output offset if that is given. A drive beyond the identified range becomes one of the
+    /// [`warnings`](Self::warnings).
     pub fn validate_all(&mut self, records: &[(Record<'_>, Option<f64>)]) -> Vec<Quality> {
         let beyond = |(place, (record, _)): (usize, &(Record<'_>, Option<f64>))| {
             let found = self.extrapolation(record.input())?;
@@ -257,16 +261,17 @@ impl Identification {
         }
     }
 
-    /// Measured minus modelled output of a record, all its samples: of the record number `fitted` of those that were fitted,
-    /// or the rest of it, with its output offset and the creep that was under way; of any other record with what suits it best, as
-    /// [`validate`](Self::validate) has it.
+    /// Measured minus modelled output of a record, all its samples: of the record number `fitted` of those that were
+    /// fitted, or the rest of it, with its output offset and the creep that was under way; of any other record with
+    /// what suits it best, as [`validate`](Self::validate) has it.
     #[must_use]
     pub fn residuals(&self, record: &Record<'_>, fitted: Option<usize>) -> Vec<f64> {
         let own = fitted.and_then(|place| self.output_offsets.get(place).map(|offset| (place, *offset)));
         self.left_by(record, own)
     }
 
-    /// The residuals with the creep under way and the output offset of a fitted record, or with those that suit it best.
+    /// The residuals with the creep under way and the output offset of a fitted record, or with those that suit it
+    /// best.
     fn left_by(&self, record: &Record<'_>, own: Option<(usize, f64)>) -> Vec<f64> {
         let dt = self.interval_of(record);
         let left = |response: Vec<f64>| record.output().iter().zip(response).map(|(y, p)| y - p).collect::<Vec<_>>();
@@ -287,9 +292,9 @@ impl Identification {
         record.dt().unwrap_or(self.chain.dt)
     }
 
-    /// Whether the plays have an inverse. Weights are never negative, and an identity has a weight, so the only obstacles are given
-    /// thresholds without zero, and weights that are all zero: the position falls where the drive rises, or follows a Duhem operator
-    /// alone, beside which they need none.
+    /// Whether the plays have an inverse. Weights are never negative, and an identity has a weight, so the only
+    /// obstacles are given thresholds without zero, and weights that are all zero: the position falls where the drive
+    /// rises, or follows a Duhem operator alone, beside which they need none.
     ///
     /// # Errors
     /// [`hysteresis_core::Error::NotInvertible`] with the weight at fault.
@@ -309,8 +314,8 @@ pub(crate) fn judged(record: &Record<'_>, residuals: &[f64]) -> Quality {
 }
 
 impl Identification {
-    /// The stage that was identified: [`stage_parts`](Self::stage_parts) as they are. It has no limits of its own: what is made
-    /// from it stays within the drives of the records.
+    /// The stage that was identified: [`stage_parts`](Self::stage_parts) as they are. It has no limits of its own: what
+    /// is made from it stays within the drives of the records.
     ///
     /// # Errors
     /// [`stage::Error`] for parts that no stage may have.
@@ -318,11 +323,12 @@ impl Identification {
         Stage::new(self.stage_parts())
     }
 
-    /// The parts of the stage that was identified: hysteresis, creep, dynamics, dead time, noise, and what is known of them.
-    /// Limits, slew, units and the sources of the records are left to the caller. A stage counts in seconds: of records without
-    /// a sampling interval the dead time is left out, and a warning of the stage says so.
+    /// The parts of the stage that was identified: hysteresis, creep, dynamics, dead time, noise, and what is known of
+    /// them. Limits, slew, units and the sources of the records are left to the caller. A stage counts in seconds: of
+    /// records without a sampling interval the dead time is left out, and a warning of the stage says so.
     ///
-    /// The forward model of that stage, settled at the first drive, gives the rows that [`predict`](Self::predict) gives.
+    /// The forward model of that stage, settled at the first drive, gives the rows that [`predict`](Self::predict)
+    /// gives.
     ///
     /// ```
     /// use std::ops::ControlFlow;
@@ -357,7 +363,8 @@ impl Identification {
         }
     }
 
-    /// The dead time of the stage: less than half a sample early is noise, as no stage is early; more is a finding, and stays.
+    /// The dead time of the stage: less than half a sample early is noise, as no stage is early; more is a finding, and
+    /// stays.
     fn causal_dead_time(&self) -> f64 {
         let half = 0.5 * self.dt.iter().copied().fold(f64::INFINITY, f64::min);
         self.dead_time.filter(|time| *time >= 0.0 || *time < -half).unwrap_or(0.0)

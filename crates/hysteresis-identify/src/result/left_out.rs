@@ -58,18 +58,17 @@ impl LeftOutSolution {
 }
 
 impl Identification {
-    /// Fits the weights and output offsets anew without each loop, at the thresholds, input offset, maps, dead time, dynamics and creep found,
-    /// and predicts the loop that was left out: a model that only remembers its records does worse there. An output map is linearised at the
-    /// weights found.
+    /// Fits the weights and output offsets anew without each loop, at the thresholds, input offset, maps, dead time,
+    /// dynamics and creep found, and predicts the loop that was left out: a model that only remembers its records does
+    /// worse there. An output map is linearised at the weights found.
     ///
     /// A loop leads from one maximum of the input to the next. Maxima are those from which the input comes down, and to
     /// which it went up, by a twentieth of its range at least. What comes before the first maximum of a record belongs
     /// to its first loop, what comes after the last to its last. Of more than 200 loops, neighbours are left out
     /// together. A record of one loop has, while that is left out, the output offset that suits it best.
     ///
-    /// `records` are those that were fitted, and what was left out of them counts for no loop; others, of another number or other
-    /// lengths, are judged likewise. One pass with a QR, and a small problem for
-    /// every loop.
+    /// `records` are those that were fitted, and what was left out of them counts for no loop; others, of another
+    /// number or other lengths, are judged likewise. One pass with a QR, and a small problem for every loop.
     ///
     /// # Errors
     /// [`Error::TooFewLoops`] for fewer than two, [`Error::Core`] if the dead time is not below the length of every
@@ -80,8 +79,8 @@ impl Identification {
         self.left_out(records, &loops, |pass, solutions| Ok(pass.judge(solutions)))
     }
 
-    /// What every stretch of loops leaves with the weights that all other stretches ask for, for every sample of every record; NaN
-    /// where nothing is fitted.
+    /// What every stretch of loops leaves with the weights that all other stretches ask for, for every sample of every
+    /// record; NaN where nothing is fitted.
     ///
     /// Stretches are long, so that what is held out differs from what stays.
     pub(crate) fn held_out_residuals(&self, records: &[Record<'_>]) -> Result<Vec<Vec<f64>>, Error> {
@@ -179,8 +178,8 @@ impl Pass<'_> {
         samples.clone().filter(|k| left_out.binary_search(k).is_err())
     }
 
-    /// Goes to the fitted samples of every loop, in order; `take` gets the loop, the sample, what of the output is known there beside the
-    /// columns (that of an output map, linearised at the fit) and the columns.
+    /// Goes to the fitted samples of every loop, in order; `take` gets the loop, the sample, what of the output is
+    /// known there beside the columns (that of an output map, linearised at the fit) and the columns.
     fn walk(&self, mut take: impl FnMut(usize, usize, f64, &[f64])) {
         let start = |place: usize| self.tangent.rows(self.records[place].input(), self.intervals[place], None);
         let (mut last, mut rows) = (0, start(0));
@@ -280,8 +279,8 @@ impl Pass<'_> {
     }
 }
 
-/// What is solved for any loops: the columns that the records have of their own, the law, the rows that ask for smooth weights, and the
-/// noise of a sample.
+/// What is solved for any loops: the columns that the records have of their own, the law, the rows that ask for smooth
+/// weights, and the noise of a sample.
 struct LeaveOneOut<'a> {
     own: &'a OwnColumns,
     basis: &'a WeightBasis,
@@ -295,8 +294,8 @@ const ROUNDING: f64 = 1e-12;
 impl LeaveOneOut<'_> {
     /// The solution of all loops, then those without each of them.
     ///
-    /// The triangles of several loops, one below the other, are those of all their samples. So with the triangles of all
-    /// loops before and of all loops after each, a loop is left out without taking anything away.
+    /// The triangles of several loops, one below the other, are those of all their samples. So with the triangles of
+    /// all loops before and of all loops after each, a loop is left out without taking anything away.
     fn solutions(&self, triangles: &[Mat<f64>], record: impl Fn(usize) -> usize) -> Vec<LeftOutSolution> {
         let count = triangles.len();
         let mut after = vec![Mat::zeros(0, triangles[0].ncols())];
@@ -318,8 +317,8 @@ impl LeaveOneOut<'_> {
         found
     }
 
-    /// The least norms of the columns of the unknowns that tell them: with less, noise alone would make them larger than the data of all
-    /// loops, as of a play that moves in the largest loop only.
+    /// The least norms of the columns of the unknowns that tell them: with less, noise alone would make them larger
+    /// than the data of all loops, as of a play that moves in the largest loop only.
     fn least_norms(&self, all: &Mat<f64>) -> Vec<f64> {
         let (a, b) = below_own(all, self.own.len());
         let size = b.iter().map(|b| b * b).sum::<f64>().sqrt();
@@ -327,8 +326,8 @@ impl LeaveOneOut<'_> {
         a.col_iter().map(|column| share * column.norm_l2()).collect()
     }
 
-    /// The best weights and offsets, without what a record has of its own that has no samples among these; zero for the unknowns whose
-    /// columns have less than their least norm.
+    /// The best weights and offsets, without what a record has of its own that has no samples among these; zero for the
+    /// unknowns whose columns have less than their least norm.
     fn solve(&self, factor: &Mat<f64>, without: Option<usize>, like: &[f64], least: &[f64]) -> LeftOutSolution {
         let Self { own, basis, penalty, .. } = *self;
         let dropped: Vec<usize> = without.map_or_else(Vec::new, |place| own.of_record(place).collect());

@@ -6,9 +6,10 @@ use crate::records::signal::{as_f64, bounds, turns};
 
 /// The errors of a model over fitted samples, in the unit of the output.
 ///
-/// e(k) = y(k) - prediction(k); skipped samples do not count, and neither do those that were left out as glitches. For several records together the samples are pooled,
-/// `range` is the largest range of any record (their output offsets differ, so a joint peak-to-peak would mean nothing),
-/// and the loop width is that of the record with the largest error of it.
+/// e(k) = y(k) - prediction(k); skipped samples do not count, and neither do those that were left out as glitches. For
+/// several records together the samples are pooled, `range` is the largest range of any record (their output offsets
+/// differ, so a joint peak-to-peak would mean nothing), and the loop width is that of the record with the largest error
+/// of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

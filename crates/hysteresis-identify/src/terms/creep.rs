@@ -17,8 +17,8 @@ const BEYOND: f64 = 10.0;
 /// The shortest time constant, in samples: what is faster belongs to the dynamics.
 const FASTEST_SAMPLES: f64 = 30.0;
 
-/// The shortest time constant of log-type creep, in samples: its span may begin earlier than it can be told, as all terms
-/// share one amplitude.
+/// The shortest time constant of log-type creep, in samples: its span may begin earlier than it can be told, as all
+/// terms share one amplitude.
 const FASTEST_LOGARITHMIC_SAMPLES: f64 = 3.0;
 
 /// Where slow creep of log-type begins, in seconds.
@@ -27,15 +27,16 @@ const SLOW: f64 = 0.1;
 /// Terms a decade apart: the longest time constant, as a share of the record. A term that is slower is a drift.
 const SLOWEST_SHARE: f64 = 1.0 / 3.0;
 
-/// The time constants of creep that has an amplitude for every decade, and how much longer than the longest record they may be.
+/// The time constants of creep that has an amplitude for every decade, and how much longer than the longest record they
+/// may be.
 const DECADES: [f64; 5] = [0.01, 0.1, 1.0, 10.0, 100.0];
 const SLOWEST_OF_DECADES: f64 = 3.0;
 
 /// How many amplitudes are searched at most.
 pub(crate) const MAX_AMPLITUDES: usize = 12;
 
-/// Which creep to fit behind the hysteresis: y(k) = h(k) + sum_j c_j q_j(k), q_j(k+1) = a_j q_j(k) + (1 - a_j) h(k), with
-/// a_j = exp(-dt / tau_j). The time constants tau_j are known, the amplitudes c_j are searched.
+/// Which creep to fit behind the hysteresis: y(k) = h(k) + sum_j c_j q_j(k), q_j(k+1) = a_j q_j(k) + (1 - a_j) h(k),
+/// with a_j = exp(-dt / tau_j). The time constants tau_j are known, the amplitudes c_j are searched.
 ///
 /// ```
 /// use hysteresis_identify::{CreepModel, Options};
@@ -49,21 +50,22 @@ pub enum CreepModel {
     None,
     /// No creep in the model; but a record whose start is not fitted may still creep from what was before it.
     UnderWay,
-    /// [`EveryDecade`](Self::EveryDecade), [`SlowAndFast`](Self::SlowAndFast), [`Slow`](Self::Slow) or [`UnderWay`](Self::UnderWay), as
-    /// cross-validation over stretches of the records asks for; none without a sampling interval.
+    /// [`EveryDecade`](Self::EveryDecade), [`SlowAndFast`](Self::SlowAndFast), [`Slow`](Self::Slow) or
+    /// [`UnderWay`](Self::UnderWay), as cross-validation over stretches of the records asks for; none without a
+    /// sampling interval.
     #[default]
     Auto,
-    /// Log-type creep from 0.1 s on: [`Logarithmic`](Self::Logarithmic) without its terms below. Those are hard to tell from a
-    /// dead time.
+    /// Log-type creep from 0.1 s on: [`Logarithmic`](Self::Logarithmic) without its terms below. Those are hard to tell
+    /// from a dead time.
     Slow,
     /// The same with terms from 10 ms to 0.1 s, which share an amplitude of their own.
     SlowAndFast,
-    /// Creep of any course from 10 ms to 100 s, as by a power of time: a term at 10 ms, 100 ms, 1 s, ..., each with an amplitude of its
-    /// own, as far as the records are long enough for it and sampled often enough.
+    /// Creep of any course from 10 ms to 100 s, as by a power of time: a term at 10 ms, 100 ms, 1 s, ..., each with an
+    /// amplitude of its own, as far as the records are long enough for it and sampled often enough.
     EveryDecade,
-    /// Log-type creep, y(t) = h (1 + gamma log10(t / t0)) after a step: terms of equal amplitude at time constants evenly
-    /// spaced on a logarithmic axis, as [`Creep::logarithmic`] has them. One parameter, gamma, is searched. The span is
-    /// 10 ms to 100 s, but not beyond ten times the longest record, and not below three samples.
+    /// Log-type creep, y(t) = h (1 + gamma log10(t / t0)) after a step: terms of equal amplitude at time constants
+    /// evenly spaced on a logarithmic axis, as [`Creep::logarithmic`] has them. One parameter, gamma, is searched. The
+    /// span is 10 ms to 100 s, but not beyond ten times the longest record, and not below three samples.
     Logarithmic {
         /// How many terms; two per decade unless given.
         terms: Option<usize>,
@@ -107,7 +109,8 @@ impl CreepBasis {
         gathered
     }
 
-    /// Log-type creep from `start` on, and not below three samples, to 100 s, but not beyond ten times the longest record.
+    /// Log-type creep from `start` on, and not below three samples, to 100 s, but not beyond ten times the longest
+    /// record.
     fn logarithmic(start: f64, terms: Option<usize>, seconds: f64, dt: f64) -> Result<Self, Error> {
         let domain = |expected, got| Error::domain("creep", None, expected, got);
         let (start, end) = (start.max(FASTEST_LOGARITHMIC_SAMPLES * dt), SPAN.1.min(BEYOND * seconds));
@@ -167,10 +170,11 @@ impl CreepModel {
         !matches!(self, Self::None | Self::UnderWay | Self::Auto)
     }
 
-    /// The largest amplitude that is searched, per unit of its parameter: as a share of the position, per decade for log-type creep.
+    /// The largest amplitude that is searched, per unit of its parameter: as a share of the position, per decade for
+    /// log-type creep.
     ///
-    /// Piezoelectric ceramics creep by 1 to 2 % a decade, soft polymers by several. What nobody asked for must not stand in, with more
-    /// than that, for operators that the model lacks.
+    /// Piezoelectric ceramics creep by 1 to 2 % a decade, soft polymers by several. What nobody asked for must not
+    /// stand in, with more than that, for operators that the model lacks.
     pub(crate) fn largest(&self) -> f64 {
         match self {
             Self::Auto | Self::Slow | Self::SlowAndFast | Self::EveryDecade => 0.2,
@@ -178,8 +182,8 @@ impl CreepModel {
         }
     }
 
-    /// The creep that may be under way when a record begins whose start is not fitted: log-type, where creep of that kind is
-    /// searched or left open and the records are long enough; else none.
+    /// The creep that may be under way when a record begins whose start is not fitted: log-type, where creep of that
+    /// kind is searched or left open and the records are long enough; else none.
     pub(crate) fn underway(&self, seconds: f64, dt: f64) -> CreepBasis {
         let of = |model: &Self| model.basis(seconds, dt).unwrap_or_default();
         match self {

@@ -25,8 +25,8 @@ pub enum Order {
 pub enum DynamicsModel {
     /// None.
     None,
-    /// Of second order, if the records tell them, or of first order where they do not tell overdamped ones from that, or where a lag
-    /// beside a map predicts better than a dead time; none without a sampling interval.
+    /// Of second order, if the records tell them, or of first order where they do not tell overdamped ones from that,
+    /// or where a lag beside a map predicts better than a dead time; none without a sampling interval.
     #[default]
     Auto,
     /// These.
@@ -50,8 +50,8 @@ pub enum ModesModel {
     /// One, and a second and a third as far as the records tell them.
     #[default]
     Auto,
-    /// So many, 1 to 3, as far as the records tell them: a finding says if there are fewer. More than one ask for dynamics of
-    /// second order.
+    /// So many, 1 to 3, as far as the records tell them: a finding says if there are fewer. More than one ask for
+    /// dynamics of second order.
     Number(usize),
 }
 
@@ -96,8 +96,8 @@ impl ModesModel {
 pub enum AmplifierModel {
     /// None.
     None,
-    /// One whose bandwidth is fitted, if second-order dynamics are and the records tell it from a dead time, or if it predicts better than
-    /// they do, or than a dead time.
+    /// One whose bandwidth is fitted, if second-order dynamics are and the records tell it from a dead time, or if it
+    /// predicts better than they do, or than a dead time.
     #[default]
     Auto,
     /// Of this bandwidth in Hz; beside second-order dynamics or in place of dynamics.
@@ -128,10 +128,11 @@ impl AmplifierModel {
 /// y(k) = x(t_k - d),   x the answer of the dynamics to p(k), held from t_k to t_(k+1)
 /// ```
 ///
-/// Without dynamics y(k) is p(t_k - d), straight between samples. With several modes x = sum_i g_i x_i, x_i the answer of mode i
-/// alone and sum_i g_i = 1.
+/// Without dynamics y(k) is p(t_k - d), straight between samples. With several modes x = sum_i g_i x_i, x_i the answer
+/// of mode i alone and sum_i g_i = 1.
 ///
-/// Behind an amplifier, p(k) is that at the end of the interval, and on the way there from p(k-1) it goes as the voltage does:
+/// Behind an amplifier, p(k) is that at the end of the interval, and on the way there from p(k-1) it goes as the
+/// voltage does:
 ///
 /// ```text
 /// p(t_k + s) = p_end + (p(k-1) - p_end) exp(-s / tau),   p_end = p(k-1) + (p(k) - p(k-1)) / (1 - exp(-T / tau))
@@ -270,8 +271,8 @@ pub(crate) struct SampledAmplifier {
 impl SampledPart {
     pub(crate) fn new(part: &LinearPart, dt: f64) -> Self {
         let samples = part.dead_time / dt;
-        // What acts at t_k - d: with dynamics the sample that was put out last, and what passed since; without, the straight
-        // line between the one put out next and the one before.
+        // What acts at t_k - d: with dynamics the sample that was put out last, and what passed since; without, the
+        // straight line between the one put out next and the one before.
         let back = if part.dynamics.is_some() { samples.ceil() } else { samples.floor() };
         #[expect(clippy::cast_possible_truncation, reason = "a dead time is not longer than a record")]
         let whole = back as isize;
@@ -437,8 +438,8 @@ impl DynamicsFilter {
         }
     }
 
-    /// Behind an amplifier the input goes from the last p to this one by the end of the interval. What is kept as p is where it would
-    /// go, and of the state what does not decay with it.
+    /// Behind an amplifier the input goes from the last p to this one by the end of the interval. What is kept as p is
+    /// where it would go, and of the state what does not decay with it.
     fn lead(&mut self, p: f64, reach: f64) {
         let end = self.before + (p - self.before) * reach;
         let left = self.before - end;

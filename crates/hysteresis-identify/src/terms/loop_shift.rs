@@ -1,4 +1,5 @@
-//! The loop shift: how far the centre of a loop moves with what the drive did before; a time constant, and one amplitude or two.
+//! The loop shift: how far the centre of a loop moves with what the drive did before; a time constant, and one
+//! amplitude or two.
 //!
 //! It stands beside the operators as columns, and so do powers of the drive.
 
@@ -39,14 +40,16 @@ pub enum LoopShiftModel {
 }
 
 impl LoopShiftModel {
-    /// The candidate nearest to the usual one that records of this length and sampling interval tell; none if they tell none.
+    /// The candidate nearest to the usual one that records of this length and sampling interval tell; none if they tell
+    /// none.
     pub(crate) fn usual(longest: f64, dt: f64) -> Self {
         let distance = |tau: &f64| (tau / USUAL).ln().abs();
         let told = CANDIDATES.into_iter().filter(|tau| is_told(*tau, longest, dt));
         told.min_by(|a, b| distance(a).total_cmp(&distance(b))).map_or(Self::None, Self::Both)
     }
 
-    /// The columns for records whose inputs lie between `low` and `high`; for [`Auto`](Self::Auto) those of all candidates.
+    /// The columns for records whose inputs lie between `low` and `high`; for [`Auto`](Self::Auto) those of all
+    /// candidates.
     ///
     /// `longest` is the length of the longest record and `dt` the smallest sampling interval, both in seconds.
     pub(crate) fn columns(self, (low, high): (f64, f64), longest: f64, dt: f64) -> Result<Option<ShiftColumns>, Error> {
@@ -78,12 +81,12 @@ fn checked(time_constant: f64) -> Result<f64, Error> {
     Err(Error::domain("loop_shift", None, "a time constant in seconds above 0", time_constant))
 }
 
-/// Which columns there are beside the operators, with everything that is not linear in their amplitudes: first the powers of
-/// x, then those of the loop shift.
+/// Which columns there are beside the operators, with everything that is not linear in their amplitudes: first the
+/// powers of x, then those of the loop shift.
 ///
-/// With x(k) = (u(k) - center) / half_range, e(k) the difference of x(k) and a follower of time constant tau / 4, bounded
-/// by `limit`, the columns are one-pole means of time constant tau: m of e^2 and n of x |e|. Both know the drives before the
-/// sample only.
+/// With x(k) = (u(k) - center) / half_range, e(k) the difference of x(k) and a follower of time constant tau / 4,
+/// bounded by `limit`, the columns are one-pole means of time constant tau: m of e^2 and n of x |e|. Both know the
+/// drives before the sample only.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct ShiftColumns {

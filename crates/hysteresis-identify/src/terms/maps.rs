@@ -23,10 +23,10 @@ use crate::records::signal::as_f64;
 pub enum MapModel {
     /// None.
     None,
-    /// A smooth one if cross-validation over stretches of the records asks for it; none without a sampling interval or for the
-    /// conventional model. Where both maps are left open, the second one must lower the error further. Where loops are all alike a
-    /// map must halve the error. Loops that only decay must say more for a map than for a loop shift, which is told as
-    /// [`MapNotTold`](crate::FindingCode::MapNotTold) if they do not.
+    /// A smooth one if cross-validation over stretches of the records asks for it; none without a sampling interval or
+    /// for the conventional model. Where both maps are left open, the second one must lower the error further. Where
+    /// loops are all alike a map must halve the error. Loops that only decay must say more for a map than for a loop
+    /// shift, which is told as [`MapNotTold`](crate::FindingCode::MapNotTold) if they do not.
     #[default]
     Auto,
     /// A smooth one.
@@ -41,9 +41,9 @@ const PIECES: usize = 64;
 
 /// A curve through (low, low) and (high, high) that rises everywhere, as straight pieces.
 ///
-/// With s from -1 at low to 1 at high, the logarithm of its slope is `a_1` s + `a_2` (s^2 - 1/3) + `a_3` (s^3 - 3 s / 5), and a
-/// constant that keeps both ends. So no coefficient makes it fall, and all zero are the straight line. Saturation, which is a
-/// tanh or a square, is met by two of them.
+/// With s from -1 at low to 1 at high, the logarithm of its slope is `a_1` s + `a_2` (s^2 - 1/3) + `a_3` (s^3 - 3 s /
+/// 5), and a constant that keeps both ends. So no coefficient makes it fall, and all zero are the straight line.
+/// Saturation, which is a tanh or a square, is met by two of them.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Curve {
@@ -91,7 +91,8 @@ impl Curve {
     }
 }
 
-/// Where an output map is searched, and the weights of the operators, one or two for each, about whose output it is linear.
+/// Where an output map is searched, and the weights of the operators, one or two for each, about whose output it is
+/// linear.
 #[derive(Clone)]
 pub(crate) struct OutputMap {
     pub(crate) bounds: (f64, f64),
@@ -104,7 +105,8 @@ pub(crate) struct OutputMap {
 pub(crate) struct DrivePath {
     /// The bandwidth of the amplifier in Hz.
     pub(crate) bandwidth: Option<f64>,
-    /// Whether its voltage is seen at a sample, before the drive of that acts: without dynamics, which go on from there.
+    /// Whether its voltage is seen at a sample, before the drive of that acts: without dynamics, which go on from
+    /// there.
     #[cfg_attr(feature = "serde", serde(default))]
     pub(crate) is_seen_before: bool,
     pub(crate) map: Option<Curve>,
@@ -142,8 +144,8 @@ impl DrivePath {
 }
 
 impl PathLane<'_> {
-    /// What reaches the operators: at the end of an interval in which a drive is held, or at its start without dynamics behind the amplifier
-    /// or without an amplifier.
+    /// What reaches the operators: at the end of an interval in which a drive is held, or at its start without dynamics
+    /// behind the amplifier or without an amplifier.
     #[inline]
     pub(crate) fn next(&mut self, u: f64) -> f64 {
         let voltage = self.amplifier.as_mut().map_or(u, |lag| lag.next(u));

@@ -12,8 +12,8 @@
 //! | dynamics, modes | `DynamicsModel`, `ModesModel` | frequency, damping, gain | a filter behind the creep | `choose::linear_part`, `choose::modes` |
 //! | amplifier | `AmplifierModel` | bandwidth | a lag in front | `choose::linear_part`, `choose::table` |
 //!
-//! Dynamics are chosen in `choose::table`, too: none, others once there is a map, or a lag in front instead. Which of all terms the records can tell says
-//! `choose::told`. What is searched, as the amplitudes of creep, are axes of
+//! Dynamics are chosen in `choose::table`, too: none, others once there is a map, or a lag in front instead. Which of
+//! all terms the records can tell says `choose::told`. What is searched, as the amplitudes of creep, are axes of
 //! `fit::point`; `fit::descent` searches them all at once.
 
 pub(crate) mod creep;

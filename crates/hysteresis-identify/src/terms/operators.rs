@@ -1,7 +1,7 @@
 //! The operators: of which model they are, how many there are, where their thresholds lie, and what they put out.
 //!
-//! z_i(k) = max(lo, min(hi, z_i(k-1))) with lo = max(x - r, min(x - rc, 0)) and hi = min(x + ra, max(x + rb, 0)): one at a time for a plain
-//! loop, or eight at once over a block of samples.
+//! z_i(k) = max(lo, min(hi, z_i(k-1))) with lo = max(x - r, min(x - rc, 0)) and hi = min(x + ra, max(x + rb, 0)): one
+//! at a time for a plain loop, or eight at once over a block of samples.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat};
 use hysteresis_core::{CoupledPlay, Model, Offsets, Ratios};
@@ -16,7 +16,8 @@ use crate::records::signal::{as_f64, bounds_of};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ModelKind {
     /// The conventional Prandtl-Ishlinskii model (CPI), equation (4): plays. It has no ratios, and its input offset
-    /// moves nothing but the virgin state: [`Setting::Fit`](crate::Setting::Fit) puts it at the middle of the input range.
+    /// moves nothing but the virgin state: [`Setting::Fit`](crate::Setting::Fit) puts it at the middle of the input
+    /// range.
     Conventional,
     /// The modified Prandtl-Ishlinskii model (MPI), equation (6): coupled plays.
     #[default]
@@ -42,7 +43,8 @@ impl ModelKind {
     }
 }
 
-/// The ratios ra/r, rb/r and rc/r that the thresholds of coupled plays have, equation (3); plays are coupled plays whose ratios are 1.
+/// The ratios ra/r, rb/r and rc/r that the thresholds of coupled plays have, equation (3); plays are coupled plays
+/// whose ratios are 1.
 ///
 /// ```
 /// use hysteresis_core::Ratios;
@@ -54,9 +56,9 @@ impl ModelKind {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RatiosModel {
-    /// Those of plays, unless coupled plays predict stretches of the records better by a tenth of the error: then everything is searched
-    /// once more with these. [`Fit`](Self::Fit) where weight law, smoothness and all terms are given; plays stay beside a Duhem operator
-    /// that is given.
+    /// Those of plays, unless coupled plays predict stretches of the records better by a tenth of the error: then
+    /// everything is searched once more with these. [`Fit`](Self::Fit) where weight law, smoothness and all terms are
+    /// given; plays stay beside a Duhem operator that is given.
     #[default]
     Auto,
     /// Searched in 2 >= ra/r >= rb/r >= 0, 1 >= rc/r >= 0.
@@ -70,42 +72,44 @@ const FEWEST: usize = 20;
 
 /// The thresholds r_i of the operators, in the unit of the input.
 ///
-/// Where their number is left to cross-validation, it is chosen with everything else in the model: dynamics, dead time, creep,
-/// loop shift, maps, ratios and offsets are fitted with 20 operators (with fewer if the samples bear no more). There, every
-/// number is judged on stretches of the records, each predicted from weights fitted to the others, at the smoothness that suits this
-/// number, the searched parameters linearised about their values. With the number that is chosen the search goes on.
+/// Where their number is left to cross-validation, it is chosen with everything else in the model: dynamics, dead time,
+/// creep, loop shift, maps, ratios and offsets are fitted with 20 operators (with fewer if the samples bear no more).
+/// There, every number is judged on stretches of the records, each predicted from weights fitted to the others, at the
+/// smoothness that suits this number, the searched parameters linearised about their values. With the number that is
+/// chosen the search goes on.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Thresholds {
     /// That many operators at r_i = i X / n, i = 0..n-1, the first of them the identity.
     ///
-    /// X is the largest |u - `input_offset`| of all records (skipped samples included) for coupled plays; it moves with an
-    /// offset that is searched. For plays, those of the conventional model and those of [`RatiosModel::Auto`], X is half the peak-to-peak
-    /// of the input: a play of threshold r moves both ways only on strokes above 2 r.
+    /// X is the largest |u - `input_offset`| of all records (skipped samples included) for coupled plays; it moves with
+    /// an offset that is searched. For plays, those of the conventional model and those of [`RatiosModel::Auto`], X is
+    /// half the peak-to-peak of the input: a play of threshold r moves both ways only on strokes above 2 r.
     Uniform(usize),
-    /// As [`Uniform`](Self::Uniform), 20 of them, or 40 or 80 where these predict stretches of the records better: by a fiftieth of
-    /// the error at least, and by more than its standard error. Each number is compared with the one before. A number that the samples
-    /// do not bear is not tried.
+    /// As [`Uniform`](Self::Uniform), 20 of them, or 40 or 80 where these predict stretches of the records better: by a
+    /// fiftieth of the error at least, and by more than its standard error. Each number is compared with the one
+    /// before. A number that the samples do not bear is not tried.
     Refined,
-    /// As [`Uniform`](Self::Uniform), as many of 4, 6, 8, 12, 16, 20, 24, 32, 40, 48, 64 and 80 as cross-validation asks for: the
-    /// fewest that predict as well as the best, by the same rule as [`WeightLaw::Auto`](crate::WeightLaw::Auto); a hundredth of the
-    /// error counts for nothing.
+    /// As [`Uniform`](Self::Uniform), as many of 4, 6, 8, 12, 16, 20, 24, 32, 40, 48, 64 and 80 as cross-validation
+    /// asks for: the fewest that predict as well as the best, by the same rule as
+    /// [`WeightLaw::Auto`](crate::WeightLaw::Auto); a hundredth of the error counts for nothing.
     Auto,
     /// That many operators, the first of them the identity, at quantiles of the amplitudes at which the input turns
     /// round: dense where it does so often. The amplitudes are |u - `input_offset`| at the reversals of all records,
-    /// those nearer to each other than a hundredth of the largest counted once; for plays they are half the distances between
-    /// successive reversals.
+    /// those nearer to each other than a hundredth of the largest counted once; for plays they are half the distances
+    /// between successive reversals.
     Quantiles(usize),
     /// As many operators as [`Refined`](Self::Refined) would take, at [`Quantiles`](Self::Quantiles).
     RefinedQuantiles,
     /// As many operators as [`Auto`](Self::Auto) would take, at [`Quantiles`](Self::Quantiles).
     AutoQuantiles,
-    /// That many operators, the first of them the identity, the others at growing distances, so that small loops have more of them:
-    /// r_0 = 0 and r_i = X / q^(n - i), i = 1..n-1, X as for [`Uniform`](Self::Uniform) and q = min(2, 100^(1 / (n - 1))).
+    /// That many operators, the first of them the identity, the others at growing distances, so that small loops have
+    /// more of them: r_0 = 0 and r_i = X / q^(n - i), i = 1..n-1, X as for [`Uniform`](Self::Uniform) and q = min(2,
+    /// 100^(1 / (n - 1))).
     ///
-    /// From 8 operators on the smallest threshold is X / 100: a loop of a hundredth of the range is about the smallest that is told from
-    /// noise, and reversals nearer to each other count once for [`Quantiles`](Self::Quantiles), too. Fewer operators lie an octave
-    /// apart: thresholds further apart leave loops between them without any.
+    /// From 8 operators on the smallest threshold is X / 100: a loop of a hundredth of the range is about the smallest
+    /// that is told from noise, and reversals nearer to each other count once for [`Quantiles`](Self::Quantiles), too.
+    /// Fewer operators lie an octave apart: thresholds further apart leave loops between them without any.
     Geometric(usize),
     /// As many operators as [`Refined`](Self::Refined) would take, at [`Geometric`](Self::Geometric).
     RefinedGeometric,
@@ -254,7 +258,8 @@ fn geometric(n: usize, reach: f64) -> Vec<f64> {
     (0..n).map(|i| if i == 0 { 0.0 } else { reach / factor.powf(as_f64(n - i)) }).collect()
 }
 
-/// About the same weights at other thresholds: each is shared by the two next to it, so that sum and mean threshold stay.
+/// About the same weights at other thresholds: each is shared by the two next to it, so that sum and mean threshold
+/// stay.
 pub(crate) fn spread(weights: &[f64], from: &[f64], to: &[f64]) -> Vec<f64> {
     let mut spread = vec![0.0; to.len()];
     for (weight, r) in weights.iter().zip(from) {
@@ -376,8 +381,8 @@ struct Run {
     bounds: Bounds,
 }
 
-/// What can move an operator. A rising input only raises lo, and z is below hi already; below zero lo is x - rc, as rc <= r. Likewise
-/// of a falling one, as rb <= ra.
+/// What can move an operator. A rising input only raises lo, and z is below hi already; below zero lo is x - rc, as rc
+/// <= r. Likewise of a falling one, as rb <= ra.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Bounds {
     Both,
@@ -477,8 +482,8 @@ impl BankLanes {
         self.z.len()
     }
 
-    /// z of every operator for every sample of a block, the first eight of them at all samples, then the next: bit for bit those of the
-    /// core.
+    /// z of every operator for every sample of a block, the first eight of them at all samples, then the next: bit for
+    /// bit those of the core.
     pub(crate) fn put_out(&mut self, xs: &[f64], runs: &Runs, z: &mut [Lanes]) {
         dispatch(PutOut { lanes: self, xs, bounds: runs.bounds, runs: &runs.all, out: z });
     }
@@ -645,7 +650,8 @@ mod tests {
     }
 
     proptest! {
-        /// Bit for bit the operators of the bank, which are those of the core, whatever the blocks; and their weighted sums.
+        /// Bit for bit the operators of the bank, which are those of the core, whatever the blocks; and their weighted
+        /// sums.
         #[test]
         fn equals_the_bank(
             xs in steps(),

@@ -4,19 +4,22 @@
 
 use crate::error::Error;
 
-/// The largest magnitude of the amplitude that is searched: a gain from 0.8 to 1.2. Actuators show a few parts in a thousand.
+/// The largest magnitude of the amplitude that is searched: a gain from 0.8 to 1.2. Actuators show a few parts in a
+/// thousand.
 pub(crate) const LARGEST: f64 = 0.2;
 
 /// Where a search of the amplitude begins: at 0 there would be no slope over the time constant.
 pub(crate) const START: f64 = -0.002;
 
-/// The time constant that is tried where none is given, in seconds, and where a search of it begins unless the records are too short.
+/// The time constant that is tried where none is given, in seconds, and where a search of it begins unless the records
+/// are too short.
 const USUAL: f64 = 30.0;
 
 /// The shortest time constant, in samples: its follower, four times as fast, needs one.
 const SHORTEST_SAMPLES: f64 = 4.0;
 
-/// The longest time constant that is searched, as a multiple of the longest record: a slower gain is a straight line there.
+/// The longest time constant that is searched, as a multiple of the longest record: a slower gain is a straight line
+/// there.
 const LONGEST_RECORDS: f64 = 3.0;
 
 /// The slow gain: how the size of all loops changes while the drive cycles, and comes back at rest. See
@@ -30,7 +33,8 @@ const LONGEST_RECORDS: f64 = 3.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SlowGainModel {
-    /// One of 30 s where it predicts better: if a record lasts as long, and loops of several sizes tell it from other terms.
+    /// One of 30 s where it predicts better: if a record lasts as long, and loops of several sizes tell it from other
+    /// terms.
     #[default]
     Auto,
     /// None.
@@ -41,11 +45,13 @@ pub enum SlowGainModel {
     Fit,
 }
 
-/// What of a slow gain is known before the search: half of the range of drives, and where its time constant is searched.
+/// What of a slow gain is known before the search: half of the range of drives, and where its time constant is
+/// searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GainSpace {
     half_range: f64,
-    /// The shortest and the longest time constant, in seconds, and where a search of it begins; all the same if it is known.
+    /// The shortest and the longest time constant, in seconds, and where a search of it begins; all the same if it is
+    /// known.
     pub(crate) time_constants: (f64, f64),
     pub(crate) start: f64,
 }
@@ -68,8 +74,8 @@ impl SlowGainModel {
         (longest >= USUAL).then_some(Self::TimeConstant(USUAL))
     }
 
-    /// For records whose inputs lie between `low` and `high`. `longest` is the length of the longest record and `dt` the smallest
-    /// sampling interval, both in seconds.
+    /// For records whose inputs lie between `low` and `high`. `longest` is the length of the longest record and `dt`
+    /// the smallest sampling interval, both in seconds.
     pub(crate) fn space(self, (low, high): (f64, f64), longest: f64, dt: f64) -> Result<Option<GainSpace>, Error> {
         let (time_constants, start) = match self {
             Self::None | Self::Auto => return Ok(None),
@@ -98,8 +104,8 @@ impl GainSpace {
 
 /// The gain along one record, sample by sample; at rest before its first.
 ///
-/// With x the drive over its half range, f a follower of time constant tau / 4 and e = x - f within -1 .. 1, m is the one-pole
-/// mean of e^2 of time constant tau. It knows the drives before the sample only.
+/// With x the drive over its half range, f a follower of time constant tau / 4 and e = x - f within -1 .. 1, m is the
+/// one-pole mean of e^2 of time constant tau. It knows the drives before the sample only.
 pub(crate) struct GainLane {
     scale: f64,
     amplitude: f64,

@@ -1,7 +1,7 @@
 //! The weights of the operators: a law, w = B c with unknowns c >= 0, and how smooth they are asked to be.
 //!
-//! What enters linearly is this: weights in a cone, given by columns whose non-negative combinations it holds, and amplitudes of the loop
-//! shift of any sign. Rows below the triangle ask for small second differences.
+//! What enters linearly is this: weights in a cone, given by columns whose non-negative combinations it holds, and
+//! amplitudes of the loop shift of any sign. Rows below the triangle ask for small second differences.
 
 use faer::{Mat, MatRef};
 
@@ -9,15 +9,15 @@ use crate::algebra::factor::triangle_of;
 use crate::records::signal::as_f64;
 use crate::terms::operators::Thresholds;
 
-/// What the weights of the operators may be; never negative, and that of the identity at least a thousandth of the sum of all others, so
-/// that the model is invertible.
+/// What the weights of the operators may be; never negative, and that of the identity at least a thousandth of the sum
+/// of all others, so that the model is invertible.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum WeightLaw {
     /// One of the other laws, as cross-validation over stretches of the records asks for: of
-    /// [`Quadratic`](Self::Quadratic), [`Free`](Self::Free) and [`Split`](Self::Split) the first that predicts stretches
-    /// that it was not fitted to as well as the best: the ratio of their mean square errors is 1 within its standard
-    /// error. For the conventional model there are the first two.
+    /// [`Quadratic`](Self::Quadratic), [`Free`](Self::Free) and [`Split`](Self::Split) the first that predicts
+    /// stretches that it was not fitted to as well as the best: the ratio of their mean square errors is 1 within its
+    /// standard error. For the conventional model there are the first two.
     #[default]
     Auto,
     /// Any w_i >= 0.
@@ -51,8 +51,9 @@ impl WeightLaw {
     }
 }
 
-/// An identity weighs at least this share of all other operators together, so that every model has an inverse, nearly always in single
-/// precision too. Records that show no slope right after a reversal hardly tell such a slope from none.
+/// An identity weighs at least this share of all other operators together, so that every model has an inverse, nearly
+/// always in single precision too. Records that show no slope right after a reversal hardly tell such a slope from
+/// none.
 const LEAST_SLOPE: f64 = 1e-3;
 
 /// A weight law: the weights are B c with unknowns c >= 0.
@@ -95,7 +96,8 @@ impl WeightBasis {
         Self { operators: n, has_identity, split, shifts, freedom: freedom + shifts, basis }
     }
 
-    /// The same law with an identity that weighs at least [`LEAST_SLOPE`] of the others, if in these weights it weighs less.
+    /// The same law with an identity that weighs at least [`LEAST_SLOPE`] of the others, if in these weights it weighs
+    /// less.
     ///
     /// What an unknown makes of the others it adds to the identity, too: so the law is a cone still, whatever the unit.
     pub(crate) fn with_least_slope(&self, weights: &[f64]) -> Option<Self> {
@@ -187,8 +189,8 @@ impl WeightBasis {
         &weights[self.weight_columns()..]
     }
 
-    /// The columns of these unknowns from those of a wider law: each of them as a sum of the wider law's; none if it is the same
-    /// law.
+    /// The columns of these unknowns from those of a wider law: each of them as a sum of the wider law's; none if it is
+    /// the same law.
     pub(crate) fn within(&self, wider: &Self) -> Option<Mat<f64>> {
         let row_of = |unknown: usize| (0..wider.weight_columns()).find(|i| wider.derivative(*i, unknown) != 0.0);
         let columns = self.unknowns() - self.shifts;

@@ -1,14 +1,14 @@
 //! The error band of a stage, out of what held-out loops leave.
 //!
-//! Standard errors say how far noise moves the parameters of a model that is true. What decides the error on the next record is
-//! what the model lacks. So every stretch of loops is predicted with the weights of all others, and the squares of what is left
-//! go into a table by the drive of the last reversal and that of now.
+//! Standard errors say how far noise moves the parameters of a model that is true. What decides the error on the next
+//! record is what the model lacks. So every stretch of loops is predicted with the weights of all others, and the
+//! squares of what is left go into a table by the drive of the last reversal and that of now.
 //!
 //! Records that are all alike hold no loop out that differs from those that stay: their table promises too much. Stages
-//! lack there what stages lack elsewhere: on twenty stages of foreign physics, recorded by three equal triangles, the error of other
-//! drives was 0.02 to 0.06 of the width of the loop, and 0.003 where the model was true, whatever the fit had left. So the
-//! table gets a share of that width: little where loops were recorded, more where none were, and less as the records become
-//! various and the fit stays good.
+//! lack there what stages lack elsewhere: on twenty stages of foreign physics, recorded by three equal triangles, the
+//! error of other drives was 0.02 to 0.06 of the width of the loop, and 0.003 where the model was true, whatever the
+//! fit had left. So the table gets a share of that width: little where loops were recorded, more where none were, and
+//! less as the records become various and the fit stays good.
 
 use hysteresis_control::stage::{Branches, CELLS, ErrorBand, Place};
 
@@ -16,8 +16,8 @@ use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::result::identification::Identification;
 
-/// What a stage may lack beside what the table says, as a share of its loop width: where loops were recorded, and two cells
-/// from any.
+/// What a stage may lack beside what the table says, as a share of its loop width: where loops were recorded, and two
+/// cells from any.
 const UNTOLD: (f64, f64) = (0.02, 0.06);
 
 /// From how many cells on nothing is told of a place.
@@ -96,8 +96,8 @@ impl Samples {
         Self(samples)
     }
 
-    /// By which factors samples exceed a table, up to shares of the largest value of `of`; at least 1, as the table has the second
-    /// largest of its neighbours.
+    /// By which factors samples exceed a table, up to shares of the largest value of `of`; at least 1, as the table has
+    /// the second largest of its neighbours.
     fn factors(&self, errors: &[Vec<f64>], noise: f64, of: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
         let largest = self.0.iter().map(&of).fold(f64::MIN_POSITIVE, f64::max);
         let mut from = f64::NEG_INFINITY;
@@ -146,7 +146,8 @@ impl Table {
         cells.filter_map(|(row, column)| Some((row, column, self.square(row, column)?)))
     }
 
-    /// The whole table, rms: of every cell the second largest square around it, and what stages of this loop width lack besides.
+    /// The whole table, rms: of every cell the second largest square around it, and what stages of this loop width lack
+    /// besides.
     fn errors(&self, width: f64) -> Vec<Vec<f64>> {
         let seen = self.all().count();
         if seen == 0 {

@@ -1,5 +1,5 @@
-//! What a linear part that the model lacks would add to its output: a sum of lags, whose amplitudes generalised least squares find together
-//! with the parameters, from rows that were whitened.
+//! What a linear part that the model lacks would add to its output: a sum of lags, whose amplitudes generalised least
+//! squares find together with the parameters, from rows that were whitened.
 
 use std::ops::Range;
 
@@ -12,8 +12,8 @@ use crate::records::signal::as_f64;
 /// Each lag is so many times as long as the one before: half a decade.
 const RATIO: f64 = 3.162_277_660_168_379_5;
 
-/// From here on a lag is creep, which comes on top of the output at once; a shorter one is of dynamics, which have unit static
-/// gain. In sampling intervals.
+/// From here on a lag is creep, which comes on top of the output at once; a shorter one is of dynamics, which have unit
+/// static gain. In sampling intervals.
 const CREEP_SAMPLES: f64 = 30.0;
 
 /// Residuals ring where a pole of their model is at least so large: the ringing falls to 1/e in more than four samples.
@@ -22,12 +22,13 @@ const RINGING: f64 = 0.8;
 /// The residuals of a record ring at so many frequencies at most.
 const MAX_RINGING: usize = 3;
 
-/// Time constants from one sample to the length of the longest record, in its unit of time, and the poles at which residuals ring.
+/// Time constants from one sample to the length of the longest record, in its unit of time, and the poles at which
+/// residuals ring.
 ///
-/// Left-out dynamics or creep add a linear response to the modelled output h. It is nearly a sum of c_j q_j, or c_j (q_j - h) for
-/// short time constants, with q_j(k+1) = a_j q_j(k) + (1 - a_j) h(k) and a_j = exp(-dt / tau_j). Left-out dynamics of low damping
-/// ring with a frequency and a damping of their own, and so does what they leave. There a_j = exp(s_j dt), with a complex s_j: the
-/// real part of q_j - h and the imaginary part each have an amplitude.
+/// Left-out dynamics or creep add a linear response to the modelled output h. It is nearly a sum of c_j q_j, or c_j
+/// (q_j - h) for short time constants, with q_j(k+1) = a_j q_j(k) + (1 - a_j) h(k) and a_j = exp(-dt / tau_j). Left-out
+/// dynamics of low damping ring with a frequency and a damping of their own, and so does what they leave. There a_j =
+/// exp(s_j dt), with a complex s_j: the real part of q_j - h and the imaginary part each have an amplitude.
 pub(crate) struct Lags {
     time_constants: Vec<f64>,
     creep_from: f64,
@@ -74,7 +75,8 @@ impl Lags {
         self.time_constants.iter().map(|tau| *tau >= self.creep_from).chain(of_ringing).collect()
     }
 
-    /// How much later slow motion is seen per unit of the amplitude of every column: dynamics delay it, creep does not count.
+    /// How much later slow motion is seen per unit of the amplitude of every column: dynamics delay it, creep does not
+    /// count.
     pub(crate) fn delays(&self, dt: f64) -> Vec<f64> {
         let of_lag = |tau: &f64| if *tau < self.creep_from { -dt / (-dt / tau).exp_m1() } else { 0.0 };
         let of_ringing = |s: &c64| {
@@ -160,9 +162,9 @@ pub(crate) struct Generalised {
 
 /// What the rows tell of the amplitudes of the lags, and what they do not tell.
 ///
-/// Many of them go together with each other or with the weights of the operators, and the rows tell them badly. So they are
-/// taken for normal before the rows are seen, of one size for dynamics and of another for creep: the sizes at which the rows are
-/// the likeliest.
+/// Many of them go together with each other or with the weights of the operators, and the rows tell them badly. So they
+/// are taken for normal before the rows are seen, of one size for dynamics and of another for creep: the sizes at which
+/// the rows are the likeliest.
 #[derive(Debug)]
 pub(crate) struct Amplitudes {
     /// What the rows make most likely.
@@ -174,13 +176,14 @@ pub(crate) struct Amplitudes {
 }
 
 impl Generalised {
-    /// From the triangle in echelon form of the whitened rows of what is told, the lags and the residual; whether each lag is creep.
+    /// From the triangle in echelon form of the whitened rows of what is told, the lags and the residual; whether each
+    /// lag is creep.
     ///
-    /// What is told by prior information alone, as the weight of an operator that never moves is under a smoothness, has a column of zeros
-    /// here. It takes no row, and is zero in the solution.
+    /// What is told by prior information alone, as the weight of an operator that never moves is under a smoothness,
+    /// has a column of zeros here. It takes no row, and is zero in the solution.
     ///
-    /// A residual that the columns explain to rounding has the noise of rounding: lags of which it is made are told with hardly an
-    /// error. One of zeros has none, and no lags.
+    /// A residual that the columns explain to rounding has the noise of rounding: lags of which it is made are told
+    /// with hardly an error. One of zeros has none, and no lags.
     pub(crate) fn of(t: &Mat<f64>, told: usize, creeps: &[bool], rows: usize) -> Self {
         let end = t.ncols() - 1;
         let echelon = Echelon::of(t.as_ref());
@@ -200,10 +203,11 @@ impl Generalised {
 }
 
 impl Amplitudes {
-    /// From the rows of a triangle that the lags take beside what is told; none if their singular values cannot be found.
+    /// From the rows of a triangle that the lags take beside what is told; none if their singular values cannot be
+    /// found.
     ///
-    /// Lags that depend on others, or on what is told, leave directions along which the rows say nothing. They stay, with the size
-    /// of the others, as those do that nearly depend: what is told may be off by as much.
+    /// Lags that depend on others, or on what is told, leave directions along which the rows say nothing. They stay,
+    /// with the size of the others, as those do that nearly depend: what is told may be off by as much.
     fn of(t: &Mat<f64>, told: usize, taken: Range<usize>, creeps: &[bool], noise: f64) -> Option<Self> {
         let end = t.ncols() - 1;
         // As many rows as lags, of zeros where lags take none.
@@ -387,8 +391,8 @@ mod tests_of_generalised {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// A column that is told and depends on others changes nothing, wherever it stands, also one of zeros: what it does is zero, or its
-        /// share in what those before it do together.
+        /// A column that is told and depends on others changes nothing, wherever it stands, also one of zeros: what it
+        /// does is zero, or its share in what those before it do together.
         #[test]
         fn a_dependent_column_that_is_told_changes_nothing(
             place in 0..3_usize,
@@ -417,9 +421,9 @@ mod tests_of_generalised {
             }
         }
 
-        /// A lag that depends on others shares in what they do together, and changes neither that nor its error, nor what is told. Where
-        /// amplitudes are small beside their errors the prior draws a sum of three less towards zero than one of two: by less than a
-        /// hundredth of an amplitude that is as large as here.
+        /// A lag that depends on others shares in what they do together, and changes neither that nor its error, nor
+        /// what is told. Where amplitudes are small beside their errors the prior draws a sum of three less towards
+        /// zero than one of two: by less than a hundredth of an amplitude that is as large as here.
         #[test]
         fn a_dependent_lag_changes_nothing(
             place in 2..5_usize,
@@ -444,7 +448,8 @@ mod tests_of_generalised {
         }
     }
 
-    /// What is told makes all of a lag: the rows say nothing of it, and it stays as large as those of which they say something.
+    /// What is told makes all of a lag: the rows say nothing of it, and it stays as large as those of which they say
+    /// something.
     #[test]
     fn a_lag_that_is_told_keeps_its_size() {
         let plain = solution(1.0, 0.1, 2, None);
@@ -470,7 +475,8 @@ mod tests_of_generalised {
         }
     }
 
-    /// Lags that make all of the residual are told to rounding. One that is told has none, and neither has one of zeros.
+    /// Lags that make all of the residual are told to rounding. One that is told has none, and neither has one of
+    /// zeros.
     #[test]
     fn without_noise_all_is_told() {
         let cases = [(2, None), (3, Some((1, [0.5, 0.0, 0.0, 0.0]))), (2, Some((4, [0.0, 0.0, 0.0, 1.0])))];

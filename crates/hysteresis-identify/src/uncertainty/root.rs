@@ -4,12 +4,13 @@
 //!
 //! - v is noise, stationary in every record, with the spectrum of an autoregressive model (`fit::colour`). Its part of
 //!   J'e has the covariance J' Omega J, the sum of squares of the rows of J through the filter of that model.
-//! - L c is what a linear part that the model lacks adds to its output, a sum of lags (`lags.rs`). It follows the drive as J does,
-//!   so it adds up where noise averages out. It counts if noise alone would hardly ever show as much.
+//! - L c is what a linear part that the model lacks adds to its output, a sum of lags (`lags.rs`). It follows the drive
+//!   as J does, so it adds up where noise averages out. It counts if noise alone would hardly ever show as much.
 //!
-//! c and the model of v come from generalised least squares: rows whitened by the model of what least squares leaves, c and p
-//! together, and then once more with the model of what that leaves. This sees also noise at the frequencies of the drive, of which
-//! the plain residual has lost a part to the parameters. The covariance is the mean square of p - p_true under c +- its errors.
+//! c and the model of v come from generalised least squares: rows whitened by the model of what least squares leaves, c
+//! and p together, and then once more with the model of what that leaves. This sees also noise at the frequencies of
+//! the drive, of which the plain residual has lost a part to the parameters. The covariance is the mean square of p -
+//! p_true under c +- its errors.
 
 use faer::Mat;
 use hysteresis_control::linear::Dynamics;
@@ -49,7 +50,8 @@ pub(crate) enum Quantity {
     SlowGainTime,
 }
 
-/// A quantity as a sum of fitted parameters, unknowns of the weights first, each with its factor. Known ones are left out.
+/// A quantity as a sum of fitted parameters, unknowns of the weights first, each with its factor. Known ones are left
+/// out.
 type Gradient = Vec<(usize, f64)>;
 
 /// The frequency of a mode, 0 for the first one, or of a lag.
@@ -138,8 +140,9 @@ impl Gradients<'_> {
 /// A column whose part beside the others is below this share of its norm tells nothing of its parameter.
 const MIN_INDEPENDENT_SHARE: f64 = 1e-9;
 
-/// The root of the covariance of what was fitted: the covariance is X X'. Its rows are what the records have of their own, first
-/// the output offset of the first record, then the free unknowns of the weights, then the free searched parameters.
+/// The root of the covariance of what was fitted: the covariance is X X'. Its rows are what the records have of their
+/// own, first the output offset of the first record, then the free unknowns of the weights, then the free searched
+/// parameters.
 ///
 /// What lies at a bound has no place in it, and neither has what depends on others.
 pub(crate) struct Root {
@@ -187,7 +190,8 @@ impl Root {
         (0..self.x.ncols()).map(|k| self.x[(0, k)]).collect()
     }
 
-    /// How many of its columns come from noise: the first ones, as many as there are rows. What the model lacks has the others.
+    /// How many of its columns come from noise: the first ones, as many as there are rows. What the model lacks has the
+    /// others.
     pub(crate) fn of_noise(&self) -> usize {
         self.x.nrows()
     }
@@ -203,8 +207,8 @@ impl Root {
         sum
     }
 
-    /// The standard error of a sum of parameters: zero of none, and not a number if a searched one has no place, at a bound
-    /// or not told. Of weights, those at zero count as known.
+    /// The standard error of a sum of parameters: zero of none, and not a number if a searched one has no place, at a
+    /// bound or not told. Of weights, those at zero count as known.
     pub(crate) fn error_of(&self, gradient: &Gradient) -> f64 {
         let is_untold =
             |(parameter, _): &(usize, f64)| *parameter >= self.unknowns && self.places[*parameter].is_none();
@@ -298,7 +302,8 @@ impl ColouredFit<'_> {
     }
 }
 
-/// The way through the records, row by row: [the records' own | columns of the weights | derivatives | lags | residual].
+/// The way through the records, row by row: [the records' own | columns of the weights | derivatives | lags |
+/// residual].
 struct Pass<'a> {
     fit: &'a ColouredFit<'a>,
     tangent: Tangent,
@@ -449,7 +454,8 @@ impl<'a> Pass<'a> {
         along
     }
 
-    /// Lags of dynamics that the model lacks belong to its dead time, if that is searched: the lag of both is what it estimates.
+    /// Lags of dynamics that the model lacks belong to its dead time, if that is searched: the lag of both is what it
+    /// estimates.
     fn count_delays(&self, solution: &Generalised, x: &mut Mat<f64>) {
         let space = self.fit.space;
         let Some(axis) = space.axes().iter().position(|axis| axis.parameter == Parameter::DeadTime) else { return };
@@ -494,9 +500,9 @@ impl<'a> Pass<'a> {
     }
 }
 
-/// X with X X' = A^-1 (J' Omega J + s^2 P'P + J'L M L'J) A^-1, with A = J'J + P'P, P the penalty, which is taken as prior
-/// information, and M the mean square of the amplitudes of the lags. Beside it which columns are told: what depends on others has a row
-/// of zeros.
+/// X with X X' = A^-1 (J' Omega J + s^2 P'P + J'L M L'J) A^-1, with A = J'J + P'P, P the penalty, which is taken as
+/// prior information, and M the mean square of the amplitudes of the lags. Beside it which columns are told: what
+/// depends on others has a row of zeros.
 fn coloured_root(
     plain: &Mat<f64>,
     coloured: &Mat<f64>,

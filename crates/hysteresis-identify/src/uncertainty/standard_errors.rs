@@ -11,14 +11,14 @@ use crate::records::signal::as_f64;
 use crate::terms::weights::WeightBasis;
 use crate::uncertainty::root::{Gradients, Quantity, Root};
 
-/// Standard errors of what was identified: the square roots of the diagonal of (J'J)^-1 S (J'J)^-1, from the fit linearised in
-/// weights and searched parameters together, J the derivatives of the output.
+/// Standard errors of what was identified: the square roots of the diagonal of (J'J)^-1 S (J'J)^-1, from the fit
+/// linearised in weights and searched parameters together, J the derivatives of the output.
 ///
-/// S is s^2 J'J for white residuals, s^2 the mean square error per degree of freedom. For others it is J' Omega J, with Omega the
-/// covariance of an autoregressive process with the spectrum of the residuals. Where these follow lags of the modelled output, as
-/// left-out creep and dynamics make them, S also has (J'd)(J'd)', with d what those lags add. The errors of a dead time count
-/// the lag of left-out dynamics as part of it. What else follows the input and is not in the model, such as a bend of the whole
-/// curve, is taken for noise: the truth may be several errors away then.
+/// S is s^2 J'J for white residuals, s^2 the mean square error per degree of freedom. For others it is J' Omega J, with
+/// Omega the covariance of an autoregressive process with the spectrum of the residuals. Where these follow lags of the
+/// modelled output, as left-out creep and dynamics make them, S also has (J'd)(J'd)', with d what those lags add. The
+/// errors of a dead time count the lag of left-out dynamics as part of it. What else follows the input and is not in
+/// the model, such as a bend of the whole curve, is taken for noise: the truth may be several errors away then.
 ///
 /// Zero for what was given. NaN for what lies at a bound (a weight of
 /// zero, a ratio at its limit): it has no such error, and the others are those of the fit with it held there; and NaN
@@ -128,8 +128,8 @@ impl StandardErrors {
 #[non_exhaustive]
 pub struct Covariance {
     /// The names, in the order of the rows: `weights[i]`, `weights_negative[i]`, `ra`, `rb`, `rc`, `input_offset`,
-    /// `dead_time`, `frequency`, `damping`, `creep[j]`, `slow_gain`, `slow_gain_time_constant`, and `output_offset` of the first record. Several modes have `frequency[k]`,
-    /// `damping[k]` and `gain[k]`, from the lowest frequency up.
+    /// `dead_time`, `frequency`, `damping`, `creep[j]`, `slow_gain`, `slow_gain_time_constant`, and `output_offset` of
+    /// the first record. Several modes have `frequency[k]`, `damping[k]` and `gain[k]`, from the lowest frequency up.
     pub parameters: Vec<String>,
     /// The covariance, row by row, in the units of the parameters.
     #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
@@ -194,7 +194,8 @@ fn quantities(fit: &ProjectedFit, basis: &WeightBasis, space: &Space) -> Vec<(St
 
 /// What the covariance of all parameters makes of an output, linearised at the fit.
 ///
-/// The output is g'p + o, with p the weights and searched parameters, o the output offset of the first record. So its variance is
+/// The output is g'p + o, with p the weights and searched parameters, o the output offset of the first record. So its
+/// variance is
 /// |X'(g, 1)|^2, with X X' the covariance of p and o that noise makes. Where the model lacks creep or dynamics, p moves so that it
 /// predicts the records all the same: that is no error of what is predicted for records like them.
 #[derive(Clone, Debug, PartialEq)]
@@ -224,7 +225,8 @@ impl Spread {
         }
     }
 
-    /// About a tangent whose output is zero at the first sample of an input, with the root of the covariance of its weights and slopes.
+    /// About a tangent whose output is zero at the first sample of an input, with the root of the covariance of its
+    /// weights and slopes.
     pub(crate) fn from_zero(root: Mat<f64>, tangent: Tangent, input: &[f64], dt: f64) -> Self {
         let mut first = vec![0.0; root.nrows()];
         tangent.rows(input, dt, None).write(0, &mut first);

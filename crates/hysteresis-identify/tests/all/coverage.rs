@@ -1,5 +1,6 @@
-//! 95 % intervals, estimate +- 1.96 standard errors, hold the truth as often as they say: also where noise is coloured, and where
-//! creep or dynamics are left out of the model. `make coverage` runs many seeds and prints the table of docs/standard_errors.md.
+//! 95 % intervals, estimate +- 1.96 standard errors, hold the truth as often as they say: also where noise is coloured,
+//! and where creep or dynamics are left out of the model. `make coverage` runs many seeds and prints the table of
+//! docs/standard_errors.md.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -104,7 +105,8 @@ fn creep() -> Creep {
     Creep::logarithmic(0.012, 0.01, 30.0, 7).unwrap()
 }
 
-/// Straight ways between loops of any amplitude; every fifth seed a decaying triangle. Steps at the end where dynamics are fitted.
+/// Straight ways between loops of any amplitude; every fifth seed a decaying triangle. Steps at the end where dynamics
+/// are fitted.
 fn drive(random: &mut Random, seed: u64, steps: bool) -> Vec<f64> {
     let mut input = if seed % 5 == 4 {
         let periods = random.between(8.0, 14.0).floor() + 0.25;
@@ -238,9 +240,9 @@ fn counts(case: &Case, seeds: u64) -> BTreeMap<&'static str, (f64, f64)> {
     kinds
 }
 
-/// `COVERAGE_SEEDS` sets how many records every case has, `COVERAGE_CASE` picks cases by a part of their name. Without them
-/// there are a few records of the cases with given options, and the limits allow for chance: the intervals of one record depend on
-/// each other, so there are some 150 independent ones, whose share varies by 1.8 % (1 sigma).
+/// `COVERAGE_SEEDS` sets how many records every case has, `COVERAGE_CASE` picks cases by a part of their name. Without
+/// them there are a few records of the cases with given options, and the limits allow for chance: the intervals of one
+/// record depend on each other, so there are some 150 independent ones, whose share varies by 1.8 % (1 sigma).
 #[test]
 fn intervals_hold_the_truth() {
     let seeds = std::env::var("COVERAGE_SEEDS").ok().and_then(|seeds| seeds.parse().ok());

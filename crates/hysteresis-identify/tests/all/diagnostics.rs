@@ -306,7 +306,8 @@ fn full_strokes_alone_are_not_enough() {
     assert_eq!((findings[0].value, findings[0].limit), (0.0, 2.0));
 }
 
-/// Whatever the shape of the loops: what is of one speed and one frequency tells no rate; another speed, another amplitude, or rests do.
+/// Whatever the shape of the loops: what is of one speed and one frequency tells no rate; another speed, another
+/// amplitude, or rests do.
 #[test]
 fn loops_of_one_speed_do_not_tell_the_rate() {
     let triangle = |phase: f64| 2.0 * (2.0 * (phase + 0.75).rem_euclid(1.0) - 1.0).abs() - 1.0;

@@ -298,7 +298,8 @@ fn a_dead_time_that_is_given_stays() {
     assert!(found.covariance.parameters.contains(&"frequency".to_owned()));
 }
 
-/// A record of which the fit reads no sample, as those that are not left out act behind a negative dead time, has no offset to estimate.
+/// A record of which the fit reads no sample, as those that are not left out act behind a negative dead time, has no
+/// offset to estimate.
 #[test]
 fn an_offset_that_no_sample_tells_counts_for_no_sample() {
     let behind = Behind { creep: None, dynamics: Some(resonance(80.0, 0.1)), dead_time: 2.0 };

@@ -60,7 +60,8 @@ fn refused(records: &ManyRecords<'_>, options: &Options) -> Error {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(3))]
 
-    /// Drives of their own: the very fits of `identify`. One drive: whatever the number of threads, and whoever the others are.
+    /// Drives of their own: the very fits of `identify`. One drive: whatever the number of threads, and whoever the
+    /// others are.
     #[test]
     fn many_equals_single(seed in 0..1_000_000_u64) {
         let (first, second) = (drive(0.0), drive(10.0));

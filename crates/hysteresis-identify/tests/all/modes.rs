@@ -184,7 +184,8 @@ fn two_modes_behind_an_amplifier_come_back() {
     assert!(without.found(3, &options()).amplifier().is_none());
 }
 
-/// The stage has the modes: it repeats the prediction. The standard errors are those of the covariance, and hold the truth.
+/// The stage has the modes: it repeats the prediction. The standard errors are those of the covariance, and hold the
+/// truth.
 #[test]
 fn stage_and_errors_have_all_modes() {
     let truth = Truth::at_10_khz(&[[0.8, 800.0, 0.02], [0.2, 1900.0, 0.01]]);

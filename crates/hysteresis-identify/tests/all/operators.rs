@@ -77,7 +77,8 @@ fn a_stage_of_forty_plays_behind_a_mode_and_creep_has_as_many() {
     }
 }
 
-/// Thresholds of twenty are among those of forty: at the same point, the weights of the former are among those that are tried.
+/// Thresholds of twenty are among those of forty: at the same point, the weights of the former are among those that are
+/// tried.
 #[test]
 fn twice_as_many_never_fit_worse() {
     let input = drive(1_000, 19.0);

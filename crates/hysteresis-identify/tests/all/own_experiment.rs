@@ -1,4 +1,5 @@
-//! The package's own experiment: its rests, small reversals and small fast signal are no faults, whatever the range, speed and noise.
+//! The package's own experiment: its rests, small reversals and small fast signal are no faults, whatever the range,
+//! speed and noise.
 
 use hysteresis_control::linear::{Creep, SecondOrder};
 use hysteresis_control::stage::{Stage, StageParts};

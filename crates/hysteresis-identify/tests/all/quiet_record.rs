@@ -1,4 +1,5 @@
-//! Dynamics that a small fast record tells, where a hysteresis that is not of the model's kind leaves much more of the loops.
+//! Dynamics that a small fast record tells, where a hysteresis that is not of the model's kind leaves much more of the
+//! loops.
 
 use std::f64::consts::TAU;
 
@@ -20,7 +21,8 @@ const DEVIATION: f64 = 0.02;
 /// The dead time, in steps.
 const LATE: usize = 10;
 
-/// The rows of a stage with an amplifier of 40 Hz, a mode of 90 Hz, damping 0.05, and a dead time of 1 ms, everything in small steps.
+/// The rows of a stage with an amplifier of 40 Hz, a mode of 90 Hz, damping 0.05, and a dead time of 1 ms, everything
+/// in small steps.
 fn rows(drive: &[f64], steps: u32, seed: u64) -> Vec<f64> {
     let mut amplifier = FirstOrder::new(40.0).unwrap().block(STEP).unwrap();
     let mut mode = SecondOrder::new(90.0, 0.05).unwrap().block(STEP).unwrap();

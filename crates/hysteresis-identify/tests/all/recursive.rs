@@ -95,8 +95,8 @@ fn without_forgetting_it_is_least_squares() {
         }
         let shifted: Vec<_> = record.iter().map(|(u, y)| (*u, y - offset)).collect();
         let expected = batch(&plant, &shifted, &vec![1.0; record.len()], held == Setting::Fit);
-        // The weights are 3e-4 to 4e-3 um/V and the given ones up to 3e-5 off, which count as 1e-12 of a sample; the rest is
-        // rounding, 1e-16 of the largest times the condition of the problem, about 1e3.
+        // The weights are 3e-4 to 4e-3 um/V and the given ones up to 3e-5 off, which count as 1e-12 of a sample; the
+        // rest is rounding, 1e-16 of the largest times the condition of the problem, about 1e3.
         let largest = difference(&estimate(&identifier), &expected);
         assert!(largest < 1e-13, "{largest}");
         // The noise matters: far more than that tolerance.
@@ -271,8 +271,8 @@ fn the_largest_and_smallest_numbers_leave_finite_weights() {
     }
 }
 
-/// Of a split model both sides count together: one must not outweigh the identity of the other by so much that the model
-/// has no inverse.
+/// Of a split model both sides count together: one must not outweigh the identity of the other by so much that the
+/// model has no inverse.
 #[test]
 fn a_split_model_is_invertible_whatever_is_measured() {
     let given = actuator();

@@ -178,7 +178,8 @@ fn glitches_cost_no_accuracy() {
     }
 }
 
-/// The parameters lie within a standard error of those of the clean record, and the figures are those of what is fitted.
+/// The parameters lie within a standard error of those of the clean record, and the figures are those of what is
+/// fitted.
 fn assert_near(found: &Identification, clean: &Identification, case: &str) {
     let errors = &clean.standard_errors;
     let pairs = [

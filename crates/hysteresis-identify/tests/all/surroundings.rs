@@ -82,8 +82,8 @@ fn an_amplifier_is_told_from_dead_time_and_dynamics() {
     assert!(worst < 2e-2, "{worst}");
 }
 
-/// A lag of first order is a resonance damped without bound: the search for one of second order ends at its edge, or inside with a
-/// dead time below zero.
+/// A lag of first order is a resonance damped without bound: the search for one of second order ends at its edge, or
+/// inside with a dead time below zero.
 #[test]
 fn a_lag_is_not_taken_for_a_resonance() {
     use FindingCode::{ClippedInput, NegativeDeadTime, PoorFit, ResonanceNotExcited};
@@ -125,8 +125,8 @@ fn a_lag_behind_a_square_is_found_and_a_dead_time_there_stays_one() {
     assert!(found.dynamics.is_none() && (found.dead_time.unwrap() / DT - 30.0).abs() < 0.5, "{:?}", found.dead_time);
 }
 
-/// The weights of all loops are those of the fit, whatever is in front of the hysteresis and behind it; and those of the other loops
-/// predict a loop about as well as it is fitted.
+/// The weights of all loops are those of the fit, whatever is in front of the hysteresis and behind it; and those of
+/// the other loops predict a loop about as well as it is fitted.
 #[test]
 fn leaving_a_loop_out_knows_the_maps() {
     let (before, behind) = (Some(bent(1.0, 0.25)), Some(saturated()));

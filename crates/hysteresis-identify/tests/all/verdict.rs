@@ -138,7 +138,8 @@ fn times_that_contradict_the_sampling_interval_are_refused() {
             other => assert!(is_near && other.is_ok(), "{dt}: {other:?}"),
         }
     }
-    // Times that a clock of few steps, or one that is read late, has made of the same samples; and another interval beside each.
+    // Times that a clock of few steps, or one that is read late, has made of the same samples; and another interval
+    // beside each.
     let late: Vec<f64> = times.iter().zip(noise(SAMPLES, 1e-4, 11)).map(|(t, e)| t + e).collect();
     let rounded: Vec<f64> = times.iter().map(|t| (t / 9.1e-4).floor() * 9.1e-4).collect();
     for uneven in [&late, &rounded] {

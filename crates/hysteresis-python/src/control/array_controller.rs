@@ -18,8 +18,8 @@ use crate::stream::blocks::{BLOCK, Block, apply};
 use crate::stream::of_kind::{OfKind, map_kind, of_kind};
 use crate::stream::stream_arrays::{MadeOf, columns};
 
-/// Feed-forward through the exact inverses of M actuators and an integral behind a reconstruction matrix, within limits at every
-/// sample: made by `array.controller(...)`.
+/// Feed-forward through the exact inverses of M actuators and an integral behind a reconstruction matrix, within limits
+/// at every sample: made by `array.controller(...)`.
 ///
 /// a(k) = a(k-1) + dt (ki e(k) - leak a(k-1)), e = R (sensor reference - measurement), target(k) = reference(k) + a(k) +
 /// bumpless(k), drive of actuator i = H_i^-1[target_i]. Reference, integral a and bumpless term are displacements. With a
@@ -27,16 +27,16 @@ use crate::stream::stream_arrays::{MadeOf, columns};
 /// to zero. Without one sensor i measures actuator i, and the sensor reference is the reference. ki and leak are per second:
 /// behind the exact inverse the loop is linear, so one gain suits all actuators.
 ///
-/// The drives are always finite, within their limits, and no farther than slew dt from the last ones. The inverses remember the
-/// drives that go out. Where limits hold an actuator back, its integral takes of its change what the actuator can follow. The
-/// modelled positions of neighbours are never farther apart than `max_difference`; where they are already, at the start, the
-/// difference never grows.
+/// The drives are always finite, within their limits, and no farther than slew dt from the last ones. The inverses
+/// remember the drives that go out. Where limits hold an actuator back, its integral takes of its change what the
+/// actuator can follow. The modelled positions of neighbours are never farther apart than `max_difference`; where they
+/// are already, at the start, the difference never grows.
 ///
-/// A motion starts from the present drives: at the first sample, after a reset, a hold or a stop, and after a sample that was
-/// rejected. `bumpless` takes the difference and goes to zero in a straight line.
+/// A motion starts from the present drives: at the first sample, after a reset, a hold or a stop, and after a sample
+/// that was rejected. `bumpless` takes the difference and goes to zero in a straight line.
 ///
-/// A reference that is not finite (or beyond 1e100) holds all drives. A measurement that is not finite lets the integral rest:
-/// that of its actuator without a matrix, all of them with one. Feed-forward goes on.
+/// A reference that is not finite (or beyond 1e100) holds all drives. A measurement that is not finite lets the
+/// integral rest: that of its actuator without a matrix, all of them with one. Feed-forward goes on.
 ///
 /// In an array of stages H_i^-1 inverts Duhem operator, maps, loop shift, slow gain and creep too, not the dynamics.
 /// These go on also while the drives stay. The controller counters what creeps in every motion and stop; only where
@@ -120,9 +120,9 @@ fn sample<'py, D: Dimension>(
 impl ArrayController {
     /// Takes a sample and gives the drives, an array of shape (M,), in `out` or a new array.
     ///
-    /// `reference`: the positions that are wanted, shape (M,). `measurement`: what the sensors show, shape (S,); None for
-    /// feed-forward alone, the integral staying as it is. `sensor_reference`: what the sensors are to show, shape (S,); by default
-    /// zero, or the reference if there is no reconstruction matrix.
+    /// `reference`: the positions that are wanted, shape (M,). `measurement`: what the sensors show, shape (S,); None
+    /// for feed-forward alone, the integral staying as it is. `sensor_reference`: what the sensors are to show, shape
+    /// (S,); by default zero, or the reference if there is no reconstruction matrix.
     fn step<'py>(
         slf: &Bound<'py, Self>,
         #[py("ArrayLike")] reference: &Bound<'py, PyAny>,
@@ -372,11 +372,11 @@ impl ActuatorArray {
     /// limits : (low, high) or array of shape (M, 2)
     ///     Of the drives, in volts. Stages have theirs by default.
     /// ki : float
-    ///     The integral gain per second. With direct sensors and one sample of delay the loop is stable below ki dt = 1, and calm
-    ///     at 0.3.
+    ///     The integral gain per second. With direct sensors and one sample of delay the loop is stable below ki dt =
+    ///     1, and calm at 0.3.
     /// reconstruction : array of shape (M, S), optional
-    ///     What makes errors of the actuators of those of S sensors, such as the pseudo-inverse of the measured response matrix.
-    ///     Without it sensor i measures actuator i.
+    ///     What makes errors of the actuators of those of S sensors, such as the pseudo-inverse of the measured
+    ///     response matrix. Without it sensor i measures actuator i.
     /// leak : float
     ///     How fast the integral goes to zero by itself, per second: at most 1 / dt.
     /// slew : float or array of shape (M,), optional
@@ -386,7 +386,8 @@ impl ActuatorArray {
     /// max_difference : float or array of shape (P,), optional
     ///     How far the modelled positions of each pair may be apart. Given with `neighbours`.
     /// bumpless_time : float
-    ///     How long, in seconds, the difference at a start takes to go to zero. From a start on the integral rests for that time.
+    ///     How long, in seconds, the difference at a start takes to go to zero. From a start on the integral rests for
+    ///     that time.
     /// start_drive : float or array of shape (M,), optional
     ///     The drives that the amplifiers have at the start: by default zero or the limit nearest to it.
     ///
@@ -467,11 +468,11 @@ impl ArrayController {
         of_kind!(&mut this.controller, of => of.set_gains(ki, leak)).map_err(raise)
     }
 
-    /// One actuator goes on with the weights and the output offset of another model of the same thresholds and input offset,
-    /// without a jump. In an array of stages the model is the hysteresis of the stage.
+    /// One actuator goes on with the weights and the output offset of another model of the same thresholds and input
+    /// offset, without a jump. In an array of stages the model is the hysteresis of the stage.
     ///
-    /// Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; the controller is
-    /// as before then.
+    /// Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; the
+    /// controller is as before then.
     fn set_model(slf: &Bound<'_, Self>, actuator: usize, #[py("Model")] model: &Bound<'_, PyAny>) -> PyResult<()> {
         let mut this = exclusive(slf)?;
         let Self { controller, made } = &mut *this;
@@ -494,18 +495,19 @@ impl ArrayController {
         Ok(())
     }
 
-    /// Ramps the drives to `rest_drive` (V), one for all or one for each, at `rate` (V/s), or at the slew if that is slower, and
-    /// holds them there.
+    /// Ramps the drives to `rest_drive` (V), one for all or one for each, at `rate` (V/s), or at the slew if that is
+    /// slower, and holds them there.
     ///
-    /// From the next sample on every `step` puts out the next drives of the ramp, for any reference and measurement. `hold =
-    /// False` starts a motion from the drives that are reached then.
+    /// From the next sample on every `step` puts out the next drives of the ramp, for any reference and measurement.
+    /// `hold = False` starts a motion from the drives that are reached then.
     fn stop(slf: &Bound<'_, Self>, rate: f64, #[py("ArrayLike" = 0.0)] rest_drive: Object) -> PyResult<()> {
         let rest = each("rest_drive", rest_drive.0.bind(slf.py()), of_kind!(&shared(slf)?.controller, of => of.len()))?;
         of_kind!(&mut exclusive(slf)?.controller, of => of.stop(rate, &rest)).map_err(raise)
     }
 
-    /// Back to the start, in mode "run", with the memory of a move from rest to the present drives and all counters at zero. The
-    /// drives stay as they are, or are `drive`, one for all or one for each, if the amplifiers have others now.
+    /// Back to the start, in mode "run", with the memory of a move from rest to the present drives and all counters at
+    /// zero. The drives stay as they are, or are `drive`, one for all or one for each, if the amplifiers have others
+    /// now.
     fn reset(slf: &Bound<'_, Self>, #[py("ArrayLike | None" = None)] drive: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let actuators = of_kind!(&shared(slf)?.controller, of => of.len());
         let drive = drive.map(|drive| each("drive", drive, actuators)).transpose()?;
@@ -517,8 +519,8 @@ impl ArrayController {
         Ok(())
     }
 
-    /// Takes over what was driven before, an array of shape (samples, M), oldest drives first; the next motion starts from the
-    /// last row.
+    /// Takes over what was driven before, an array of shape (samples, M), oldest drives first; the next motion starts
+    /// from the last row.
     fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let actuators = of_kind!(&shared(slf)?.controller, of => of.len());
         let expected = format!("an array of shape (samples, {actuators})");
@@ -527,8 +529,9 @@ impl ArrayController {
         of_kind!(&mut exclusive(slf)?.controller, of => of.follow(drives)).map_err(raise)
     }
 
-    /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
-    /// amplifiers must be at its drives. A controller with other gains or dt refuses it; models and limits are not part of it.
+    /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit.
+    /// The amplifiers must be at its drives. A controller with other gains or dt refuses it; models and limits are not
+    /// part of it.
     #[getter]
     #[py(-> "dict[str, Any]")]
     pub(super) fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

@@ -25,21 +25,23 @@ use crate::stream::blocks::run_both;
 /// Feed-forward and proportional-integral feedback within limits: equation (8) of the paper with its errata 10 to 12.
 ///
 /// u(k) = H^-1[target(k)] + kp e(k) + ki dt (e(0) + ... + e(k)) + bumpless(k), e = F (reference - measurement) with the
-/// filters F. The drive is always finite, within `limits`, and no farther than slew dt from the last one. A motion starts from the present drive, and
-/// no change while it runs is a jump: `bumpless` takes the difference and goes to zero in a straight line.
+/// filters F. The drive is always finite, within `limits`, and no farther than slew dt from the last one. A motion
+/// starts from the present drive, and no change while it runs is a jump: `bumpless` takes the difference and goes to
+/// zero in a straight line.
 ///
-/// A reference, target or feed-forward that is not finite (or beyond 1e100) repeats the last drive and is counted. So does a
-/// measurement that is not finite, out of `measurement_range`, or farther than `max_measurement_step` from the last one;
-/// after `max_missing` of these in a row feed-forward goes on alone, the integral frozen, until a plausible one returns. While
-/// `bumpless` has not gone to zero since the drive was held last, the last error stands in: however many are lost,
-/// the drive goes on.
+/// A reference, target or feed-forward that is not finite (or beyond 1e100) repeats the last drive and is counted. So
+/// does a measurement that is not finite, out of `measurement_range`, or farther than `max_measurement_step` from the
+/// last one; after `max_missing` of these in a row feed-forward goes on alone, the integral frozen, until a plausible
+/// one returns. While `bumpless` has not gone to zero since the drive was held last, the last error stands in: however
+/// many are lost, the drive goes on.
 ///
 /// Parameters
 /// ----------
 /// feedforward : Inverse, StageInverse, Forward, "given" or None
-///     model.inverse(limits) or stage.inverse(dt), the exact inverse, with the limits of the controller; or model.forward() of
-///     a model that is itself an inverse, um in and volts out (Table II, a closed form). The controller goes on with a copy,
-///     memory included. "given": volts that come with every sample. None: feedback alone.
+///     model.inverse(limits) or stage.inverse(dt), the exact inverse, with the limits of the controller; or
+///     model.forward() of a model that is itself an inverse, um in and volts out (Table II, a closed form). The
+///     controller goes on with a copy, memory included. "given": volts that come with every sample. None: feedback
+///     alone.
 /// kp, ki : float
 ///     Gains in V/um and V/um/s. They are not negative, but for kp behind filters: that is active damping.
 /// dt : float
@@ -49,25 +51,25 @@ use crate::stream::blocks::run_both;
 /// slew : float, optional
 ///     How fast the drive may move, in V/s.
 /// law : "positional" or "incremental"
-///     Equation (8) as it must be meant; or from the last drive on, u += change of H^-1 + kp (change of e) + ki dt e, which
-///     loses what a limit cuts off.
+///     Equation (8) as it must be meant; or from the last drive on, u += change of H^-1 + kp (change of e) + ki dt e,
+///     which loses what a limit cuts off.
 /// anti_windup : "conditional" or "back_calculation"
-///     Of the positional law, for limits and slew: the integral takes no error that pushes a limited drive further; or it also
-///     takes what was cut off, over `tracking_time` seconds (by default the integral time kp / ki).
+///     Of the positional law, for limits and slew: the integral takes no error that pushes a limited drive further; or
+///     it also takes what was cut off, over `tracking_time` seconds (by default the integral time kp / ki).
 /// tracking_time : float, optional
 ///     For back-calculation alone, in seconds.
 /// bumpless_time : float
-///     How long, in seconds, the difference at a start or a switch takes to go to zero. From a start on the integral rests for
-///     that time.
+///     How long, in seconds, the difference at a start or a switch takes to go to zero. From a start on the integral
+///     rests for that time.
 /// max_missing : int
-///     How many measurements in a row may be missing or implausible before feed-forward goes on alone. The first of them holds the
-///     drive; where losses follow each other within `bumpless_time`, the last error stands in.
+///     How many measurements in a row may be missing or implausible before feed-forward goes on alone. The first of
+///     them holds the drive; where losses follow each other within `bumpless_time`, the last error stands in.
 /// measurement_range : (low, high), optional
 ///     What the sensor can show.
 /// max_measurement_step : float, optional
-///     The largest plausible change from one measurement to the next. After k measurements in a row that could not be used,
-///     k + 1 times as much is plausible; after `max_missing` of them the next finite one within `measurement_range` is taken,
-///     wherever it is.
+///     The largest plausible change from one measurement to the next. After k measurements in a row that could not be
+///     used, k + 1 times as much is plausible; after `max_missing` of them the next finite one within
+///     `measurement_range` is taken, wherever it is.
 /// preview : Preview, optional
 ///     Makes the target of references that then come `preview.ahead` samples early.
 /// start_drive : float, optional
@@ -75,13 +77,15 @@ use crate::stream::blocks::run_both;
 /// filters : Notch, LowPass, Lead, Biquad, or a list of them
 ///     F shapes the error before both gains. At most 6.
 /// observer : Observer, optional
-///     The feedback sees what it makes of measurement and drive. For up to `max_missing` measurements in a row that are missing or
-///     implausible it stands in; they are counted all the same. The controller goes on with a copy, memory included. It keeps its model
-///     when `set_model` changes that of the feed-forward, and takes the difference for a disturbance.
+///     The feedback sees what it makes of measurement and drive. For up to `max_missing` measurements in a row that are
+///     missing or implausible it stands in; they are counted all the same. The controller goes on with a copy, memory
+///     included. It keeps its model when `set_model` changes that of the feed-forward, and takes the difference for a
+///     disturbance.
 /// repetitive : RepetitiveControl, optional
-///     Learns a correction of the target from the errors of the last period, while the feedback is on and no start or hold is still
-///     under way. For a feed-forward that a target reaches. The controller goes on with a copy, whose filters stay those of the gains
-///     that it was made for. If it diverges it stops and fades out: see `learning_phase` and `divergence_count`.
+///     Learns a correction of the target from the errors of the last period, while the feedback is on and no start or
+///     hold is still under way. For a feed-forward that a target reaches. The controller goes on with a copy, whose
+///     filters stay those of the gains that it was made for. If it diverges it stops and fades out: see
+///     `learning_phase` and `divergence_count`.
 ///
 /// Raises
 /// ------
@@ -198,9 +202,9 @@ impl HybridController {
         self.controller().terms().into()
     }
 
-    /// "run"; "feedforward": the proportional term is off, the integral is frozen and stays part of the drive; "hold": the
-    /// drive stays and nothing advances; "stop", which `stop` begins. Set one of the first three at any time: no change of
-    /// mode is a jump.
+    /// "run"; "feedforward": the proportional term is off, the integral is frozen and stays part of the drive; "hold":
+    /// the drive stays and nothing advances; "stop", which `stop` begins. Set one of the first three at any time: no
+    /// change of mode is a jump.
     #[getter]
     #[py(-> "Literal['run', 'feedforward', 'hold', 'stop']")]
     fn mode(&self) -> &'static str {
@@ -212,8 +216,8 @@ impl HybridController {
         exclusive(slf)?.controller_mut().set_mode(mode).map_err(raise)
     }
 
-    /// Whether the drive is held. An attribute: set it to True to hold, to False to go on in the mode before, also after a
-    /// stop.
+    /// Whether the drive is held. An attribute: set it to True to hold, to False to go on in the mode before, also
+    /// after a stop.
     #[getter]
     fn hold(&self) -> bool {
         self.controller().mode() == Mode::Hold
@@ -229,8 +233,8 @@ impl HybridController {
         Ok(())
     }
 
-    /// For how many seconds at most the drive is not yet that of the law, from the next sample on: until the window of the
-    /// preview is full and the bumpless term is gone.
+    /// For how many seconds at most the drive is not yet that of the law, from the next sample on: until the window of
+    /// the preview is full and the bumpless term is gone.
     #[getter]
     fn lead_in(&self) -> f64 {
         self.controller().lead_in()
@@ -395,22 +399,23 @@ impl HybridController {
         Some(RepetitiveControl { control: now.clone(), ..made.borrow(py).clone() })
     }
 
-    /// "learning"; "fading": what was learned goes to zero; "stopped": learning has diverged, and corrects nothing until
-    /// `restart_learning` or `reset`. None without learning.
+    /// "learning"; "fading": what was learned goes to zero; "stopped": learning has diverged, and corrects nothing
+    /// until `restart_learning` or `reset`. None without learning.
     #[getter]
     #[py(-> "LearningPhase | None")]
     fn learning_phase(&self) -> Option<&'static str> {
         self.stage_controller.repetitive().map(|repetitive| repetitive.phase().name())
     }
 
-    /// How often learning has diverged: the error grew from period to period, on a stage that is too far from the model. It has stopped
-    /// and faded out then.
+    /// How often learning has diverged: the error grew from period to period, on a stage that is too far from the
+    /// model. It has stopped and faded out then.
     #[getter]
     fn divergence_count(&self) -> u64 {
         self.stage_controller.repetitive().map_or(0, learning::RepetitiveControl::divergence_count)
     }
 
-    /// Lets learning begin anew: at once after it has stopped, else as soon as what was learned has faded out, so that nothing jumps.
+    /// Lets learning begin anew: at once after it has stopped, else as soon as what was learned has faded out, so that
+    /// nothing jumps.
     ///
     /// Raises ValueError for a controller that does not learn.
     fn restart_learning(slf: &Bound<'_, Self>) -> PyResult<()> {
@@ -438,10 +443,10 @@ impl HybridController {
 impl HybridController {
     /// Takes a sample and returns the drive in volts.
     ///
-    /// `reference` and `measurement` in um, with a preview the reference of `preview.ahead` samples later; `feedforward`:
-    /// volts that replace the output of the source, which follows the target all the same; `target`: what the feed-forward
-    /// is to reach, if not the reference or what the preview makes of it; `correction`: what is added to that, as
-    /// `IterativeLearning.correction`.
+    /// `reference` and `measurement` in um, with a preview the reference of `preview.ahead` samples later;
+    /// `feedforward`: volts that replace the output of the source, which follows the target all the same; `target`:
+    /// what the feed-forward is to reach, if not the reference or what the preview makes of it; `correction`: what is
+    /// added to that, as `IterativeLearning.correction`.
     fn step(
         slf: &Bound<'_, Self>,
         reference: f64,
@@ -454,7 +459,8 @@ impl HybridController {
         Ok(exclusive(slf)?.stage_controller.step(command, measurement))
     }
 
-    /// Takes arrays of references and measurements, bit for bit like `step` in a loop; returns the drives, in `out` or a new array.
+    /// Takes arrays of references and measurements, bit for bit like `step` in a loop; returns the drives, in `out` or
+    /// a new array.
     fn run<'py>(
         slf: &Bound<'py, Self>,
         #[py("ArrayLike")] references: &Bound<'py, PyAny>,
@@ -542,8 +548,8 @@ impl HybridController {
         this.remember_model(model)
     }
 
-    /// Goes on with another feed-forward (as at construction) without a jump. While a motion is under way the new stream
-    /// first moves to the last target; a change to "given" repeats the drive for one sample.
+    /// Goes on with another feed-forward (as at construction) without a jump. While a motion is under way the new
+    /// stream first moves to the last target; a change to "given" repeats the drive for one sample.
     fn set_feedforward(
         slf: &Bound<'_, Self>,
         #[py("FeedForward")] feedforward: Option<&Bound<'_, PyAny>>,
@@ -556,21 +562,22 @@ impl HybridController {
         Ok(())
     }
 
-    /// Back to the start, in mode "run", with the memory of the feed-forward at rest and all counters at zero. The drive
-    /// stays as it is, or is `drive` if the amplifier has another one now.
+    /// Back to the start, in mode "run", with the memory of the feed-forward at rest and all counters at zero. The
+    /// drive stays as it is, or is `drive` if the amplifier has another one now.
     fn reset(slf: &Bound<'_, Self>, #[py(= None)] drive: Option<f64>) -> PyResult<()> {
         exclusive(slf)?.stage_controller.reset(drive).map_err(raise)
     }
 
     /// Ramps the drive to `rest_drive` (V) at `rate` (V/s), or at the slew if that is slower, and holds it there.
     ///
-    /// From the next sample on every `step` puts out the next drive of the ramp, for any reference and measurement. `hold = False` starts a motion
-    /// from the drive that is reached then.
+    /// From the next sample on every `step` puts out the next drive of the ramp, for any reference and measurement.
+    /// `hold = False` starts a motion from the drive that is reached then.
     fn stop(slf: &Bound<'_, Self>, rate: f64, #[py(= 0.0)] rest_drive: f64) -> PyResult<()> {
         exclusive(slf)?.controller_mut().stop(rate, rest_drive).map_err(raise)
     }
 
-    /// Takes over what was driven before, oldest drive first, one per sampling interval; the next motion starts from the last.
+    /// Takes over what was driven before, oldest drive first, one per sampling interval; the next motion starts from
+    /// the last.
     fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let drives = vector("drives", drives)?;
         exclusive(slf)?.stage_controller.follow(drives.as_slice()?).map_err(raise)
@@ -578,13 +585,15 @@ impl HybridController {
 
     /// Goes on from another drive that the amplifier has, with everything that is remembered.
     ///
-    /// For a state that was loaded into a controller whose amplifier is not at its drive: the next motion starts from there.
+    /// For a state that was loaded into a controller whose amplifier is not at its drive: the next motion starts from
+    /// there.
     fn start_at(slf: &Bound<'_, Self>, drive: f64) -> PyResult<()> {
         exclusive(slf)?.stage_controller.start_at(drive).map_err(raise)
     }
 
-    /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit. The
-    /// amplifier must be at its drive. A controller with other gains, dt or limits refuses it; the model is not part of it.
+    /// Everything that the controller remembers, as a dictionary to keep; set it to continue from there bit for bit.
+    /// The amplifier must be at its drive. A controller with other gains, dt or limits refuses it; the model is not
+    /// part of it.
     #[getter]
     #[py(-> "dict[str, Any]")]
     pub(super) fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

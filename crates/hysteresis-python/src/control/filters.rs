@@ -19,8 +19,8 @@ use crate::stream::single_argument::Stepper;
 
 /// A notch, which takes out a resonance and leaves slow signals as they are.
 ///
-/// (s^2 + 2 depth w s + w^2) / (s^2 + 2 width w s + w^2), w = 2 pi frequency. At its frequency it passes depth / width. With the
-/// damping ratio of a mode for the depth it puts a mode of the damping ratio `width` in its place.
+/// (s^2 + 2 depth w s + w^2) / (s^2 + 2 width w s + w^2), w = 2 pi frequency. At its frequency it passes depth / width.
+/// With the damping ratio of a mode for the depth it puts a mode of the damping ratio `width` in its place.
 ///
 /// Parameters
 /// ----------
@@ -42,7 +42,8 @@ pub(crate) struct Notch(filters::Notch);
 
 /// A low-pass of unit static gain: w / (s + w), or w^2 / (s^2 + 2 zeta w s + w^2) with a damping ratio.
 ///
-/// Behind one a small negative `kp` damps a mode: integral resonant control, or positive position feedback for one of second order.
+/// Behind one a small negative `kp` damps a mode: integral resonant control, or positive position feedback for one of
+/// second order.
 ///
 /// Parameters
 /// ----------

@@ -23,8 +23,8 @@ use crate::trajectories::positions::positions;
 /// target(k) = sum_j c_j r(k + ahead - j), j = 0 the newest. References then enter `step` `ahead` samples early; the
 /// feedback uses r(k), from the same window, which at the start is full of the first reference.
 ///
-/// While the window fills anew, at the start, after a hold and after a rejected reference, the target rests at the first
-/// reference.
+/// While the window fills anew, at the start, after a hold and after a rejected reference, the target rests at the
+/// first reference.
 ///
 /// Parameters
 /// ----------
@@ -135,9 +135,9 @@ impl Preview {
 
     /// The same behind a smoothing of the references: three means of a third of `seconds`, one behind the other.
     ///
-    /// Target and reference of the feedback are then those of the smoothed references, which come half of `seconds` earlier. So
-    /// references may have steps and corners. Means over a period of a resonance leave it at rest: three periods of the slowest one
-    /// are a good choice.
+    /// Target and reference of the feedback are then those of the smoothed references, which come half of `seconds`
+    /// earlier. So references may have steps and corners. Means over a period of a resonance leave it at rest: three
+    /// periods of the slowest one are a good choice.
     ///
     /// Examples
     /// --------
@@ -152,7 +152,8 @@ impl Preview {
 
     /// The error of the position for a sine of this frequency in Hz, relative to the sine, or to the smoothed one.
     ///
-    /// Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for coefficients alone.
+    /// Only `mpi_hyst.control.preview` knows which dynamics its coefficients invert: a ValueError for coefficients
+    /// alone.
     fn error(&self, frequency: f64) -> PyResult<f64> {
         let expected = "error: expected a preview that was made by mpi_hyst.control.preview, got coefficients alone";
         self.made.as_ref().map(|made| made.error(frequency)).ok_or_else(|| PyValueError::new_err(expected))
@@ -194,10 +195,11 @@ impl Preview {
 
 /// Feed-forward through inverse dynamics, sample by sample: weights of a window of references of which some lie ahead.
 ///
-/// target(k) = sum_j c_j r(k + ahead - j). Polynomials up to a degree are followed exactly; what freedom the window leaves
-/// minimises the error over the frequencies up to `band` (least squares). `error(f)` of the result tells what is left of a
-/// sine: with 4 ahead and the defaults 2e-11 at 20 Hz and 2e-7 at 100 Hz for 400 Hz, damping 0.95, at 10 kHz. The window must
-/// be as long as the inverse remembers: a few samples for resonances, some time constants of antiresonances.
+/// target(k) = sum_j c_j r(k + ahead - j). Polynomials up to a degree are followed exactly; what freedom the window
+/// leaves minimises the error over the frequencies up to `band` (least squares). `error(f)` of the result tells what is
+/// left of a sine: with 4 ahead and the defaults 2e-11 at 20 Hz and 2e-7 at 100 Hz for 400 Hz, damping 0.95, at 10 kHz.
+/// The window must be as long as the inverse remembers: a few samples for resonances, some time constants of
+/// antiresonances.
 ///
 /// Parameters
 /// ----------
@@ -260,9 +262,9 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
 /// What must enter linear dynamics so that the position follows a reference: stable inversion over the whole record.
 ///
-/// Minimises sum (y - r)^2 and a small share of the second differences of the input, from rest, exactly sampled. So the input
-/// is bounded for any stable dynamics, also with zeros in the right half plane, and does not ring between samples. A
-/// reference that is in motion at its end is taken to go on.
+/// Minimises sum (y - r)^2 and a small share of the second differences of the input, from rest, exactly sampled. So the
+/// input is bounded for any stable dynamics, also with zeros in the right half plane, and does not ring between
+/// samples. A reference that is in motion at its end is taken to go on.
 ///
 /// Parameters
 /// ----------

@@ -72,15 +72,16 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
 /// Iterative learning control of a periodic reference: after every period, a better target for the next one.
 ///
-/// A correction v of the target of the feed-forward leaves e = e0 - M v, e = reference - measurement over a period, M the response of
-/// the feedback loop. At every harmonic a Gaussian tells what is believed of e0 and M; each period makes it narrower. The correction
-/// moves towards the one with the least mean square of the error to be expected, with P the variance of M and C its covariance with e0:
+/// A correction v of the target of the feed-forward leaves e = e0 - M v, e = reference - measurement over a period, M
+/// the response of the feedback loop. At every harmonic a Gaussian tells what is believed of e0 and M; each period
+/// makes it narrower. The correction moves towards the one with the least mean square of the error to be expected, with
+/// P the variance of M and C its covariance with e0:
 ///
 /// v <- Q (v + (conj(M) (e0 - M v) + C - (P + 0.02^2) v) / (|M|^2 + P + 0.02^2 + 0.05^2))
 ///
-/// So little is learned where the loop is not known, and nothing where no error shows above the noise. A loop that is another one than
-/// was believed is learned with the errors. Learning stops by itself (`finished`). An error of twice the best one is not used: the
-/// target goes back to the best.
+/// So little is learned where the loop is not known, and nothing where no error shows above the noise. A loop that is
+/// another one than was believed is learned with the errors. Learning stops by itself (`finished`). An error of twice
+/// the best one is not used: the target goes back to the best.
 ///
 /// Parameters
 /// ----------
@@ -105,15 +106,17 @@ type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 /// filters : filter or sequence of filters
 ///     Of the feedback.
 /// noise : float, optional
-///     The root mean square of the measurement noise, um. Without it the upper half of the harmonics of the first period tells it.
+///     The root mean square of the measurement noise, um. Without it the upper half of the harmonics of the first
+///     period tells it.
 /// frequency_uncertainty, damping_uncertainty, slope_uncertainty : float
-///     How far the true loop may be: a share of the frequency of lightly damped modes, factors of their damping and of the slope.
+///     How far the true loop may be: a share of the frequency of lightly damped modes, factors of their damping and of
+///     the slope.
 /// settle : int
-///     Periods that pass before the first one that is learned from, and after each change of the target: one for a lightly damped
-///     loop. Call `update` for them too.
+///     Periods that pass before the first one that is learned from, and after each change of the target: one for a
+///     lightly damped loop. Call `update` for them too.
 /// on_demand : bool
-///     The motion is repeated on demand, from rest to rest. If not, one period follows the other. Where the target rests at its ends, up
-///     to a tenth of it at each, the correction comes and goes smoothly: so nothing jumps there.
+///     The motion is repeated on demand, from rest to rest. If not, one period follows the other. Where the target
+///     rests at its ends, up to a tenth of it at each, the correction comes and goes smoothly: so nothing jumps there.
 ///
 /// Raises
 /// ------
@@ -194,22 +197,22 @@ impl IterativeLearning {
         read_only(py, self.learning.target().iter().copied())
     }
 
-    /// What is added to the target with which learning began: for a reference that also drifts from period to period, as the slow
-    /// axis of a raster does, add it to that. Read-only.
+    /// What is added to the target with which learning began: for a reference that also drifts from period to period,
+    /// as the slow axis of a raster does, add it to that. Read-only.
     #[getter]
     fn correction<'py>(&self, py: Python<'py>) -> Vector<'py> {
         read_only(py, self.learning.correction())
     }
 
-    /// Whether learning has stopped by itself: five periods did not lower the error by a hundredth. The target is that of the best
-    /// period then. Learning goes on when the error grows by a quarter.
+    /// Whether learning has stopped by itself: five periods did not lower the error by a hundredth. The target is that
+    /// of the best period then. Learning goes on when the error grows by a quarter.
     #[getter]
     fn finished(&self) -> bool {
         self.learning.is_finished()
     }
 
-    /// Learns from the measured error of a period that was run with the present target; whether it was used, which it is not while the
-    /// loop settles.
+    /// Learns from the measured error of a period that was run with the present target; whether it was used, which it
+    /// is not while the loop settles.
     fn update(slf: &Bound<'_, Self>, #[py("ArrayLike")] error: &Bound<'_, PyAny>) -> PyResult<bool> {
         let error = vector("error", error)?;
         Ok(exclusive(slf)?.learning.update(error.as_slice()?).map_err(raise)?.accepted)
@@ -271,16 +274,17 @@ impl IterativeLearning {
 
 /// Repetitive control: the correction of the target, learned in the running loop, one period later.
 ///
-/// v(k) = sum_i q_i v(k - N + i) + gain sum_i l_i e(k - N + i) - mean of v, i = -m..m: the filters Q = 1 / (1 + (f / bandwidth)^4)
-/// and L = conj(M) / (|M|^2 + P + 0.05^2) as finite impulse responses around the present place of the last period of N samples. M is
-/// the response of the loop to a correction, P its variance over what the loop may be. The static error is left to a feedback that
-/// integrates.
+/// v(k) = sum_i q_i v(k - N + i) + gain sum_i l_i e(k - N + i) - mean of v, i = -m..m: the filters Q = 1 / (1 + (f /
+/// bandwidth)^4) and L = conj(M) / (|M|^2 + P + 0.05^2) as finite impulse responses around the present place of the
+/// last period of N samples. M is the response of the loop to a correction, P its variance over what the loop may be.
+/// The static error is left to a feedback that integrates.
 ///
-/// Where the loop is too far from the model, learning diverges: the error grows from period to period. It is told by the root mean square
-/// of the error in a period, or in as many as make 64 samples. Above three times the best (four together) each that is larger than the
-/// one before counts once, by a half or more twice; a smaller one counts back. At five counts, or where such an error has grown by a half
-/// beyond half the swing of the reference, learning stops and fades out within one period. What changes of the reference explain does
-/// not count. Noise or vibration that stays above three times the best error for long may come to five counts by chance.
+/// Where the loop is too far from the model, learning diverges: the error grows from period to period. It is told by
+/// the root mean square of the error in a period, or in as many as make 64 samples. Above three times the best (four
+/// together) each that is larger than the one before counts once, by a half or more twice; a smaller one counts back.
+/// At five counts, or where such an error has grown by a half beyond half the swing of the reference, learning stops
+/// and fades out within one period. What changes of the reference explain does not count. Noise or vibration that stays
+/// above three times the best error for long may come to five counts by chance.
 ///
 /// Parameters
 /// ----------
@@ -289,7 +293,8 @@ impl IterativeLearning {
 /// kp, ki, slope, dynamics, dt, dead_time, filters, frequency_uncertainty, damping_uncertainty, slope_uncertainty
 ///     As for `IterativeLearning`.
 /// bandwidth : float, optional
-///     Up to which frequency to learn, in Hz. Without one, as far as learning converges on every loop that the true one may be.
+///     Up to which frequency to learn, in Hz. Without one, as far as learning converges on every loop that the true one
+///     may be.
 /// gain : float
 ///     gamma, above 0 and at most 1: less averages noise over more periods.
 /// settle : int
@@ -372,7 +377,8 @@ impl RepetitiveControl {
         })
     }
 
-    /// "learning"; "fading": what was learned goes to zero; "stopped": learning has diverged, and corrects nothing until `restart`.
+    /// "learning"; "fading": what was learned goes to zero; "stopped": learning has diverged, and corrects nothing
+    /// until `restart`.
     #[getter]
     #[py(-> "LearningPhase")]
     fn phase(&self) -> &'static str {
@@ -385,7 +391,8 @@ impl RepetitiveControl {
         self.control.divergence_count()
     }
 
-    /// Learns anew: at once after it has stopped, else as soon as what was learned has faded out, so that nothing jumps.
+    /// Learns anew: at once after it has stopped, else as soon as what was learned has faded out, so that nothing
+    /// jumps.
     fn restart(slf: &Bound<'_, Self>) -> PyResult<()> {
         exclusive(slf)?.control.restart();
         Ok(())
@@ -415,7 +422,8 @@ impl RepetitiveControl {
         self.control.rejected()
     }
 
-    /// By how much the error shrinks in a period at the worst frequency from the first harmonic up: max |Q - gain L M'|.
+    /// By how much the error shrinks in a period at the worst frequency from the first harmonic up: max |Q - gain L
+    /// M'|.
     ///
     /// M' is the loop with what is given here instead of what is believed. Below 1 the loop is stable with learning.
     fn convergence_rate(

@@ -26,31 +26,33 @@ use crate::stream::stream_arrays::columns;
 /// Rows between two looks at pending signals (Ctrl-C).
 const ROWS: usize = 1 << 16;
 
-/// Several axes that move each other, as those of an XY stage or a tip-tilt mirror: a HybridController for each actuator, behind a static decoupling.
+/// Several axes that move each other, as those of an XY stage or a tip-tilt mirror: a HybridController for each
+/// actuator, behind a static decoupling.
 ///
-/// A plant with the coupling K moves its axes to y = K p when its actuators are at p. Actuator i gets the reference (D r)_i and the
-/// measurement (D y)_i, with the decoupling D, usually the inverse of K: u_i = C_i((D r)_i, (D y)_i). So each
-/// actuator has a loop of its own, with the model of its own hysteresis. Its limits, slew, filters and gates are those of its controller, in the
-/// coordinates of the actuator.
+/// A plant with the coupling K moves its axes to y = K p when its actuators are at p. Actuator i gets the reference (D
+/// r)_i and the measurement (D y)_i, with the decoupling D, usually the inverse of K: u_i = C_i((D r)_i, (D y)_i). So
+/// each actuator has a loop of its own, with the model of its own hysteresis. Its limits, slew, filters and gates are
+/// those of its controller, in the coordinates of the actuator.
 ///
-/// Products are summed from the first axis on and leave out zero entries of D. So with the identity the drives are bit for bit
-/// those of the single controllers. A measurement that is not finite (or beyond 1e100) is a missing one for all
-/// actuators that depend on it, by an entry of D that is not zero; such a reference is a bad one for them. The other actuators go on.
+/// Products are summed from the first axis on and leave out zero entries of D. So with the identity the drives are bit
+/// for bit those of the single controllers. A measurement that is not finite (or beyond 1e100) is a missing one for all
+/// actuators that depend on it, by an entry of D that is not zero; such a reference is a bad one for them. The other
+/// actuators go on.
 ///
-/// A `MultiAxisStage` may lead the axes: `stage.controller(limits)` makes such a controller. Then the drives of the feed-forward
-/// are those with which its model follows the references best, and its observer tells what comes in with the drives that the
-/// model does not know. The single controllers take both, and multiply the second by -kp. So the error in `terms` is the negative
-/// disturbance, and not a tracking error. References come `ahead` samples
-/// early, targets and corrections too.
+/// A `MultiAxisStage` may lead the axes: `stage.controller(limits)` makes such a controller. Then the drives of the
+/// feed-forward are those with which its model follows the references best, and its observer tells what comes in with
+/// the drives that the model does not know. The single controllers take both, and multiply the second by -kp. So the
+/// error in `terms` is the negative disturbance, and not a tracking error. References come `ahead` samples early,
+/// targets and corrections too.
 ///
 /// Parameters
 /// ----------
 /// controllers : list of N HybridControllers
-///     With the same `dt`, and previews of the same length that look equally far ahead, or none. Copies are taken, in the state in which they
-///     are.
+///     With the same `dt`, and previews of the same length that look equally far ahead, or none. Copies are taken, in
+///     the state in which they are.
 /// decoupling : array of shape (N, N), optional
-///     D: finite, with a condition number (of the largest column sum) of at most 1e10. Without one the axes are those of the
-///     actuators, or the inverse of the static gain of the stage.
+///     D: finite, with a condition number (of the largest column sum) of at most 1e10. Without one the axes are those
+///     of the actuators, or the inverse of the static gain of the stage.
 /// stage : MultiAxisStage, optional
 ///     Leads the axes. The controllers take "given" volts then, and have previews that look as far ahead as the stage,
 ///     a kp from 0 to 1 and a ki of 0.
@@ -230,8 +232,9 @@ impl MultiAxisController {
 
     /// Takes a sample and returns the drives in volts, in `out` or a new array of shape (N,).
     ///
-    /// `references` and `measurements` of the axes, arrays of N numbers; with previews the references of `preview.ahead` samples later.
-    /// `targets` of the axes, if the feed-forward is to reach something else; `corrections`: what is added to them; `feedforward`: volts of the actuators that replace its output.
+    /// `references` and `measurements` of the axes, arrays of N numbers; with previews the references of
+    /// `preview.ahead` samples later. `targets` of the axes, if the feed-forward is to reach something else;
+    /// `corrections`: what is added to them; `feedforward`: volts of the actuators that replace its output.
     fn step<'py>(
         slf: &Bound<'py, Self>,
         #[py("ArrayLike")] references: &Bound<'py, PyAny>,
@@ -254,8 +257,8 @@ impl MultiAxisController {
         asked.through(out, &mut |command, y, drives| shared(slf)?.controller.peek(command, y, drives).map_err(raise))
     }
 
-    /// The drives for a sample, which only `commit` takes: write them to the amplifiers between the two, and if that fails, leave
-    /// it.
+    /// The drives for a sample, which only `commit` takes: write them to the amplifiers between the two, and if that
+    /// fails, leave it.
     ///
     /// A plan replaces the one before; any change of a controller drops it.
     #[like(step)]
@@ -270,8 +273,8 @@ impl MultiAxisController {
         Ok(exclusive(slf)?.controller.commit())
     }
 
-    /// Takes references and measurements of shape (samples, N), bit for bit like `step` in a loop; returns the drives, in `out`
-    /// or a new array of that shape.
+    /// Takes references and measurements of shape (samples, N), bit for bit like `step` in a loop; returns the drives,
+    /// in `out` or a new array of that shape.
     fn run<'py>(
         slf: &Bound<'py, Self>,
         #[py("ArrayLike")] references: &Bound<'py, PyAny>,
@@ -347,8 +350,8 @@ impl MultiAxisController {
         self.single().first().map_or(0.0, |controller| controller.options().dt)
     }
 
-    /// What the last samples of the actuators that were acted upon were made of, N ControllerTerms. Where a stage leads, `error` is
-    /// the negative disturbance, in volts, and not a tracking error.
+    /// What the last samples of the actuators that were acted upon were made of, N ControllerTerms. Where a stage
+    /// leads, `error` is the negative disturbance, in volts, and not a tracking error.
     #[getter]
     #[py(-> "tuple[ControllerTerms, ...]")]
     fn terms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
@@ -356,8 +359,8 @@ impl MultiAxisController {
         PyTuple::new(py, terms.collect::<PyResult<Vec<_>>>()?)
     }
 
-    /// For how many seconds at most the drives are not yet those of the law, from the next sample on: until the windows of the
-    /// previews are full and the bumpless terms are gone.
+    /// For how many seconds at most the drives are not yet those of the law, from the next sample on: until the windows
+    /// of the previews are full and the bumpless terms are gone.
     #[getter]
     fn lead_in(&self) -> f64 {
         self.single().iter().map(core::HybridController::lead_in).fold(0.0, f64::max)
@@ -375,7 +378,8 @@ impl MultiAxisController {
         self.led_by.as_ref().map(|(stage, _)| stage.clone_ref(py))
     }
 
-    /// What comes in with the drives that the model of the stage does not know, in volts, an array of N: zeros without a stage.
+    /// What comes in with the drives that the model of the stage does not know, in volts, an array of N: zeros without
+    /// a stage.
     #[getter]
     fn disturbance<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         match self.controller.tracking() {
@@ -396,7 +400,8 @@ impl MultiAxisController {
         PyArray1::from_iter(py, self.single().iter().map(|one| one.options().ki))
     }
 
-    /// How many references, targets or given feed-forwards of each actuator were not finite, or beyond 1e100, or missing.
+    /// How many references, targets or given feed-forwards of each actuator were not finite, or beyond 1e100, or
+    /// missing.
     #[getter]
     fn rejected_count<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
         self.counted(py, |counters| counters.rejected_count)
@@ -451,8 +456,9 @@ impl MultiAxisController {
 impl MultiAxisController {
     /// Changes the gains of actuator `axis`, counted from 0, without a jump: as `HybridController.set_gains`.
     ///
-    /// A change of one actuator drops what is planned for all. What is refused leaves all as it was. Where a stage leads, `kp` is 0
-    /// to 1, the share of the disturbance that is taken away, and `ki` is 0: what lasts is in the disturbance itself.
+    /// A change of one actuator drops what is planned for all. What is refused leaves all as it was. Where a stage
+    /// leads, `kp` is 0 to 1, the share of the disturbance that is taken away, and `ki` is 0: what lasts is in the
+    /// disturbance itself.
     fn set_gains(slf: &Bound<'_, Self>, axis: usize, kp: f64, ki: f64) -> PyResult<()> {
         exclusive(slf)?.controller.set_gains(axis, kp, ki).map_err(raise)
     }
@@ -468,11 +474,11 @@ impl MultiAxisController {
             .map_err(raise)
     }
 
-    /// Actuator `axis`, counted from 0, goes on with the weights and the output offset of another model of the same operators,
-    /// without a jump: as `HybridController.set_model`.
+    /// Actuator `axis`, counted from 0, goes on with the weights and the output offset of another model of the same
+    /// operators, without a jump: as `HybridController.set_model`.
     ///
-    /// Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; all is as before
-    /// then.
+    /// Raises ValueError that names what differs, NotInvertibleError if an inverse of the model may not exist; all is
+    /// as before then.
     ///
     /// Examples
     /// --------
@@ -500,8 +506,8 @@ impl MultiAxisController {
         shared(this.made_of[axis].bind(slf.py()))?.remember_model(model)
     }
 
-    /// Actuator `axis`, counted from 0, goes on with another feed-forward without a jump: as `HybridController.set_feedforward`.
-    /// Not where a stage leads, which gives the volts.
+    /// Actuator `axis`, counted from 0, goes on with another feed-forward without a jump: as
+    /// `HybridController.set_feedforward`. Not where a stage leads, which gives the volts.
     fn set_feedforward(
         slf: &Bound<'_, Self>,
         axis: usize,
@@ -525,8 +531,9 @@ impl MultiAxisController {
         Ok(())
     }
 
-    /// What each actuator does with its samples, N words: "run"; "feedforward": the proportional term is off, the integral is
-    /// frozen and stays part of the drive; "hold": the drive stays and nothing advances; "stop", which `stop` begins.
+    /// What each actuator does with its samples, N words: "run"; "feedforward": the proportional term is off, the
+    /// integral is frozen and stays part of the drive; "hold": the drive stays and nothing advances; "stop", which
+    /// `stop` begins.
     ///
     /// Set one of the first three at any time, or a list of N of them: no change of mode is a jump.
     #[getter]
@@ -564,8 +571,8 @@ impl MultiAxisController {
         each.try_for_each(|(one, mode)| one.set_mode(mode)).map_err(raise)
     }
 
-    /// Whether all drives are held. An attribute: set it to True to hold, to False to go on in the mode before, also after a
-    /// stop.
+    /// Whether all drives are held. An attribute: set it to True to hold, to False to go on in the mode before, also
+    /// after a stop.
     #[getter]
     fn hold(&self) -> bool {
         self.single().iter().all(|controller| controller.mode() == core::Mode::Hold)
@@ -581,11 +588,11 @@ impl MultiAxisController {
         Ok(())
     }
 
-    /// Ramps every drive to its rest drive (V, an array of N, by default zeros) at `rate` (V/s), or at its slew if that is slower, and
-    /// holds it there.
+    /// Ramps every drive to its rest drive (V, an array of N, by default zeros) at `rate` (V/s), or at its slew if that
+    /// is slower, and holds it there.
     ///
-    /// From the next sample on every `step` puts out the next drives of the ramps, for any references and measurements. `hold = False` starts a motion
-    /// from the drives that are reached then.
+    /// From the next sample on every `step` puts out the next drives of the ramps, for any references and measurements.
+    /// `hold = False` starts a motion from the drives that are reached then.
     fn stop(
         slf: &Bound<'_, Self>,
         rate: f64,
@@ -599,8 +606,8 @@ impl MultiAxisController {
         exclusive(slf)?.controller.controller_mut().stop(rate, &rest_drives).map_err(raise)
     }
 
-    /// All axes back to the start, in mode "run", with all counters at zero. The drives stay as they are, or are `drives` if the
-    /// amplifiers have others now.
+    /// All axes back to the start, in mode "run", with all counters at zero. The drives stay as they are, or are
+    /// `drives` if the amplifiers have others now.
     ///
     /// For a stage that leads it is as if the drives had come from rest one sample ago: `follow` tells it more.
     fn reset(
@@ -614,8 +621,8 @@ impl MultiAxisController {
         this.controller.reset(drives).map_err(raise)
     }
 
-    /// Takes over what was driven before, an array of shape (samples, N), oldest drives first, one row per sampling interval; the
-    /// next motion starts from the last row.
+    /// Takes over what was driven before, an array of shape (samples, N), oldest drives first, one row per sampling
+    /// interval; the next motion starts from the last row.
     fn follow(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let axes = shared(slf)?.axes();
         let drives = columns::<Ix2>("drives", drives, axes, format_args!("an array of shape (samples, {axes})"))?;
@@ -624,16 +631,16 @@ impl MultiAxisController {
 
     /// Goes on from other drives that the amplifiers have, with everything that is remembered.
     ///
-    /// For a stage that leads they go out for one sample more: in a new controller, as if they had come from rest one sample
-    /// ago. `follow` tells it more.
+    /// For a stage that leads they go out for one sample more: in a new controller, as if they had come from rest one
+    /// sample ago. `follow` tells it more.
     fn start_at(slf: &Bound<'_, Self>, #[py("ArrayLike")] drives: &Bound<'_, PyAny>) -> PyResult<()> {
         let axes = shared(slf)?.axes();
         let drives = one_each("drives", drives, axes)?;
         exclusive(slf)?.controller.start_at(drives.as_slice()?).map_err(raise)
     }
 
-    /// Everything that the axes remember, as a dictionary to keep; set it to continue from there bit for bit. The amplifiers must
-    /// be at its drives. Axes with another decoupling, other gains, dt or limits refuse it.
+    /// Everything that the axes remember, as a dictionary to keep; set it to continue from there bit for bit. The
+    /// amplifiers must be at its drives. Axes with another decoupling, other gains, dt or limits refuse it.
     #[getter]
     #[py(-> "dict[str, Any]")]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

@@ -16,10 +16,10 @@ use crate::stream::blocks::run_both;
 
 /// A state observer: what the model of a stage and a noisy measurement say together of the position.
 ///
-/// The applied drive moves the model of the stage, which has no lag for what it knows. What it does not know (drift, its own
-/// error) is a disturbance at the input of the modes that wanders by `drift`; a Kalman filter estimates it from the difference
-/// between measurement and model. Feed the estimate to the controller instead of the measurement. Where measurements are
-/// missing the gain is that of what is known then, and comes back to the stationary one.
+/// The applied drive moves the model of the stage, which has no lag for what it knows. What it does not know (drift,
+/// its own error) is a disturbance at the input of the modes that wanders by `drift`; a Kalman filter estimates it from
+/// the difference between measurement and model. Feed the estimate to the controller instead of the measurement. Where
+/// measurements are missing the gain is that of what is known then, and comes back to the stationary one.
 ///
 /// Parameters
 /// ----------
@@ -87,13 +87,14 @@ impl Observer {
 
     /// Takes the drive that was held since the last sample, and the measurement of now; returns the position of now.
     ///
-    /// Without a finite measurement the model goes on alone; that is counted. One that was in a loop has taken the drive that is held
-    /// now: its next step goes on from that.
+    /// Without a finite measurement the model goes on alone; that is counted. One that was in a loop has taken the
+    /// drive that is held now: its next step goes on from that.
     fn step(slf: &Bound<'_, Self>, drive: f64, measurement: f64) -> PyResult<f64> {
         Ok(exclusive(slf)?.observer.step(drive, measurement))
     }
 
-    /// Takes arrays of drives and measurements, bit for bit like `step` in a loop; returns the positions, in `out` or a new array.
+    /// Takes arrays of drives and measurements, bit for bit like `step` in a loop; returns the positions, in `out` or a
+    /// new array.
     fn run<'py>(
         slf: &Bound<'py, Self>,
         #[py("ArrayLike")] drives: &Bound<'py, PyAny>,
@@ -129,7 +130,8 @@ impl Observer {
         self.observer.dt()
     }
 
-    /// How many drives or measurements were not finite; before a controller, also how many of its measurements were implausible.
+    /// How many drives or measurements were not finite; before a controller, also how many of its measurements were
+    /// implausible.
     #[getter]
     fn rejected(&self) -> u64 {
         self.observer.rejected()

@@ -1,4 +1,5 @@
-//! What the controllers of one axis, of several and of arrays share: where feed-forward comes from, modes, terms, saved states.
+//! What the controllers of one axis, of several and of arrays share: where feed-forward comes from, modes, terms, saved
+//! states.
 
 use hysteresis_core::{FeedForward, Mode, Terms};
 use hysteresis_python_macros::{copies, methods};

@@ -23,8 +23,8 @@ use crate::stage::stage::StageKeywords;
 /// Filters and gains of the feedback, and how robust the loop is with them: made by `tune`.
 ///
 /// Gains belong to their filters: without them a lightly damped stage may become unstable. `open_loop`, `sensitivity`,
-/// `complementary_sensitivity` and `worst_sensitivity` give the loop over frequency, `mpi_hyst.plot.tuning` draws it, and `explanation`
-/// says in words what was chosen and why.
+/// `complementary_sensitivity` and `worst_sensitivity` give the loop over frequency, `mpi_hyst.plot.tuning` draws it,
+/// and `explanation` says in words what was chosen and why.
 ///
 /// Examples
 /// --------
@@ -112,8 +112,8 @@ impl Tuning {
         as_objects(py, &self.made.filters)
     }
 
-    /// "proportional-integral" without filters; "low-pass", which keeps the loop away from a resonance; "active damping", a low-pass
-    /// behind which a negative kp damps; "notch", for those lightly damped modes that need one.
+    /// "proportional-integral" without filters; "low-pass", which keeps the loop away from a resonance; "active
+    /// damping", a low-pass behind which a negative kp damps; "notch", for those lightly damped modes that need one.
     #[getter]
     #[py(-> "Structure")]
     fn structure(&self) -> &'static str {
@@ -144,25 +144,29 @@ impl Tuning {
         self.options.peak_sensitivity
     }
 
-    /// Up to which frequency in Hz disturbances are reduced to 1/sqrt(2) at least, for all slopes and modes that may be.
+    /// Up to which frequency in Hz disturbances are reduced to 1/sqrt(2) at least, for all slopes and modes that may
+    /// be.
     #[getter]
     fn rejection_bandwidth(&self) -> f64 {
         self.made.rejection_bandwidth
     }
 
-    /// The bandwidth in Hz of white noise of the sensor that the position follows, where the hysteresis has its greatest slope.
+    /// The bandwidth in Hz of white noise of the sensor that the position follows, where the hysteresis has its
+    /// greatest slope.
     #[getter]
     fn noise_bandwidth(&self) -> f64 {
         self.made.noise_bandwidth
     }
 
-    /// What was tried, and roughly the ki of the best of its kind: why the structure was chosen. Empty without lightly damped modes.
+    /// What was tried, and roughly the ki of the best of its kind: why the structure was chosen. Empty without lightly
+    /// damped modes.
     #[getter]
     fn tried(&self) -> Vec<(&'static str, f64)> {
         self.made.tried.iter().map(|(structure, ki)| (structure.name(), *ki)).collect()
     }
 
-    /// In a few sentences: which structure was chosen and why, the bound on the sensitivity, crossover, margins and bandwidths.
+    /// In a few sentences: which structure was chosen and why, the bound on the sensitivity, crossover, margins and
+    /// bandwidths.
     #[getter]
     fn explanation(&self) -> String {
         self.made.explanation(&self.options)
@@ -170,7 +174,8 @@ impl Tuning {
 
     /// The open loop L(f) as complex numbers, with the modes as they are known.
     ///
-    /// L(z) = (kp + ki dt / (1 - 1/z)) slope F P(z) at z = exp(2 pi i f dt), with filters F and the sampled dynamics P, dead time included.
+    /// L(z) = (kp + ki dt / (1 - 1/z)) slope F P(z) at z = exp(2 pi i f dt), with filters F and the sampled dynamics P,
+    /// dead time included.
     ///
     /// Parameters
     /// ----------
@@ -208,14 +213,15 @@ impl Tuning {
         self.response(frequencies, slope, LoopFamily::sensitivity)
     }
 
-    /// The complementary sensitivity T = L / (1 + L), what the feedback follows of a reference and of noise: arguments as for
-    /// `open_loop`.
+    /// The complementary sensitivity T = L / (1 + L), what the feedback follows of a reference and of noise: arguments
+    /// as for `open_loop`.
     #[like(open_loop)]
     fn complementary_sensitivity<'py>(&self) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
         self.response(frequencies, slope, LoopFamily::complementary_sensitivity)
     }
 
-    /// The greatest abs(S) over all slopes of the hysteresis and all modes that may be: nowhere above `peak_sensitivity`.
+    /// The greatest abs(S) over all slopes of the hysteresis and all modes that may be: nowhere above
+    /// `peak_sensitivity`.
     ///
     /// Frequencies are as for `open_loop`.
     fn worst_sensitivity<'py>(
@@ -334,9 +340,9 @@ impl Argument<'_> for Structure {
 
 /// Filters and gains of the proportional-integral feedback for a hysteresis with dynamics behind it.
 ///
-/// The loop is L(z) = (kp + ki dt / (1 - 1/z)) slope F P(z): the positional law kp e + ki sum(e) behind filters F, the slope of the hysteresis,
-/// which lies between those of `model.slope_range`, and P the exact pulse transfer function of amplifier, dynamics and
-/// dead time for an input that is held from one measurement to the next. Of all gains with
+/// The loop is L(z) = (kp + ki dt / (1 - 1/z)) slope F P(z): the positional law kp e + ki sum(e) behind filters F, the
+/// slope of the hysteresis, which lies between those of `model.slope_range`, and P the exact pulse transfer function of
+/// amplifier, dynamics and dead time for an input that is held from one measurement to the next. Of all gains with
 ///
 /// abs(1 / (1 + L)) <= peak_sensitivity at all frequencies and slopes, and the loop stable,
 ///
@@ -344,10 +350,10 @@ impl Argument<'_> for Structure {
 /// Panagopoulos and Hägglund, Automatica 34(5), 1998). Parts slower than 1e5 samples a radian and damping ratios below
 /// 1e-7 are refused: their response does not show at the frequencies that are looked at.
 ///
-/// Without modes of a damping ratio below 0.5 there are no filters. With some, no filter, low-passes and notches are tried, each with the
-/// gains that suit it, and the bound holds for frequencies 5 % either way and for half to twice the damping, unless other
-/// uncertainties are given. Of those whose ki is within 5 % of the greatest the simplest is taken, unless a structure is given. Give a
-/// controller the filters with their gains.
+/// Without modes of a damping ratio below 0.5 there are no filters. With some, no filter, low-passes and notches are
+/// tried, each with the gains that suit it, and the bound holds for frequencies 5 % either way and for half to twice
+/// the damping, unless other uncertainties are given. Of those whose ki is within 5 % of the greatest the simplest is
+/// taken, unless a structure is given. Give a controller the filters with their gains.
 ///
 /// Parameters
 /// ----------
@@ -363,12 +369,12 @@ impl Argument<'_> for Structure {
 /// peak_sensitivity : float
 ///     1.05 to 5: 1.2 is cautious, 2 is bold. The gain may grow by M / (M - 1), the phase lag by 2 arcsin(1 / (2 M)).
 /// frequency_uncertainty : float, optional
-///     How far the frequencies of lightly damped modes may be from what is known: a share either way, 0 to 0.5, each by itself, so
-///     that neighbours may come together or move apart. By default 0.05, or three standard errors of the identification where they are
-///     more.
+///     How far the frequencies of lightly damped modes may be from what is known: a share either way, 0 to 0.5, each by
+///     itself, so that neighbours may come together or move apart. By default 0.05, or three standard errors of the
+///     identification where they are more.
 /// damping_uncertainty : float, optional
-///     By which factor their damping may be less or more, 1 to 100, the same for all. By default 2, or what three standard errors make
-///     of it.
+///     By which factor their damping may be less or more, 1 to 100, the same for all. By default 2, or what three
+///     standard errors make of it.
 /// structure : "proportional-integral", "low-pass", "active damping" or "notch", optional
 ///     The only one that is admitted; all but the first need a lightly damped mode.
 ///

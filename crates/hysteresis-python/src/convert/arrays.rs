@@ -121,7 +121,8 @@ pub(crate) fn each(name: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResu
     }
 }
 
-/// Bytes for each sample that a fit needs beside the samples themselves: residuals, thinned courses, columns of the linear parts.
+/// Bytes for each sample that a fit needs beside the samples themselves: residuals, thinned courses, columns of the
+/// linear parts.
 pub(crate) const FIT: usize = 160;
 
 /// Bytes for each sample of a simulation or an inversion: what goes in, what comes out, and what lies between.
@@ -130,7 +131,8 @@ pub(crate) const PASS: usize = 64;
 /// Bytes for each sample of a Fourier transform: spectrum, result, and what a length without small factors needs.
 pub(crate) const SPECTRUM: usize = 96;
 
-/// Bytes for each operator of a model: its parameters, its entry and tables in the engine, its place in the memory of a stream.
+/// Bytes for each operator of a model: its parameters, its entry and tables in the engine, its place in the memory of a
+/// stream.
 pub(crate) const OPERATOR: usize = 1024;
 
 /// Checks that there is memory for so many samples, each of so many bytes.

@@ -136,8 +136,8 @@ pub(crate) fn unexpected<'a>(place: impl Into<Place<'a>>, expected: impl Display
     }
 }
 
-/// What to raise where an argument could not be converted: that it is not what was expected, caused by the TypeError or by the text that
-/// cannot be encoded. Whatever else was raised is of the object's own methods, and stays.
+/// What to raise where an argument could not be converted: that it is not what was expected, caused by the TypeError or
+/// by the text that cannot be encoded. Whatever else was raised is of the object's own methods, and stays.
 #[cold]
 pub(crate) fn not_converted<'a>(
     place: impl Into<Place<'a>>,
@@ -154,7 +154,8 @@ pub(crate) fn not_converted<'a>(
     refused
 }
 
-/// An object or array that a call uses which has not returned: of another thread, or of a function that this call calls.
+/// An object or array that a call uses which has not returned: of another thread, or of a function that this call
+/// calls.
 pub(crate) fn in_use(what: impl Display) -> PyErr {
     PyRuntimeError::new_err(format!("{what} is in use by a call that has not returned"))
 }

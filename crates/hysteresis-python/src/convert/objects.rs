@@ -1,7 +1,7 @@
 //! Borrowing of objects, after all arguments were converted.
 //!
-//! A conversion may run Python code and let other threads run: what they would find borrowed would raise for no fault of
-//! theirs. So a method that converts takes `slf: &Bound<Self>`, converts, and borrows then.
+//! A conversion may run Python code and let other threads run: what they would find borrowed would raise for no fault
+//! of theirs. So a method that converts takes `slf: &Bound<Self>`, converts, and borrows then.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 

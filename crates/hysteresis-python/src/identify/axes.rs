@@ -86,8 +86,8 @@ impl AxesIdentification {
         read_only(py, self.0.deviations.iter().copied())
     }
 
-    /// The modes from the lowest frequency up, each (frequency in Hz, damping ratio): of A, what rings while all operators
-    /// stand.
+    /// The modes from the lowest frequency up, each (frequency in Hz, damping ratio): of A, what rings while all
+    /// operators stand.
     #[getter]
     fn modes(&self) -> Vec<(f64, f64)> {
         self.0.modes.iter().map(|mode| (*mode).into()).collect()
@@ -95,18 +95,18 @@ impl AxesIdentification {
 
     /// Standard errors of `modes`, of frequency and damping ratio of each.
     ///
-    /// These, `operators_std` and `output_offset_std` are for noise with the spectrum of what the model leaves. What the model
-    /// lacks and follows the drives is not in them. The matrices have none: other coordinates of the states, or a larger w
-    /// with a smaller bw, are the same stage.
+    /// These, `operators_std` and `output_offset_std` are for noise with the spectrum of what the model leaves. What
+    /// the model lacks and follows the drives is not in them. The matrices have none: other coordinates of the states,
+    /// or a larger w with a smaller bw, are the same stage.
     #[getter]
     fn modes_std(&self) -> Vec<(f64, f64)> {
         let errors = &self.0.standard_errors;
         errors.frequencies.iter().copied().zip(errors.dampings.iter().copied()).collect()
     }
 
-    /// Standard errors of the operators of `model`: an array for each, of the weights of its plays, or of f+ and then f- at
-    /// its knots. They hold where w moves the positions, and the drives move q, by as much as in `model`: beside bw and cq
-    /// the records tell no more. Infinite where the records do not tell a number; NaN for f at its bound.
+    /// Standard errors of the operators of `model`: an array for each, of the weights of its plays, or of f+ and then
+    /// f- at its knots. They hold where w moves the positions, and the drives move q, by as much as in `model`: beside
+    /// bw and cq the records tell no more. Infinite where the records do not tell a number; NaN for f at its bound.
     #[getter]
     #[py(-> "list[Vector]")]
     fn operators_std<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyArray1<f64>>>> {
@@ -250,8 +250,8 @@ fn signals(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Rows>> 
 /// with operators that see the positions, or what a mode gives to them. All numbers descend by Levenberg-Marquardt
 /// steps with forward tangents. Every structure is fitted to a part of the records and judged by a free simulation of
 /// the rest: the last 30 % of several records, or of the samples of one. The best of each kind in front and inside get
-/// more thresholds or knots if that pays, and the best of them is fitted to all. It is stable, and so is what the steepest
-/// and the flattest operators make of it.
+/// more thresholds or knots if that pays, and the best of them is fitted to all. It is stable, and so is what the
+/// steepest and the flattest operators make of it.
 ///
 /// Parameters
 /// ----------

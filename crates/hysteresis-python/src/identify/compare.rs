@@ -58,15 +58,15 @@ impl ComparedModel {
         self.0.weights.word()
     }
 
-    /// How many numbers were fitted: those of the weight law, of polynomial or loop shift, output offsets and creep under way of the
-    /// records, and everything that was searched.
+    /// How many numbers were fitted: those of the weight law, of polynomial or loop shift, output offsets and creep
+    /// under way of the records, and everything that was searched.
     #[getter]
     fn unknowns(&self) -> usize {
         self.0.unknowns
     }
 
-    /// The extensions in it: "creep", "loop shift", "slow gain", "dynamics", "maps", "duhem". One that was "auto" is there if
-    /// cross-validation kept it.
+    /// The extensions in it: "creep", "loop shift", "slow gain", "dynamics", "maps", "duhem". One that was "auto" is
+    /// there if cross-validation kept it.
     #[getter]
     #[py(-> "list[Literal['creep', 'loop shift', 'slow gain', 'dynamics', 'maps', 'duhem']]")]
     fn kept(&self) -> Vec<&'static str> {
@@ -79,7 +79,8 @@ impl ComparedModel {
         self.0.fit.into()
     }
 
-    /// Root mean square error on the held-out stretches, in the unit of the output: the mean of the squares over the stretches.
+    /// Root mean square error on the held-out stretches, in the unit of the output: the mean of the squares over the
+    /// stretches.
     #[getter]
     fn held_out(&self) -> f64 {
         self.0.held_out
@@ -103,7 +104,8 @@ impl ComparedModel {
         self.0.percent(self.0.worst_stretch())
     }
 
-    /// Root mean square error on every held-out stretch, in the unit of the output. Stretch i is the i-th eighth of every record.
+    /// Root mean square error on every held-out stretch, in the unit of the output. Stretch i is the i-th eighth of
+    /// every record.
     #[getter]
     fn stretches(&self) -> Vec<f64> {
         self.0.stretches.clone()
@@ -186,14 +188,15 @@ impl Comparison {
         Ok(omitted)
     }
 
-    /// Whether the models have the creep that was under way when a record began: in records whose start is skipped, if creep is not
-    /// None. It is in all models alike, and no extension.
+    /// Whether the models have the creep that was under way when a record began: in records whose start is skipped, if
+    /// creep is not None. It is in all models alike, and no extension.
     #[getter]
     fn creep_under_way(&self) -> bool {
         self.0.has_creep_under_way()
     }
 
-    /// The samples of each record that were taken for glitches and left out for all models, counted from 0 with the skipped ones.
+    /// The samples of each record that were taken for glitches and left out for all models, counted from 0 with the
+    /// skipped ones.
     #[getter]
     fn left_out_samples(&self) -> Vec<Vec<usize>> {
         self.0.left_out_samples.clone()
@@ -201,7 +204,8 @@ impl Comparison {
 
     /// All of it as lines for a terminal; the errors in the unit of the output and in % of its peak-to-peak.
     ///
-    /// `unit` is the name of that unit, for the header. A star marks the simplest model that predicts as well as the best.
+    /// `unit` is the name of that unit, for the header. A star marks the simplest model that predicts as well as the
+    /// best.
     fn table(&self, #[py(= "")] unit: String) -> PyResult<String> {
         Ok(self.0.table(&unit))
     }
@@ -222,15 +226,16 @@ impl Comparison {
 /// | modified + creep, + loop shift, + slow gain, + dynamics, + maps, + duhem | the same with one extension |
 /// | modified + all | with all extensions, as `identify` fits them |
 ///
-/// Weights are not negative. p_0 and z_0 are the identity, so w_0 is the linear term of the polynomial. Polynomial + plays has no
-/// exact inverse here: it is for comparison only. Every model has a dead time, and every record an output offset; where creep is
-/// "auto", a record whose start is skipped also has the creep that was under way, in all models alike.
+/// Weights are not negative. p_0 and z_0 are the identity, so w_0 is the linear term of the polynomial. Polynomial +
+/// plays has no exact inverse here: it is for comparison only. Every model has a dead time, and every record an output
+/// offset; where creep is "auto", a record whose start is skipped also has the creep that was under way, in all models
+/// alike.
 ///
-/// The judge is the same for all. Every record is cut into eight stretches, and the i-th stretch of all records is predicted from a
-/// fit to the other stretches. Weights, offsets and polynomial are fitted anew exactly; ratios, input offset, dead time and what
-/// else is searched to first order about their values for all stretches. What "auto" stands for is chosen once, on all stretches, as in
-/// `identify`. All modified models have the weight law, the smoothness and the operators of the last of them, so that they differ
-/// by their extensions alone.
+/// The judge is the same for all. Every record is cut into eight stretches, and the i-th stretch of all records is
+/// predicted from a fit to the other stretches. Weights, offsets and polynomial are fitted anew exactly; ratios, input
+/// offset, dead time and what else is searched to first order about their values for all stretches. What "auto" stands
+/// for is chosen once, on all stretches, as in `identify`. All modified models have the weight law, the smoothness and
+/// the operators of the last of them, so that they differ by their extensions alone.
 ///
 /// Parameters
 /// ----------
@@ -239,15 +244,15 @@ impl Comparison {
 /// dt : float or list of float, optional
 ///     Sampling interval in seconds. Without it a Duhem operator is the only extension, and times are in samples.
 /// operators, weights, ratios, input_offset, dead_time, thresholds, smoothness, loss
-///     As in `identify`, for every model. Plays have no ratios; for coupled plays "auto" is "fit". For split weights plays have free ones.
-///     Glitches are those that the last model leaves.
+///     As in `identify`, for every model. Plays have no ratios; for coupled plays "auto" is "fit". For split weights
+///     plays have free ones. Glitches are those that the last model leaves.
 /// creep, loop_shift, slow_gain, dynamics, modes, amplifier, input_map, output_map, duhem
 ///     As in `identify`, for the extensions. None leaves one out; modes and amplifier are those of the dynamics.
 /// skip : int or list of int
 ///     Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
 /// progress : callable, optional
-///     Called with (fraction done, best rms error so far), in the calling thread. Ctrl-C stops either way. All processors are
-///     used, as by identify.
+///     Called with (fraction done, best rms error so far), in the calling thread. Ctrl-C stops either way. All
+///     processors are used, as by identify.
 ///
 /// Returns
 /// -------

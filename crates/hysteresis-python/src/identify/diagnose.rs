@@ -57,8 +57,8 @@ impl From<identification::Finding> for Finding {
 
 #[methods]
 impl Finding {
-    /// "amber": a number is doubtful, or another record would make the result better. "red": the result is not that of the
-    /// stage.
+    /// "amber": a number is doubtful, or another record would make the result better. "red": the result is not that of
+    /// the stage.
     #[getter]
     #[py(-> "Literal['amber', 'red']")]
     fn severity(&self) -> &str {

@@ -22,21 +22,21 @@ use crate::model::models::compiled_of;
 
 /// What `identify_dynamics` found: the linear part behind a hysteresis model, and how far to trust it.
 ///
-/// Standard deviations allow for coloured noise and for lags that are not in the model (docs/standard_errors.md); `warnings`
-/// tells what makes the numbers doubtful, by these codes:
+/// Standard deviations allow for coloured noise and for lags that are not in the model (docs/standard_errors.md);
+/// `warnings` tells what makes the numbers doubtful, by these codes:
 ///
 /// - "resonance_not_excited": the standard deviation of the frequency exceeds 5 %, the search ended at the edge of its
 ///   domain, or a plain dead time fits as well up to what noise may pretend: the record does not tell the dynamics, and
 ///   `dynamics` is None or critically damped then. Drive with a chirp or step that reaches the resonance.
 /// - "damping_undetermined": the same, of the damping, at 25 %.
-/// - "dead_time_confounded": the record tells the sum of dead time and lag of the dynamics alone: the standard deviation
-///   of the dead time exceeds a quarter of a sample.
+/// - "dead_time_confounded": the record tells the sum of dead time and lag of the dynamics alone: the standard
+///   deviation of the dead time exceeds a quarter of a sample.
 /// - "negative_dead_time": the output leads the drive by more than half a sample: a row holds a position that was read
 ///   later.
 /// - "creep_undetermined": the standard deviation of the creep exceeds half of it, and a thousandth of a move.
 /// - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.
-/// - "residual_coloured": what is left is correlated in time, by more than a thousandth of the range: the noise is coloured, or
-///   something is not modelled. The standard deviations allow for it.
+/// - "residual_coloured": what is left is correlated in time, by more than a thousandth of the range: the noise is
+///   coloured, or something is not modelled. The standard deviations allow for it.
 ///
 /// Examples
 /// --------
@@ -82,8 +82,8 @@ impl DynamicsIdentification {
         self.found.dead_time
     }
 
-    /// How much later slow motion is seen: dead time and lag of the dynamics together, in seconds. Without dynamics the dead
-    /// time makes up for the held input, too: half a sampling interval.
+    /// How much later slow motion is seen: dead time and lag of the dynamics together, in seconds. Without dynamics the
+    /// dead time makes up for the held input, too: half a sampling interval.
     #[getter]
     fn lag(&self) -> f64 {
         self.found.lag
@@ -210,9 +210,9 @@ impl DynamicsIdentification {
 
 /// Fits the linear part behind a known hysteresis model to a measured record: the cascade of Remark 1 of the paper.
 ///
-/// y = output_offset + gain G[creep[v]], v = model.forward().run(u), G of second order or a first-order lag, with a dead time,
-/// discretised exactly. y[k] is read at the moment at which u[k] is put out. v is at rest at its first value before the record,
-/// so start a step record a sample or more before the step.
+/// y = output_offset + gain G[creep[v]], v = model.forward().run(u), G of second order or a first-order lag, with a
+/// dead time, discretised exactly. y[k] is read at the moment at which u[k] is put out. v is at rest at its first value
+/// before the record, so start a step record a sample or more before the step.
 ///
 /// Parameters
 /// ----------

@@ -73,7 +73,8 @@ impl Identification {
 
     /// All of it as a stage, without limits and slew: what precompensation, controllers and plants are made from.
     ///
-    /// A stage counts in seconds: of records without dt the dead time is left out, which `stage.identified["warnings"]` says.
+    /// A stage counts in seconds: of records without dt the dead time is left out, which `stage.identified["warnings"]`
+    /// says.
     #[getter]
     fn stage(&self, py: Python<'_>) -> PyResult<Stage> {
         if let Some(samples) = self.found.left_out_dead_time() {
@@ -82,8 +83,8 @@ impl Identification {
         self.found.stage().map(Stage).map_err(raise)
     }
 
-    /// The linear dynamics behind the hysteresis, of unit static gain, if there are any: FirstOrder or SecondOrder, or Modes if
-    /// there are several.
+    /// The linear dynamics behind the hysteresis, of unit static gain, if there are any: FirstOrder or SecondOrder, or
+    /// Modes if there are several.
     #[getter]
     #[py(-> "Lag | Modes | None")]
     fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
@@ -126,7 +127,8 @@ impl Identification {
         self.found.dead_time_samples
     }
 
-    /// How much later slow motion is seen: dead time and lag of the dynamics together, in seconds; in samples without dt.
+    /// How much later slow motion is seen: dead time and lag of the dynamics together, in seconds; in samples without
+    /// dt.
     #[getter]
     fn lag(&self) -> f64 {
         self.found.lag
@@ -152,15 +154,15 @@ impl Identification {
         self.found.position_range
     }
 
-    /// Standard deviation of what is left, the root of the sum of squares over the degrees of freedom, in the unit of the output: noise of
-    /// the sensor, and what the model lacks.
+    /// Standard deviation of what is left, the root of the sum of squares over the degrees of freedom, in the unit of
+    /// the output: noise of the sensor, and what the model lacks.
     #[getter]
     fn noise(&self) -> f64 {
         self.found.noise
     }
 
-    /// Rms noise of the sensor, in the unit of the output: the white part of the residuals, from their second differences, of the record
-    /// that has least of it. Where the model lacks something it is below `noise`.
+    /// Rms noise of the sensor, in the unit of the output: the white part of the residuals, from their second
+    /// differences, of the record that has least of it. Where the model lacks something it is below `noise`.
     #[getter]
     fn sensor_noise(&self) -> f64 {
         self.found.sensor_noise()
@@ -199,9 +201,10 @@ impl Identification {
 
     /// Standard errors of the weights w_i, read-only; NaN where the weight is zero.
     ///
-    /// From the fit linearised in weights and searched parameters together. They allow for residuals that are correlated in
-    /// time, and for creep and dynamics that are not in the model (docs/standard_errors.md).
-    /// With smoothness they hold if the true weights are smooth: second differences that scatter about zero as the penalty says.
+    /// From the fit linearised in weights and searched parameters together. They allow for residuals that are
+    /// correlated in time, and for creep and dynamics that are not in the model (docs/standard_errors.md). With
+    /// smoothness they hold if the true weights are smooth: second differences that scatter about zero as the penalty
+    /// says.
     #[getter]
     fn weights_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         read_only(py, self.found.standard_errors.weights.iter().copied())
@@ -239,7 +242,8 @@ impl Identification {
         self.found.standard_errors.lag
     }
 
-    /// Standard error of the frequency of the dynamics in Hz, of several modes the first; 0 without any, NaN at a bound.
+    /// Standard error of the frequency of the dynamics in Hz, of several modes the first; 0 without any, NaN at a
+    /// bound.
     #[getter]
     fn frequency_std(&self) -> f64 {
         self.found.standard_errors.frequency
@@ -251,8 +255,8 @@ impl Identification {
         self.found.standard_errors.damping
     }
 
-    /// The searched amplitudes of creep: the share of a step per decade of log-type creep, from 0.1 s on and then below; else
-    /// the share of every term.
+    /// The searched amplitudes of creep: the share of a step per decade of log-type creep, from 0.1 s on and then
+    /// below; else the share of every term.
     #[getter]
     fn creep_amplitudes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         read_only(py, self.found.creep_amplitudes.iter().copied())
@@ -315,8 +319,8 @@ impl Identification {
         self.found.warnings.iter().cloned().map(Finding::from).collect()
     }
 
-    /// The same result with what reading its records took for granted: a finding `assumed` for each sentence, before all others. The
-    /// verdict counts them, and the stage keeps them.
+    /// The same result with what reading its records took for granted: a finding `assumed` for each sentence, before
+    /// all others. The verdict counts them, and the stage keeps them.
     ///
     /// Parameters
     /// ----------
@@ -356,21 +360,22 @@ impl Identification {
         self.found.partial
     }
 
-    /// The output for the input `u` from the virgin state and at rest at its first value: through creep, dynamics and dead
-    /// time. `u` is sampled every `dt` seconds, by default like the first record.
+    /// The output for the input `u` from the virgin state and at rest at its first value: through creep, dynamics and
+    /// dead time. `u` is sampled every `dt` seconds, by default like the first record.
     ///
-    /// `return_std=True` gives no band that holds the next record: it is the effect of noise on the fit alone. Then a pair is
-    /// returned: the output, and the standard deviation of every sample of it. What the model lacks comes on top, often several
-    /// times as much, and the noise of a measurement; `leave_one_loop_out` and a record that was not fitted tell these. The
-    /// deviation follows from the covariance of all that was fitted, linearised at the fit; it allows for residuals that are
-    /// correlated in time, like the standard errors. What was given and what lies at a bound (a weight of zero, a ratio at its
-    /// limit) counts as known, and so does what the records do not tell at all: beyond the inputs that they reach, the truth may
-    /// be further away: a UserWarning says so.
+    /// `return_std=True` gives no band that holds the next record: it is the effect of noise on the fit alone. Then a
+    /// pair is returned: the output, and the standard deviation of every sample of it. What the model lacks comes on
+    /// top, often several times as much, and the noise of a measurement; `leave_one_loop_out` and a record that was not
+    /// fitted tell these. The deviation follows from the covariance of all that was fitted, linearised at the fit; it
+    /// allows for residuals that are correlated in time, like the standard errors. What was given and what lies at a
+    /// bound (a weight of zero, a ratio at its limit) counts as known, and so does what the records do not tell at all:
+    /// beyond the inputs that they reach, the truth may be further away: a UserWarning says so.
     ///
-    /// `interval=0.95` gives a band that holds the next record: the output, and for every sample a lower and an upper bound within which a
-    /// measured sample lies with that probability. It rests on loops held out in turn: on where the drive turned round last, where it is,
-    /// how fast and for how long it has moved, and where nothing like it was recorded on what stages lack there by experience. The
-    /// offset of the other record is apart, as every record has its own.
+    /// `interval=0.95` gives a band that holds the next record: the output, and for every sample a lower and an upper
+    /// bound within which a measured sample lies with that probability. It rests on loops held out in turn: on where
+    /// the drive turned round last, where it is, how fast and for how long it has moved, and where nothing like it was
+    /// recorded on what stages lack there by experience. The offset of the other record is apart, as every record has
+    /// its own.
     ///
     /// Examples
     /// --------
@@ -476,8 +481,8 @@ impl Identification {
         Ok(found.map_err(errors::identification)?.iter().map(LeftOutLoop::from).collect())
     }
 
-    /// The modes of second-order dynamics from the lowest frequency up, each (frequency in Hz, damping ratio, gain); the gains
-    /// sum to 1. Empty without such dynamics.
+    /// The modes of second-order dynamics from the lowest frequency up, each (frequency in Hz, damping ratio, gain);
+    /// the gains sum to 1. Empty without such dynamics.
     #[getter]
     fn modes(&self) -> Vec<(f64, f64, f64)> {
         match (&self.found.modes, self.found.dynamics) {
@@ -490,7 +495,8 @@ impl Identification {
         }
     }
 
-    /// Standard errors of `modes`: of frequency, damping ratio and gain of each; a single mode has its gain of 1 without error.
+    /// Standard errors of `modes`: of frequency, damping ratio and gain of each; a single mode has its gain of 1
+    /// without error.
     #[getter]
     fn modes_std(&self) -> Vec<(f64, f64, f64)> {
         let errors = &self.found.standard_errors;
@@ -519,8 +525,8 @@ impl Identification {
         self.found.output_map().as_ref().map(points)
     }
 
-    /// The samples of each record that were taken for glitches and left out of the fit, counted from 0 with the skipped ones. They
-    /// enter none of the errors of the fit.
+    /// The samples of each record that were taken for glitches and left out of the fit, counted from 0 with the skipped
+    /// ones. They enter none of the errors of the fit.
     #[getter]
     fn left_out_samples(&self) -> Vec<Vec<usize>> {
         self.found.left_out_samples.clone()
@@ -533,8 +539,8 @@ impl Identification {
     /// u, y : arrays of n floats
     ///     Input and measured output.
     /// record : int, optional
-    ///     The number of the record among those that were fitted, or whose beginning was: then its output offset counts, and the
-    ///     creep that was under way when it began. Without it the record has those that suit it best.
+    ///     The number of the record among those that were fitted, or whose beginning was: then its output offset
+    ///     counts, and the creep that was under way when it began. Without it the record has those that suit it best.
     /// skip : int or str
     ///     Leading samples that do not count for what suits it best, or a time.
     /// dt : float, optional
@@ -570,8 +576,8 @@ impl Identification {
         Ok(PyArray1::from_vec(py, self.found.residuals(&given.records()?[0], record)))
     }
 
-    /// What cross-validation said of the numbers of operators that were tried: pairs (operators, error), the error the geometric
-    /// mean of the rms errors on the stretches that were held out; empty where the number was given.
+    /// What cross-validation said of the numbers of operators that were tried: pairs (operators, error), the error the
+    /// geometric mean of the rms errors on the stretches that were held out; empty where the number was given.
     #[getter]
     fn cross_validation(&self) -> Vec<(usize, f64)> {
         self.found.cross_validation.iter().map(|one| (one.operators, one.typical_error())).collect()
@@ -584,8 +590,9 @@ impl Identification {
         self.found.weights.word()
     }
 
-    /// What cross-validation said of every weight law at the first number of operators: pairs (law, error) as in `cross_validation`; empty
-    /// unless "auto". Where that was for the quadratic law, free weights may be taken later, with the number of operators.
+    /// What cross-validation said of every weight law at the first number of operators: pairs (law, error) as in
+    /// `cross_validation`; empty unless "auto". Where that was for the quadratic law, free weights may be taken later,
+    /// with the number of operators.
     #[getter]
     #[py(-> "list[tuple[Literal['free', 'quadratic', 'split'], float]]")]
     fn weights_validation(&self) -> Vec<(&'static str, f64)> {
@@ -598,8 +605,8 @@ impl Identification {
         self.found.smoothness
     }
 
-    /// What cross-validation said of the terms that may be left out: (number of amplitudes of creep, loop shift, error as in
-    /// `cross_validation`), the best of every kind, the simplest first; empty if there was nothing to choose.
+    /// What cross-validation said of the terms that may be left out: (number of amplitudes of creep, loop shift, error
+    /// as in `cross_validation`), the best of every kind, the simplest first; empty if there was nothing to choose.
     #[getter]
     fn terms_validation(&self) -> Vec<(usize, String, f64)> {
         self.found
@@ -633,7 +640,8 @@ impl Identification {
     }
 }
 
-/// The sampling interval of a prediction: above 0, and that of the first record where its standard deviation is asked for.
+/// The sampling interval of a prediction: above 0, and that of the first record where its standard deviation is asked
+/// for.
 fn check_prediction(dt: Option<f64>, return_std: bool, interval: Option<f64>) -> PyResult<()> {
     if let (true, Some(level)) = (return_std, interval) {
         return Err(errors::value("interval", format_args!("expected None beside return_std, got {level:?}")));

@@ -102,8 +102,8 @@ impl OscillatorIdentification {
         self.0.covered
     }
 
-    /// Standard errors of b, c, k, f+ and f- at the knots, and the output offset, for noise with the spectrum of what the model
-    /// leaves; infinite where the record does not tell a parameter.
+    /// Standard errors of b, c, k, f+ and f- at the knots, and the output offset, for noise with the spectrum of what
+    /// the model leaves; infinite where the record does not tell a parameter.
     #[getter]
     fn standard_errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         read_only(py, self.0.standard_errors.iter().copied())
@@ -162,7 +162,8 @@ impl OscillatorIdentification {
 
     /// What makes the numbers doubtful; empty if nothing does.
     ///
-    /// - "poor_fit": the model leaves more than noise: the hysteresis is of another kind, or there is more than one mode.
+    /// - "poor_fit": the model leaves more than noise: the hysteresis is of another kind, or there is more than one
+    ///   mode.
     /// - "hysteresis_inside_not_told": a linear oscillator predicts samples that were not fitted as well.
     #[getter]
     fn warnings(&self) -> Vec<Finding> {

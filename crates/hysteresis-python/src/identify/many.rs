@@ -24,11 +24,13 @@ use crate::convert::objects::keywords;
 
 /// Fits a model to each of many actuators: hysteresis and dead time, as `identify` does for one.
 ///
-/// Driven alike (one u for all), actuators share what depends on the drive alone: where to start and the first step take no pass over
-/// the operators. Each is then fitted by itself on all of its samples. The fit is as good as that of `identify`; where several minima
-/// of the error are nearly as deep, it may be another one. Driven each by its own drive, they get the very fit of `identify`.
+/// Driven alike (one u for all), actuators share what depends on the drive alone: where to start and the first step
+/// take no pass over the operators. Each is then fitted by itself on all of its samples. The fit is as good as that of
+/// `identify`; where several minima of the error are nearly as deep, it may be another one. Driven each by its own
+/// drive, they get the very fit of `identify`.
 ///
-/// All samples count: glitches are not looked for, as `identify` does with its `loss`. A position with glitches is fitted badly.
+/// All samples count: glitches are not looked for, as `identify` does with its `loss`. A position with glitches is
+/// fitted badly.
 ///
 /// Parameters
 /// ----------
@@ -45,8 +47,9 @@ use crate::convert::objects::keywords;
 /// operators : int or "auto"
 ///     One number for all. It stays 20 where `identify` would double it.
 /// weights : "auto", "free", "quadratic" or "split"
-///     One law for all. "auto" asks the first, the middle and the last actuator that can be fitted, as `identify` would, and takes
-///     the answer with the most unknowns; so it does with "auto" operators. Of a smoothness it takes the middle one.
+///     One law for all. "auto" asks the first, the middle and the last actuator that can be fitted, as `identify`
+///     would, and takes the answer with the most unknowns; so it does with "auto" operators. Of a smoothness it takes
+///     the middle one.
 /// smoothness : float or "auto"
 ///     As for `identify`, one for all.
 /// skip : int or str
@@ -54,16 +57,17 @@ use crate::convert::objects::keywords;
 /// threads : int
 ///     So many share out the actuators. The result has the same bits for any number of threads.
 /// executor : concurrent.futures.Executor, optional
-///     Takes the actuators in groups of 256, each as a call of this function with `threads`. The same bits again. Everything goes
-///     through pickle if it has processes.
+///     Takes the actuators in groups of 256, each as a call of this function with `threads`. The same bits again.
+///     Everything goes through pickle if it has processes.
 /// progress : callable, optional
-///     Called with (share done, actuators done). Ctrl-C stops either way; calls that an executor has begun run to their end.
+///     Called with (share done, actuators done). Ctrl-C stops either way; calls that an executor has begun run to their
+///     end.
 ///
 /// Returns
 /// -------
 /// ManyIdentifications
-///     An actuator that cannot be fitted (a sample that is not finite, a position that never moves) has its reason in `errors`, and
-///     takes nothing from the others.
+///     An actuator that cannot be fitted (a sample that is not finite, a position that never moves) has its reason in
+///     `errors`, and takes nothing from the others.
 ///
 /// Raises
 /// ------

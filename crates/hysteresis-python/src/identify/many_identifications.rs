@@ -20,8 +20,9 @@ const MOST_NAMED: usize = 5;
 
 /// Identified actuators: made by `identify_many`.
 ///
-/// `found[i]` is the model of actuator i. Arrays have a row or a number for each of M actuators; those of an actuator that could
-/// not be fitted are NaN, and `errors` says why. It is small: some numbers for each operator of each actuator.
+/// `found[i]` is the model of actuator i. Arrays have a row or a number for each of M actuators; those of an actuator
+/// that could not be fitted are NaN, and `errors` says why. It is small: some numbers for each operator of each
+/// actuator.
 ///
 /// Examples
 /// --------
@@ -199,16 +200,16 @@ impl ManyIdentifications {
         PyArray1::from_slice(py, &self.noise)
     }
 
-    /// Whether each result deserves trust: "green", "amber" or "red", the worst of its findings; "red" for one that could not be
-    /// fitted.
+    /// Whether each result deserves trust: "green", "amber" or "red", the worst of its findings; "red" for one that
+    /// could not be fitted.
     #[getter]
     #[py(-> "list[Literal['green', 'amber', 'red']]")]
     fn verdicts(&self) -> Vec<&'static str> {
         (0..self.actuators).map(|actuator| self.verdict_of(actuator).name()).collect()
     }
 
-    /// What makes records or results doubtful: for each actuator a list of (code, severity, value). docs/findings.md explains the
-    /// codes; `mpi_hyst.diagnose` of one actuator says more.
+    /// What makes records or results doubtful: for each actuator a list of (code, severity, value). docs/findings.md
+    /// explains the codes; `mpi_hyst.diagnose` of one actuator says more.
     #[getter]
     #[py(-> "list[list[tuple[str, Literal['amber', 'red'], float]]]")]
     fn findings(&self) -> Vec<Vec<(String, String, f64)>> {
@@ -263,8 +264,8 @@ impl ManyIdentifications {
 
     /// The models as one array of actuators, which runs forward or inverse.
     ///
-    /// `missing` is a model that takes the place of those that could not be fitted. Without one, these raise ValueError that names the
-    /// first. Red fits are taken as they are, and a UserWarning names them.
+    /// `missing` is a model that takes the place of those that could not be fitted. Without one, these raise ValueError
+    /// that names the first. Red fits are taken as they are, and a UserWarning names them.
     fn actuator_array(
         &self,
         py: Python<'_>,

@@ -68,7 +68,8 @@ impl Argument<'_> for Placing {
     }
 }
 
-/// The operators with thresholds as given, or that many with uniform ones; as many as the records ask for without a number.
+/// The operators with thresholds as given, or that many with uniform ones; as many as the records ask for without a
+/// number.
 pub(super) fn placed(thresholds: Option<Placing>, operators: Option<Operators>) -> PyResult<Thresholds> {
     let (refined, auto) = match thresholds {
         None | Some(Placing::Uniform) => (Thresholds::Refined, Thresholds::Auto),

@@ -26,7 +26,8 @@ use crate::stage::temperature::{TemperatureTerm, added};
 
 /// What `identify_places` found: a stage, and how far to trust it.
 ///
-/// Standard errors allow for mismatches that are alike along the time or along the drive; `warnings` tells what makes the numbers doubtful. Among its codes:
+/// Standard errors allow for mismatches that are alike along the time or along the drive; `warnings` tells what makes
+/// the numbers doubtful. Among its codes:
 ///
 /// - "one_loop_size": all pairs lie on loops of one size, which cannot tell how the scale of other loops differs.
 /// - "wrong_pairs": pairs that contradict the others were left out; `wrong_pairs` names them.
@@ -133,7 +134,8 @@ impl PlacesIdentification {
         read_only(py, self.found.mismatches.iter().copied())
     }
 
-    /// The robust standard deviation of the mismatches, for a pair of middling uncertainty; without pairs the rms of `length_errors`.
+    /// The robust standard deviation of the mismatches, for a pair of middling uncertainty; without pairs the rms of
+    /// `length_errors`.
     #[getter]
     fn mismatch(&self) -> f64 {
         self.found.mismatch
@@ -151,8 +153,9 @@ impl PlacesIdentification {
         self.found.wrong_pairs.clone()
     }
 
-    /// The rows of the lengths that contradict the others: they were left out of the fit, too. Empty with fewer than ten more lengths
-    /// than unknowns, of which there is one beside pairs, the scale: none of a few can be told from the others.
+    /// The rows of the lengths that contradict the others: they were left out of the fit, too. Empty with fewer than
+    /// ten more lengths than unknowns, of which there is one beside pairs, the scale: none of a few can be told from
+    /// the others.
     #[getter]
     fn wrong_lengths(&self) -> Vec<usize> {
         self.found.wrong_lengths.clone()
@@ -194,9 +197,9 @@ impl PlacesIdentification {
         self.found.smoothness
     }
 
-    /// What was tried: first models of plays, the simplest first, then those with ", duhem" and ", input map" in their name. For each the model,
-    /// how many amplitudes of creep, whether there is a drift, and the rms distance of pairs, or error of lengths alone, of stretches that
-    /// were not fitted. All are judged by the same ones.
+    /// What was tried: first models of plays, the simplest first, then those with ", duhem" and ", input map" in their
+    /// name. For each the model, how many amplitudes of creep, whether there is a drift, and the rms distance of pairs,
+    /// or error of lengths alone, of stretches that were not fitted. All are judged by the same ones.
     #[getter]
     fn candidates(&self) -> Vec<(String, usize, bool, f64)> {
         let name = |one: &PlacesCandidate| {
@@ -217,8 +220,9 @@ impl PlacesIdentification {
     }
 
     /// By how much what is seen has drifted at every sample of the drive of a number: what is seen at sample k is at
-    /// `predict(u, temperature=...)[k] + drift(number)[k]`, but for an offset. Zero without a drift. With lengths alone it is what goes on of
-    /// creep and warmth from before the drive, and goes to zero; otherwise it is zero at the first sample.
+    /// `predict(u, temperature=...)[k] + drift(number)[k]`, but for an offset. Zero without a drift. With lengths alone
+    /// it is what goes on of creep and warmth from before the drive, and goes to zero; otherwise it is zero at the
+    /// first sample.
     fn drift<'py>(&self, py: Python<'py>, number: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.found.drift(number).map(|drift| PyArray1::from_vec(py, drift)).map_err(raise)
     }
@@ -248,8 +252,8 @@ impl PlacesIdentification {
         self.found.warnings.iter().cloned().map(Finding::from).collect()
     }
 
-    /// The position for the drive `u`, sampled every `dt`, from the virgin state and at rest at its first value; with a `temperature` for
-    /// each sample what that adds, otherwise at the one of the first sample that was identified.
+    /// The position for the drive `u`, sampled every `dt`, from the virgin state and at rest at its first value; with a
+    /// `temperature` for each sample what that adds, otherwise at the one of the first sample that was identified.
     fn predict<'py>(
         &self,
         py: Python<'py>,
@@ -264,13 +268,14 @@ impl PlacesIdentification {
         Ok(PyArray1::from_vec(py, predicted))
     }
 
-    /// The standard deviation of every sample of `predict`: what errors of pairs and lengths make of it, and how far the other `candidates`
-    /// are from it, root mean square over all of them. Each counts by the square of its trust: the rms error that the chosen one leaves over the
-    /// one that it leaves. Those that have all terms of the chosen one and more count less: the square of
-    /// their distance by the share of the mismatches that is alike from pair to pair, and no noise. What all of them lack comes on top.
+    /// The standard deviation of every sample of `predict`: what errors of pairs and lengths make of it, and how far
+    /// the other `candidates` are from it, root mean square over all of them. Each counts by the square of its trust:
+    /// the rms error that the chosen one leaves over the one that it leaves. Those that have all terms of the chosen
+    /// one and more count less: the square of their distance by the share of the mismatches that is alike from pair to
+    /// pair, and no noise. What all of them lack comes on top.
     ///
-    /// Pairs do not tell an offset. So it is that of the position about its mean over `u`; with lengths alone, from the first sample of the
-    /// first drive.
+    /// Pairs do not tell an offset. So it is that of the position about its mean over `u`; with lengths alone, from the
+    /// first sample of the first drive.
     fn predict_std<'py>(&self, py: Python<'py>, u: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let deviation = self.found.predict_std(u.as_slice()?);
         deviation.map(|y| PyArray1::from_vec(py, y)).map_err(|error| one_record(error, None))
@@ -288,28 +293,31 @@ impl PlacesIdentification {
 
 /// Identifies a stage without a position sensor: from pairs of instants at the same place, and from known lengths.
 ///
-/// y(t1) = y(t2) says D w = 0, a known length l says D w = l: D is what the operators' outputs, behind creep and dead time, differ by
-/// between the two instants. Weights w >= 0 follow by least squares with a robust loss: a few wrong pairs do no harm, nor does a wrong
-/// length among many. Input offset, dead
-/// time and creep are searched. Model, creep, drift and smoothness are chosen by cross-validation over the pairs. The lengths alone set the scale.
+/// y(t1) = y(t2) says D w = 0, a known length l says D w = l: D is what the operators' outputs, behind creep and dead
+/// time, differ by between the two instants. Weights w >= 0 follow by least squares with a robust loss: a few wrong
+/// pairs do no harm, nor does a wrong length among many. Input offset, dead time and creep are searched. Model, creep,
+/// drift and smoothness are chosen by cross-validation over the pairs. The lengths alone set the scale.
 ///
-/// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. They must come from loops of different size, or a
-/// finding says that the scale of other loops is not told. Every drive starts from the input offset, and from there at its first sample.
+/// Pairs do not tell an offset: the position is 0 at the first sample of the first drive. They must come from loops of
+/// different size, or a finding says that the scale of other loops is not told. Every drive starts from the input
+/// offset, and from there at its first sample.
 ///
-/// Non-negative least squares as Lawson and Hanson, Solving Least Squares Problems, 1974; the losses as Huber, Ann. Math. Stat. 35, 73, 1964, and
-/// Beaton and Tukey, Technometrics 16, 147, 1974; standard errors as Liang and Zeger, Biometrika 73, 13, 1986; the Duhem operator as `Duhem`.
+/// Non-negative least squares as Lawson and Hanson, Solving Least Squares Problems, 1974; the losses as Huber, Ann.
+/// Math. Stat. 35, 73, 1964, and Beaton and Tukey, Technometrics 16, 147, 1974; standard errors as Liang and Zeger,
+/// Biometrika 73, 13, 1986; the Duhem operator as `Duhem`.
 ///
 /// Parameters
 /// ----------
 /// drives : array of n floats, or list of arrays
 ///     What drove the stage, in V, from rest.
 /// pairs : array of shape (m, 3) or (m, 4)
-///     A row for each pair: the number of the drive, then two instants at which the stage was at the same place, in samples; they may lie
-///     between samples. A fourth column says how uncertain each match is, as a standard deviation: only ratios count.
+///     A row for each pair: the number of the drive, then two instants at which the stage was at the same place, in
+///     samples; they may lie between samples. A fourth column says how uncertain each match is, as a standard
+///     deviation: only ratios count.
 /// lengths : array of shape (k, 4) or (k, 5)
-///     A row for each known distance: the number of the drive, two instants, and y(second) - y(first) in um, with its sign. A fifth column
-///     is its standard deviation; without it a length counts as known to a thousandth of the longest. Also known places or loads: distances
-///     from the first one.
+///     A row for each known distance: the number of the drive, two instants, and y(second) - y(first) in um, with its
+///     sign. A fifth column is its standard deviation; without it a length counts as known to a thousandth of the
+///     longest. Also known places or loads: distances from the first one.
 /// dt : float
 ///     Sampling interval of all drives in seconds.
 /// model : "auto", "modified" or "conventional"
@@ -319,8 +327,9 @@ impl PlacesIdentification {
 /// ratios : "fit" or (ra/r, rb/r, rc/r)
 ///     Of the modified model.
 /// input_offset : "fit" or float
-///     Where the operators have their zero, in V. For the conventional model that is where the stage was at rest before the drives: it is
-///     searched where a pair or a length sees it, and the middle of the drives otherwise. Give the first drive of a stage that begins virgin.
+///     Where the operators have their zero, in V. For the conventional model that is where the stage was at rest before
+///     the drives: it is searched where a pair or a length sees it, and the middle of the drives otherwise. Give the
+///     first drive of a stage that begins virgin.
 /// dead_time : "fit" or float
 ///     What the position lags the drive, in seconds: searched up to a tenth of the shortest drive.
 /// creep : "auto", None, "log", int or array
@@ -330,19 +339,21 @@ impl PlacesIdentification {
 /// smoothness : float or "auto"
 ///     As in `identify`, beside the sum of squares of the drive differences of the pairs.
 /// drift : "auto" or bool
-///     Whether what is seen drifts against the stage in the course of each drive: heat, or creep from what was before. A drive of n samples
-///     drifts by a s + b ln(1 + 20 s) / ln 21, s = k / (n - 1), with a and b of its own. "auto" leaves it to cross-validation over the pairs.
-///     With lengths alone "auto" tries in its place what goes on of before the drive: a decay with each time constant of creep, and with
-///     that of warmth.
+///     Whether what is seen drifts against the stage in the course of each drive: heat, or creep from what was before.
+///     A drive of n samples drifts by a s + b ln(1 + 20 s) / ln 21, s = k / (n - 1), with a and b of its own. "auto"
+///     leaves it to cross-validation over the pairs. With lengths alone "auto" tries in its place what goes on of
+///     before the drive: a decay with each time constant of creep, and with that of warmth.
 /// duhem : "auto", None or "fit"
-///     A Duhem operator beside the plays, added or subtracted: as of Bouc-Wen of exponent 1, with f on the way back that is searched. "auto"
-///     tries one beside the chosen model where plays leave more than noise, and keeps it if cross-validation asks for it and there is an inverse.
+///     A Duhem operator beside the plays, added or subtracted: as of Bouc-Wen of exponent 1, with f on the way back
+///     that is searched. "auto" tries one beside the chosen model where plays leave more than noise, and keeps it if
+///     cross-validation asks for it and there is an inverse.
 /// input_map : "auto", None or "smooth"
-///     A map of the drive in front of the hysteresis, for a middle line that bends: as in `identify`. Pairs tell none. "auto" tries one where
-///     there are at least 16 lengths, which "smooth" needs, too, and keeps it if cross-validation asks for it.
+///     A map of the drive in front of the hysteresis, for a middle line that bends: as in `identify`. Pairs tell none.
+///     "auto" tries one where there are at least 16 lengths, which "smooth" needs, too, and keeps it if
+///     cross-validation asks for it.
 /// temperature : array of n floats, or list of arrays, optional
-///     The temperature at each sample of the drives. The position then has the term kappa (theta - T[0]), theta' = (T - theta) / tau, of
-///     either sign: a `plant.TemperatureTerm` of the stage.
+///     The temperature at each sample of the drives. The position then has the term kappa (theta - T[0]), theta' = (T -
+///     theta) / tau, of either sign: a `plant.TemperatureTerm` of the stage.
 /// thermal_lag : "fit" or float
 ///     tau in seconds: searched up to the length of the longest drive.
 ///

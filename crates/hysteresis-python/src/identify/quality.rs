@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// The errors of a fit, each with its unit or base.
 ///
-/// `max_error` and `rmse` are in the unit of the output, `mse` in its square. Percentages are of `range`, the peak-to-peak
-/// of the measured output over the fitted samples, or where they say so of `amplitude`, half of it.
+/// `max_error` and `rmse` are in the unit of the output, `mse` in its square. Percentages are of `range`, the
+/// peak-to-peak of the measured output over the fitted samples, or where they say so of `amplitude`, half of it.
 ///
 /// Examples
 /// --------

@@ -301,7 +301,8 @@ fn has_room(signals: Vec<(Vec<f64>, Vec<f64>)>) -> PyResult<Vec<(Vec<f64>, Vec<f
     Ok(signals)
 }
 
-/// When the samples of every record were taken: one array, or a list of one for each record; none where it is not given.
+/// When the samples of every record were taken: one array, or a list of one for each record; none where it is not
+/// given.
 fn times_of(times: Option<&Bound<'_, PyAny>>, records: usize) -> PyResult<Vec<Option<Vec<f64>>>> {
     let Some(times) = times else { return Ok(vec![None; records]) };
     if records == 1

@@ -16,11 +16,12 @@ use crate::model::models::object;
 
 /// The weights of a model that follow a running actuator: recursive least squares with forgetting.
 ///
-/// y(k) = output_offset + sum_i w_i z_i(k), y(k) read as u(k) is put out, z_i the operators of `model` at u - input_offset: thresholds stay, weights and
-/// output offset are estimated, sample by sample, from the virgin state. With forgetting = 1 the estimate is that of least
-/// squares over all samples (to 1e-13 um/V on the paper's actuator). The weights of `.model` are the nearest to the
-/// estimate that are not negative, the identity weight at least 1e-6 of the given one, so its inverse exists at every
-/// sample; `Inverse.set_model` takes it into a running inverse without a jump of the drive.
+/// y(k) = output_offset + sum_i w_i z_i(k), y(k) read as u(k) is put out, z_i the operators of `model` at u -
+/// input_offset: thresholds stay, weights and output offset are estimated, sample by sample, from the virgin state.
+/// With forgetting = 1 the estimate is that of least squares over all samples (to 1e-13 um/V on the paper's actuator).
+/// The weights of `.model` are the nearest to the estimate that are not negative, the identity weight at least 1e-6 of
+/// the given one, so its inverse exists at every sample; `Inverse.set_model` takes it into a running inverse without a
+/// jump of the drive.
 ///
 /// Parameters
 /// ----------
@@ -31,9 +32,9 @@ use crate::model::models::object;
 /// output_offset : "fit" or float
 ///     Fit the offset of the sensor as one more unknown, starting from that of the model, or hold it at a value.
 /// covariance : float
-///     Variance of every unknown at the start, in units of the variance of the measurement noise; the unknowns are w_i X
-///     and the output offset, X the largest threshold rounded up to a power of two. By default the samples alone decide;
-///     with 1 the model counts as one sample of full range.
+///     Variance of every unknown at the start, in units of the variance of the measurement noise; the unknowns are w_i
+///     X and the output offset, X the largest threshold rounded up to a power of two. By default the samples alone
+///     decide; with 1 the model counts as one sample of full range.
 /// covariance_limit : float
 ///     The variance that forgetting may bring back where nothing is excited, in the same units.
 /// dynamics : FirstOrder, SecondOrder, Antiresonance, Modes, StateSpace, or a list of them in series, optional
@@ -92,10 +93,11 @@ impl RecursiveIdentifier {
         identification::RecursiveIdentifier::new(&model, &options).map(Self).map_err(raise)
     }
 
-    /// Takes the input u and the output y read as u is put out; the prediction error: y minus what `model` predicted before.
+    /// Takes the input u and the output y read as u is put out; the prediction error: y minus what `model` predicted
+    /// before.
     ///
-    /// A sample that is not finite changes no weight and gives the last error again; a good u moves the operators all the
-    /// same.
+    /// A sample that is not finite changes no weight and gives the last error again; a good u moves the operators all
+    /// the same.
     fn update(slf: &Bound<'_, Self>, u: f64, y: f64) -> PyResult<f64> {
         Ok(exclusive(slf)?.0.update(u, y))
     }

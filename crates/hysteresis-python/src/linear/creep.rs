@@ -83,8 +83,8 @@ impl Creep {
         read_only(py, self.0.time_constants().iter().copied())
     }
 
-    /// The response to `u` from rest at zero, each input held for `dt` seconds: y[k] is the output at the moment at which
-    /// u[k] is put out.
+    /// The response to `u` from rest at zero, each input held for `dt` seconds: y[k] is the output at the moment at
+    /// which u[k] is put out.
     fn response<'py>(&self, u: PyReadonlyArray1<'py, f64>, dt: f64) -> Vector<'py> {
         response(Stream::new(self.0.block(dt).map_err(raise)?, 0.0), &u)
     }

@@ -157,8 +157,8 @@ impl FirstOrder {
 
 /// An antiresonance and the resonance that belongs to it, of unit static gain.
 ///
-/// G(s) = ((s/w_a)^2 + 2 zeta_a s/w_a + 1) / ((s/w)^2 + 2 zeta s/w + 1): at the antiresonance a part of the structure takes up
-/// the force that would move the position.
+/// G(s) = ((s/w_a)^2 + 2 zeta_a s/w_a + 1) / ((s/w)^2 + 2 zeta s/w + 1): at the antiresonance a part of the structure
+/// takes up the force that would move the position.
 ///
 /// Parameters
 /// ----------
@@ -215,8 +215,8 @@ impl Antiresonance {
 
 /// Second-order modes in parallel: G(s) = sum_i g_i / ((s/w_i)^2 + 2 zeta_i s/w_i + 1).
 ///
-/// The modal form of a mechanical structure. Where neighbours have gains of the same sign there is an antiresonance between
-/// them. Dynamics that follow each other are given in a list instead.
+/// The modal form of a mechanical structure. Where neighbours have gains of the same sign there is an antiresonance
+/// between them. Dynamics that follow each other are given in a list instead.
 ///
 /// Parameters
 /// ----------

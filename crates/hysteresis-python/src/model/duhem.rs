@@ -136,7 +136,8 @@ impl Duhem {
     /// Bouc-Wen hysteresis of exponent 1: z' = alpha x' - beta (gamma \|x'\| z + delta x' \|z\|).
     ///
     /// Three knots. beta is above 0, gamma at least 0. Where f would fall to zero it stays at 1e-9 alpha. With an alpha
-    /// below 0 it is what the piezo form k x - h adds: -h of (\|alpha\|, beta, gamma, -delta). delta is below gamma then.
+    /// below 0 it is what the piezo form k x - h adds: -h of (\|alpha\|, beta, gamma, -delta). delta is below gamma
+    /// then.
     ///
     /// Examples
     /// --------

@@ -118,9 +118,9 @@ impl Each {
 
     /// The forward model as a stream, at rest or from the operator outputs `initial`.
     ///
-    /// `method` None takes "turning_points" where it can: what a sample costs hardly hangs on the number of operators. "bank"
-    /// computes all operators for a sample that leaves the line: with AVX2 it is several times faster for some tens of
-    /// operators where every sample is a jump, and slower on a smooth drive. Both give the same outputs, to
+    /// `method` None takes "turning_points" where it can: what a sample costs hardly hangs on the number of operators.
+    /// "bank" computes all operators for a sample that leaves the line: with AVX2 it is several times faster for some
+    /// tens of operators where every sample is a jump, and slower on a smooth drive. Both give the same outputs, to
     /// 1e-12 of the range, and either goes on from a `state` of the other.
     ///
     /// Raises ValueError for thresholds that are not nested if "turning_points" is asked for.

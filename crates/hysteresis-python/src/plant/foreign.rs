@@ -55,7 +55,8 @@ fn number(value: &Bound<'_, PyAny>, shown: &str, at: &At) -> PyResult<f64> {
     })
 }
 
-/// Refuses a drive that is not finite, or outside the limits that the object states: nobody knows what it would do with it.
+/// Refuses a drive that is not finite, or outside the limits that the object states: nobody knows what it would do with
+/// it.
 fn check_drive(drive: f64, limits: Option<(f64, f64)>, at: &At) -> PyResult<()> {
     let place = || Place::part("controller", "controller.step");
     match limits {

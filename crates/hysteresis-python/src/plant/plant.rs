@@ -22,20 +22,21 @@ use crate::stream::blocks::BLOCK;
 
 /// A stage between its two converters, as a controller sees it: drive in, measurement out.
 ///
-/// `measured` and `position` are those of now; `step(drive)` holds the drive for `dt` and returns the next measurement, read
-/// just before the next drive is put out. `run(drives)` returns the rows of a record instead. A plant starts at rest: the drive
-/// has been 0, or the limit nearest to it, since forever. A drive beyond the limits is clamped, one that is not finite leaves
-/// the one before; either is counted.
+/// `measured` and `position` are those of now; `step(drive)` holds the drive for `dt` and returns the next measurement,
+/// read just before the next drive is put out. `run(drives)` returns the rows of a record instead. A plant starts at
+/// rest: the drive has been 0, or the limit nearest to it, since forever. A drive beyond the limits is clamped, one
+/// that is not finite leaves the one before; either is counted.
 ///
 /// Parameters
 /// ----------
 /// stage : Stage, PrandtlIshlinskii or ModifiedPrandtlIshlinskii
-///     A model with the keywords `dynamics`, `amplifier_bandwidth`, `creep`, `dead_time`, `noise` and `limits`, which mean what
-///     they mean for a Stage, makes a stage.
+///     A model with the keywords `dynamics`, `amplifier_bandwidth`, `creep`, `dead_time`, `noise` and `limits`, which
+///     mean what they mean for a Stage, makes a stage.
 /// dt : float
 ///     Sampling interval in seconds.
 /// seed : int
-///     Seed of the noise: the same seed gives the same numbers. White Gaussian noise by xoshiro256++ and the ziggurat method.
+///     Seed of the noise: the same seed gives the same numbers. White Gaussian noise by xoshiro256++ and the ziggurat
+///     method.
 /// dac_bits : int, optional
 ///     D/A converter: the nearest of 2^bits levels from one limit to the other, both included. Needs `limits`.
 /// adc_bits, adc_range : int and (low, high), optional
@@ -131,7 +132,8 @@ impl Plant {
         Ok(exclusive(slf)?.plant.step(drive))
     }
 
-    /// The measurement of now: `measured`. With `write` a plant is used as hardware is, as `simulate` does with any object.
+    /// The measurement of now: `measured`. With `write` a plant is used as hardware is, as `simulate` does with any
+    /// object.
     fn read(&self) -> f64 {
         self.plant.measured()
     }
@@ -142,8 +144,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Takes an array of drives and returns the rows of a record, (measured, position): both at the moment at which the drive
-    /// is put out.
+    /// Takes an array of drives and returns the rows of a record, (measured, position): both at the moment at which the
+    /// drive is put out.
     fn run<'py>(slf: &Bound<'py, Self>, drives: PyReadonlyArray1<'py, f64>) -> PyResult<(Vector<'py>, Vector<'py>)> {
         let py = drives.py();
         let samples = drives.as_slice()?;
@@ -237,7 +239,8 @@ impl Plant {
         self.plant.events().overrange
     }
 
-    /// Everything that the plant remembers, as a dictionary to keep; set it to continue from there bit for bit, noise included.
+    /// Everything that the plant remembers, as a dictionary to keep; set it to continue from there bit for bit, noise
+    /// included.
     #[getter]
     #[py(-> "dict[str, Any]")]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
@@ -286,16 +289,19 @@ type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 
 /// Several plants that move the same axes: an XY stage with crosstalk, or a tip-tilt-piston mirror on three actuators.
 ///
-/// y = K p, with p the positions of the single plants and y those of the axes. Sensor i shows measured_i = y_i + noise_i; noise_i is
-/// what the sensor of plant i adds, its `measured` minus its `position`. Drive i goes to plant i. The rest is as for `Plant`, with arrays of N
-/// numbers, one for each axis: `step(drives)` holds the drives for `dt` and returns the next measurements.
+/// y = K p, with p the positions of the single plants and y those of the axes. Sensor i shows measured_i = y_i +
+/// noise_i; noise_i is what the sensor of plant i adds, its `measured` minus its `position`. Drive i goes to plant i.
+/// The rest is as for `Plant`, with arrays of N numbers, one for each axis: `step(drives)` holds the drives for `dt`
+/// and returns the next measurements.
 ///
 /// Parameters
 /// ----------
 /// plants : list of N Plants
-///     With the same `dt`. Copies are taken, in the state in which they are. Plants of the same seed have the same noise.
+///     With the same `dt`. Copies are taken, in the state in which they are. Plants of the same seed have the same
+///     noise.
 /// coupling : array of shape (N, N)
-///     K, in the unit of the axes over that of the plants: finite, with a condition number (of the largest column sum) of at most 1e10.
+///     K, in the unit of the axes over that of the plants: finite, with a condition number (of the largest column sum)
+///     of at most 1e10.
 ///
 /// Raises
 /// ------
@@ -396,8 +402,8 @@ impl MultiAxisPlant {
         exclusive(slf)?.plant.step(drives.as_slice()?).map_err(raise)
     }
 
-    /// Takes drives of shape (samples, N) and returns the rows of a record, (measured, position), both of that shape and at
-    /// the moment at which the drives are put out.
+    /// Takes drives of shape (samples, N) and returns the rows of a record, (measured, position), both of that shape
+    /// and at the moment at which the drives are put out.
     fn run<'py>(
         slf: &Bound<'py, Self>,
         #[py("ArrayLike")] drives: &Bound<'py, PyAny>,
@@ -482,7 +488,8 @@ impl MultiAxisPlant {
         self.plant.dt()
     }
 
-    /// Everything that the plants remember, as a dictionary to keep; set it to continue from there bit for bit, noise included.
+    /// Everything that the plants remember, as a dictionary to keep; set it to continue from there bit for bit, noise
+    /// included.
     #[getter]
     #[py(-> "dict[str, Any]")]
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

@@ -43,8 +43,8 @@ pub(crate) struct Metrics {
     position_rmse: f64,
     /// Peak-to-peak of the reference, um: the base of `hysteresis_percent`.
     range: f64,
-    /// Largest magnitude of the measured error in % of `range`, or None if the reference does not move or nothing was read. What the paper
-    /// calls hysteresis in Fig. 12 and 13, but for rounding (erratum 15).
+    /// Largest magnitude of the measured error in % of `range`, or None if the reference does not move or nothing was
+    /// read. What the paper calls hysteresis in Fig. 12 and 13, but for rounding (erratum 15).
     hysteresis_percent: Option<f64>,
     /// Lowest drive, V.
     drive_low: f64,
@@ -76,8 +76,8 @@ impl Metrics {
 
 /// The samples of a closed loop and the errors in them: made by `simulate`, or from a record of your own.
 ///
-/// At the moment of sample k the position is position[k]; the controller reads measured[k], knows reference[k], and puts
-/// out drive[k], which is held until the next sample.
+/// At the moment of sample k the position is position[k]; the controller reads measured[k], knows reference[k], and
+/// puts out drive[k], which is held until the next sample.
 ///
 /// Parameters
 /// ----------

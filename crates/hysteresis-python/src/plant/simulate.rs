@@ -39,27 +39,30 @@ use crate::identify::recursive::RecursiveIdentifier;
 /// anything moves. An exception ends the run and leaves controller and plant where they are. A controller or a plant in
 /// Python cannot use the other one itself meanwhile.
 ///
-/// A plant may be any object with `read() -> float` and `write(drive)`: hardware, another process, a model of your own. At
-/// every sample its measurement is read, and the drive is written. `write` holds the drive for one sampling interval, and
-/// `read` waits for its end if time passes. Where it has these attributes they are used too: `position`, where it really is (else
-/// what was measured); `drive`, what it really puts out (else what was written); `limits` (low, high) of the drive and `dt` in
-/// seconds, to which the controller is compared. What it raises passes through unchanged. If `write` raises, a `HybridController` with its
-/// observer and learning, and an `identifier`, have not taken that sample: the next one starts from the drive before. Such a plant gets finite drives only: a controller that gives another number is refused.
+/// A plant may be any object with `read() -> float` and `write(drive)`: hardware, another process, a model of your own.
+/// At every sample its measurement is read, and the drive is written. `write` holds the drive for one sampling
+/// interval, and `read` waits for its end if time passes. Where it has these attributes they are used too: `position`,
+/// where it really is (else what was measured); `drive`, what it really puts out (else what was written); `limits`
+/// (low, high) of the drive and `dt` in seconds, to which the controller is compared. What it raises passes through
+/// unchanged. If `write` raises, a `HybridController` with its observer and learning, and an `identifier`, have not
+/// taken that sample: the next one starts from the drive before. Such a plant gets finite drives only: a controller
+/// that gives another number is refused.
 ///
-/// A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says: with the estimate of an
-/// observer, if it has one. In the run `measured` is NaN there, and `missing_count` of the metrics counts it. The measured errors are those of the
-/// other samples.
+/// A reading of NaN is a missing measurement. The controller counts it and goes on as its `max_missing` says: with the
+/// estimate of an observer, if it has one. In the run `measured` is NaN there, and `missing_count` of the metrics
+/// counts it. The measured errors are those of the other samples.
 ///
-/// Several axes: a `MultiAxisController`, or an object whose `step(references, measurements)` takes and returns arrays of N numbers,
-/// with a `MultiAxisPlant` or an object whose `read` returns and whose `write` takes N numbers. The reference is an
-/// array of shape (samples, N). Then the result is a list of N runs: run i has reference, measurement and position of axis i, and drive and limits of
-/// actuator i. Of the keywords `target` (an array as the reference), `period` and `progress` can be used.
+/// Several axes: a `MultiAxisController`, or an object whose `step(references, measurements)` takes and returns arrays
+/// of N numbers, with a `MultiAxisPlant` or an object whose `read` returns and whose `write` takes N numbers. The
+/// reference is an array of shape (samples, N). Then the result is a list of N runs: run i has reference, measurement
+/// and position of axis i, and drive and limits of actuator i. Of the keywords `target` (an array as the reference),
+/// `period` and `progress` can be used.
 ///
 /// Parameters
 /// ----------
 /// controller : HybridController, MultiAxisController or object
-///     With a method step(reference, measurement) -> drive. A preview gets its references early: before the run, the plant
-///     stands at reference[0] for as many samples.
+///     With a method step(reference, measurement) -> drive. A preview gets its references early: before the run, the
+///     plant stands at reference[0] for as many samples.
 /// plant : Plant, MultiAxisPlant or object
 ///     What is driven: with read() -> measurement and write(drive).
 /// reference : array of n floats, or of shape (n, N)
@@ -71,8 +74,8 @@ use crate::identify::recursive::RecursiveIdentifier;
 /// observer, repetitive : Observer, RepetitiveControl, optional
 ///     As parts of the controller for this run: see `HybridController`. They remember it.
 /// identifier : RecursiveIdentifier, optional
-///     Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples, without a jump.
-///     For an exact inverse as feed-forward, of a stage without a Duhem operator.
+///     Follows drive and measurement; its model is taken into the controller every `model_update_interval` samples,
+///     without a jump. For an exact inverse as feed-forward, of a stage without a Duhem operator.
 /// model_update_interval : int
 ///     Samples between two swaps.
 /// period : float, optional

@@ -14,14 +14,14 @@ use crate::plant::foreign::stated_limits;
 
 /// Two functions of C: any driver of any vendor, through ctypes.
 ///
-/// `int read(void *context, double *measurement)` writes the measurement of now and returns 0; it returns a number above 0 if there is
-/// none that is newer, and one below 0 for a fault. `int write(void *context, double drive)` returns 0, or another number for a fault.
-/// Both are called once per sample from the thread of the loop, and must not wait. As with ctypes itself, a function of another
-/// signature crashes the process.
+/// `int read(void *context, double *measurement)` writes the measurement of now and returns 0; it returns a number
+/// above 0 if there is none that is newer, and one below 0 for a fault. `int write(void *context, double drive)`
+/// returns 0, or another number for a fault. Both are called once per sample from the thread of the loop, and must not
+/// wait. As with ctypes itself, a function of another signature crashes the process.
 ///
-/// This is for functions of a library. A function in Python that raises tells nobody: ctypes prints the exception and returns 0, so
-/// a drive that was never put out counts as written. Give `run` an object with `read` and `write` for Python: what that raises
-/// ends the loop, at rest if it can still be written to.
+/// This is for functions of a library. A function in Python that raises tells nobody: ctypes prints the exception and
+/// returns 0, so a drive that was never put out counts as written. Give `run` an object with `read` and `write` for
+/// Python: what that raises ends the loop, at rest if it can still be written to.
 ///
 /// Parameters
 /// ----------
@@ -88,8 +88,8 @@ impl Functions {
 
 impl Functions {
     pub(super) fn io(&self) -> FunctionIo {
-        // SAFETY: whoever made this object says that functions of these signatures are there, as with ctypes; `_kept` keeps those that
-        // ctypes made, and the caller of the loop keeps this object.
+        // SAFETY: whoever made this object says that functions of these signatures are there, as with ctypes; `_kept`
+        // keeps those that ctypes made, and the caller of the loop keeps this object.
         unsafe {
             let read = std::mem::transmute::<*const c_void, ReadFunction>(self.read as *const c_void);
             let write = std::mem::transmute::<*const c_void, WriteFunction>(self.write as *const c_void);
@@ -117,12 +117,13 @@ fn address(name: &'static str, function: &Bound<'_, PyAny>) -> PyResult<usize> {
 
 /// A plant that talks in datagrams, on another computer or in another process.
 ///
-/// A datagram has 16 bytes, little-endian: a number that counts upwards (uint64), and a float64. The plant sends measurements to
-/// `local`, the loop drives to `plant`. The newest measurement counts. Lost ones are not fresh: the watchdog sees to it.
-/// A drive is written when the network has taken it: nobody confirms that it has arrived, also not the rest drive, which is sent 20 times.
-/// So the plant needs a watchdog of its own that goes to rest when no drives come. The report counts the datagrams:
-/// `LoopReport.to_dict()["datagrams"]`. It warns that the rest drive may have reached nobody, but only if the other computer says that nobody
-/// listens: `LoopReport.rest_refused`. One that is off says nothing.
+/// A datagram has 16 bytes, little-endian: a number that counts upwards (uint64), and a float64. The plant sends
+/// measurements to `local`, the loop drives to `plant`. The newest measurement counts. Lost ones are not fresh: the
+/// watchdog sees to it. A drive is written when the network has taken it: nobody confirms that it has arrived, also not
+/// the rest drive, which is sent 20 times. So the plant needs a watchdog of its own that goes to rest when no drives
+/// come. The report counts the datagrams: `LoopReport.to_dict()["datagrams"]`. It warns that the rest drive may have
+/// reached nobody, but only if the other computer says that nobody listens: `LoopReport.rest_refused`. One that is off
+/// says nothing.
 ///
 /// Parameters
 /// ----------
@@ -176,12 +177,13 @@ impl Udp {
 
 /// Memory that another process maps too.
 ///
-/// The loop makes a file of 256 bytes, in /dev/shm on Linux. The plant writes a measurement at offset 64, and reads the drive at
-/// offset 128. Each is a lock, a number and a float64, 8 bytes each. To write: make the lock odd, write a new number and the value, make
-/// the lock the next even number. To read: what was read is whole if the lock was even and is the same after it.
+/// The loop makes a file of 256 bytes, in /dev/shm on Linux. The plant writes a measurement at offset 64, and reads the
+/// drive at offset 128. Each is a lock, a number and a float64, 8 bytes each. To write: make the lock odd, write a new
+/// number and the value, make the lock the next even number. To read: what was read is whole if the lock was even and
+/// is the same after it.
 ///
-/// While the loop runs it has an exclusive lock on the file (flock), so a second loop is refused. No other process may make the file
-/// shorter meanwhile: the system then ends the loop where it is (SIGBUS).
+/// While the loop runs it has an exclusive lock on the file (flock), so a second loop is refused. No other process may
+/// make the file shorter meanwhile: the system then ends the loop where it is (SIGBUS).
 ///
 /// Parameters
 /// ----------

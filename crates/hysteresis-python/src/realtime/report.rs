@@ -89,8 +89,8 @@ pub(crate) struct LoopReport(pub(super) realtime::Report);
 
 #[methods]
 impl LoopReport {
-    /// Why it went to rest: "time_over", "reference_over", "requested", "watchdog", "deadline_missed", "panicked"; or why it ended where
-    /// it was: "write_failed".
+    /// Why it went to rest: "time_over", "reference_over", "requested", "watchdog", "deadline_missed", "panicked"; or
+    /// why it ended where it was: "write_failed".
     #[getter]
     #[py(-> "Literal['time_over', 'reference_over', 'requested', 'watchdog', 'deadline_missed', 'panicked', 'write_failed']")]
     fn end(&self) -> &'static str {
@@ -105,16 +105,16 @@ impl LoopReport {
         }
     }
 
-    /// Whether the drive written last is the rest drive: False only if writing itself failed. Over UDP nobody confirms that it arrived: see
-    /// `rest_refused`.
+    /// Whether the drive written last is the rest drive: False only if writing itself failed. Over UDP nobody confirms
+    /// that it arrived: see `rest_refused`.
     #[getter]
     fn at_rest(&self) -> bool {
         self.0.at_rest
     }
 
-    /// How often the other side of UDP said that nobody listens, since the last measurement came or since the rest drive was written first,
-    /// whichever is longer ago. Above 0 the rest drive may have reached nobody, and one of the `warnings` says so. A computer that is off says
-    /// nothing: 0 is no proof.
+    /// How often the other side of UDP said that nobody listens, since the last measurement came or since the rest
+    /// drive was written first, whichever is longer ago. Above 0 the rest drive may have reached nobody, and one of the
+    /// `warnings` says so. A computer that is off says nothing: 0 is no proof.
     #[getter]
     fn rest_refused(&self) -> u64 {
         self.0.rest_refused
@@ -150,7 +150,8 @@ impl LoopReport {
         self.0.deadlines.missed
     }
 
-    /// Of those that were taken, samples that began only when the next one was due, or later: after a late wake-up, or to catch up.
+    /// Of those that were taken, samples that began only when the next one was due, or later: after a late wake-up, or
+    /// to catch up.
     #[getter]
     fn late(&self) -> u64 {
         self.0.deadlines.late
@@ -193,7 +194,8 @@ impl LoopReport {
         self.0.learning.map(|learning| learning.phase.name())
     }
 
-    /// How often learning had diverged, and stopped, at the end. One of the `warnings` says so where it has not begun anew.
+    /// How often learning had diverged, and stopped, at the end. One of the `warnings` says so where it has not begun
+    /// anew.
     #[getter]
     fn divergence_count(&self) -> u64 {
         self.0.learning.map_or(0, |learning| learning.divergence_count)
@@ -205,8 +207,8 @@ impl LoopReport {
         self.0.warnings.clone()
     }
 
-    /// Everything, also all counts, what was asked for, what of it was in force, and the machine, as plain values. "datagrams" has, over
-    /// UDP, how many were received, lost, late, malformed and refused, else None.
+    /// Everything, also all counts, what was asked for, what of it was in force, and the machine, as plain values.
+    /// "datagrams" has, over UDP, how many were received, lost, late, malformed and refused, else None.
     #[py(-> "dict[str, Any]")]
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         Ok(pythonize(py, self)?)

@@ -48,19 +48,20 @@ impl Refusal for realtime::Error {
 /// is the rest drive, unless writing itself fails.
 ///
 /// A measurement that does not come is replaced by the last one for `stale_after` seconds. Then the controller is told
-/// that there is none, and holds the drive; if it is still coming back from the last loss, the last error stands in for up to
-/// `max_missing` samples first. After `rest_after` seconds without one the drive goes to rest. Of a sensor that is slower than the
-/// loop let `stale_after` be its interval.
+/// that there is none, and holds the drive; if it is still coming back from the last loss, the last error stands in for
+/// up to `max_missing` samples first. After `rest_after` seconds without one the drive goes to rest. Of a sensor that
+/// is slower than the loop let `stale_after` be its interval.
 ///
 /// Parameters
 /// ----------
 /// controller : HybridController or Stage
-///     The amplifier must have its drive. It goes on from there, and is in its stop afterwards: `controller.hold = False` lets it run
-///     again. A stage makes one with the exact inverse, for `rate`.
+///     The amplifier must have its drive. It goes on from there, and is in its stop afterwards:
+///     `controller.hold = False` lets it run again. A stage makes one with the exact inverse, for `rate`.
 /// io : Plant, Functions, Udp, SharedMemory or object
-///     What is read from and written to. An object has `read()`, which returns a number or None if there is none that is newer, and
-///     `write(drive)`; its `limits` (low, high), if it states some, must hold those of the controller. Each call of it takes the interpreter: some ten microseconds, or as long as another thread of Python keeps it. What it
-///     raises is raised again when the loop has ended, with the LoopReport as its attribute `report`.
+///     What is read from and written to. An object has `read()`, which returns a number or None if there is none that
+///     is newer, and `write(drive)`; its `limits` (low, high), if it states some, must hold those of the controller.
+///     Each call of it takes the interpreter: some ten microseconds, or as long as another thread of Python keeps it.
+///     What it raises is raised again when the loop has ended, with the LoopReport as its attribute `report`.
 /// reference : array of n floats
 ///     Where the position should be, one for each sample.
 /// rest_drive : float
@@ -74,8 +75,9 @@ impl Refusal for realtime::Error {
 /// repeat : bool
 ///     Whether the reference is followed again and again.
 /// misses : "skip", "catch_up" or "stop"
-///     When a deadline is missed, go on with the next one that is still to come; take what is due without pause, at most
-///     `most_caught_up` samples, while the drive moves by what the slew gives for the time that goes by; or go to rest.
+///     When a deadline is missed, go on with the next one that is still to come; take what is due without pause, at
+///     most `most_caught_up` samples, while the drive moves by what the slew gives for the time that goes by; or go to
+///     rest.
 /// most_caught_up : int
 ///     What lies further back is skipped.
 /// watchdog : (stale_after, rest_after) or None
@@ -92,11 +94,13 @@ impl Refusal for realtime::Error {
 ///     Whether all memory of the process stays in memory, until the loop has ended. Where the program had locked memory
 ///     before, for ever. What is refused of these three is one of the `warnings` of the report.
 /// record : path-like, optional
-///     The file to which samples go: npy, with the fields time, reference, measurement, drive and lateness. It can be read at any moment, also
-///     if the process is killed. One that is there is replaced when the first samples are written.
+///     The file to which samples go: npy, with the fields time, reference, measurement, drive and lateness. It can be
+///     read at any moment, also if the process is killed. One that is there is replaced when the first samples are
+///     written.
 /// progress : callable, optional
-///     Called ten times per second with a dictionary: taken, missed, skipped, stale, measurement, drive, and `waiting`: for how many
-///     seconds no sample has been taken. While a read or a write does not return nothing can end the loop, and nothing moves the drive.
+///     Called ten times per second with a dictionary: taken, missed, skipped, stale, measurement, drive, and `waiting`:
+///     for how many seconds no sample has been taken. While a read or a write does not return nothing can end the loop,
+///     and nothing moves the drive.
 /// stop : Stop, optional
 ///     What others end the loop with, from any thread.
 ///

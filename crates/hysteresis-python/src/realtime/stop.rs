@@ -12,8 +12,8 @@ use crate::argument::Class;
 
 /// Asks a loop to go to rest and end, from any thread or handler of signals: given to `run` as `stop`.
 ///
-/// It cannot be taken back: a loop that is given a flag which was requested before goes to rest at once. Ctrl-C, and what else ends a
-/// loop from outside, requests it too.
+/// It cannot be taken back: a loop that is given a flag which was requested before goes to rest at once. Ctrl-C, and
+/// what else ends a loop from outside, requests it too.
 ///
 /// Examples
 /// --------

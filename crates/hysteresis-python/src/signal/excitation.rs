@@ -65,10 +65,10 @@ impl Excitation {
 
 /// A drive to identify from: both limits, one cycle at full swing, then decaying reversals, within a slew limit.
 ///
-/// Once both limits were reached, the memory of an actuator that was never driven beyond them is known: `initialization_samples`
-/// counts the samples before, to be skipped by `identify`. With as many cycles as the model has operators, a reversal
-/// on the way up and one on the way down fall between any two neighbouring uniform thresholds. Every reversal is met by
-/// a sample; small loops take less time than large ones.
+/// Once both limits were reached, the memory of an actuator that was never driven beyond them is known:
+/// `initialization_samples` counts the samples before, to be skipped by `identify`. With as many cycles as the model
+/// has operators, a reversal on the way up and one on the way down fall between any two neighbouring uniform
+/// thresholds. Every reversal is met by a sample; small loops take less time than large ones.
 ///
 /// Parameters
 /// ----------
@@ -323,8 +323,8 @@ impl ExperimentPart {
 /// - "loops": full strokes, decaying and growing loops, small loops about other drives, rests for creep, and full and
 ///   decaying loops again at a second frequency, which tells rate from amplitude.
 ///
-/// The actuator must rest at `start` before, or come from `demagnetize`: then each record is fitted from its first sample.
-/// Give both records to `identify` as one list, each with its own dt.
+/// The actuator must rest at `start` before, or come from `demagnetize`: then each record is fitted from its first
+/// sample. Give both records to `identify` as one list, each with its own dt.
 ///
 /// Parameters
 /// ----------
@@ -337,8 +337,8 @@ impl ExperimentPart {
 /// fast_rate : float, optional
 ///     Samples per second of the fast signal, in Hz: that of the loops unless given.
 /// frequencies : (float, float)
-///     Frequencies of a full stroke in Hz, the lower one first. Where the slew rate is too low for the second one, it is
-///     what the slew rate allows. The first one is at most a third of the second one.
+///     Frequencies of a full stroke in Hz, the lower one first. Where the slew rate is too low for the second one, it
+///     is what the slew rate allows. The first one is at most a third of the second one.
 /// cycles : int
 ///     Cycles that the loops take to decay, and again to grow.
 /// shape : "triangle" or "sine"
@@ -352,7 +352,8 @@ impl ExperimentPart {
 /// fast_signal : "chirp" or "multisine"
 ///     The fast signal: 20 000 samples, but at least 2 s and at most 10 s.
 /// fast_amplitude : float, optional
-///     Its largest amplitude (V): 1 % of half the range unless given. At high frequencies the slew rate may ask for less.
+///     Its largest amplitude (V): 1 % of half the range unless given. At high frequencies the slew rate may ask for
+///     less.
 /// fast_frequency : float, optional
 ///     Its highest frequency in Hz: 0.8 of the Nyquist frequency unless given.
 /// joined : bool

@@ -110,9 +110,10 @@ impl Words for Sweep {
 
 /// A sine whose frequency sweeps: center + amplitude w(t / T) sin(phi(t)), from center to center without a jump.
 ///
-/// The frequency phi' / (2 pi) at the time t is f0 + (f1 - f0) t / T of a linear sweep, f0 (f1 / f0)^(t / T) of a logarithmic
-/// one, with T the time from the first sample to the last. w fades in along half a cosine, over the share `taper` of T,
-/// and out again. So the signal changes nowhere faster than amplitude (2 pi max(f0, f1) + pi / (2 taper T)) per second.
+/// The frequency phi' / (2 pi) at the time t is f0 + (f1 - f0) t / T of a linear sweep, f0 (f1 / f0)^(t / T) of a
+/// logarithmic one, with T the time from the first sample to the last. w fades in along half a cosine, over the share
+/// `taper` of T, and out again. So the signal changes nowhere faster than amplitude (2 pi max(f0, f1) + pi / (2 taper
+/// T)) per second.
 ///
 /// Parameters
 /// ----------
@@ -154,12 +155,12 @@ pub(crate) fn chirp<'py>(
     array(py, py.detach(|| chirp.sample()))
 }
 
-/// Sines of many frequencies at once: center + the sum over k in lines of cos(2 pi k n / samples + phi_k), scaled to a peak of
-/// `amplitude`.
+/// Sines of many frequencies at once: center + the sum over k in lines of cos(2 pi k n / samples + phi_k), scaled to a
+/// peak of `amplitude`.
 ///
 /// Line k has the frequency k rate / samples. A discrete Fourier transform over one period holds the lines and nothing
-/// else, all of one size. The phases are those of Schroeder (1970), which keep the peak low beside the rms: the crest factor
-/// of neighbouring lines is 1.7 to 2. With a seed they are random, and the crest factor of many lines is 3 to 4.
+/// else, all of one size. The phases are those of Schroeder (1970), which keep the peak low beside the rms: the crest
+/// factor of neighbouring lines is 1.7 to 2. With a seed they are random, and the crest factor of many lines is 3 to 4.
 ///
 /// Parameters
 /// ----------

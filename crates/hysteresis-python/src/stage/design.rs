@@ -96,8 +96,9 @@ impl Stage {
         self.made_preview(dt, &options)
     }
 
-    /// A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be. Dead time, creep
-    /// and modes are in its feed-forward, an observer and learning in its loop, each where it is asked for.
+    /// A controller of this stage: tuned gains, its limits and slew rate, and a gate for measurements that cannot be.
+    /// Dead time, creep and modes are in its feed-forward, an observer and learning in its loop, each where it is asked
+    /// for.
     ///
     /// Parameters
     /// ----------
@@ -106,29 +107,31 @@ impl Stage {
     /// limits : (low, high), optional
     ///     Within those of the stage; by default `drive_range`.
     /// feedforward : "inverse", "preview" or "given"
-    ///     The exact inverse of the reference of now; of a target made of references that come `preview.ahead` samples early,
-    ///     through the inverse of amplifier, modes and dead time too; or drives that come with every sample.
+    ///     The exact inverse of the reference of now; of a target made of references that come `preview.ahead` samples
+    ///     early, through the inverse of amplifier, modes and dead time too; or drives that come with every sample.
     /// kp, ki : float, optional
     ///     Gains in V/um and V/um/s instead of tuned ones, both or none.
     /// tuning : Tuning, optional
     ///     Gains and filters that `tune` of this stage gave for this dt, in the place of those of `tune(dt)`.
     /// ahead : int, optional
-    ///     How many samples early references come, for "preview"; by default as many as
-    ///     the dynamics need: 4 more than the dead time; 8, 16 or 32 for a mode far below the sampling rate, where a shorter window makes
-    ///     of a corner drives that no slew rate allows; and more for zeros in the right half plane. Smooth references need not come
-    ///     early where the stage has no dead time: with 0 the window looks back alone. Then corners and steps make large drives.
+    ///     How many samples early references come, for "preview"; by default as many as the dynamics need: 4 more than
+    ///     the dead time; 8, 16 or 32 for a mode far below the sampling rate, where a shorter window makes of a corner
+    ///     drives that no slew rate allows; and more for zeros in the right half plane. Smooth references need not come
+    ///     early where the stage has no dead time: with 0 the window looks back alone. Then corners and steps make
+    ///     large drives.
     /// smoothing : float or "modes", optional
-    ///     References with steps and corners, for "preview": they are smoothed over so many seconds, and come half of that
-    ///     earlier. "modes" is three periods of the slowest lightly damped mode, which then stays at rest.
+    ///     References with steps and corners, for "preview": they are smoothed over so many seconds, and come half of
+    ///     that earlier. "modes" is three periods of the slowest lightly damped mode, which then stays at rest.
     /// drift : float, optional
-    ///     Puts an `Observer` of this stage before the feedback: by how much what the model does not know changes in one second, um.
+    ///     Puts an `Observer` of this stage before the feedback: by how much what the model does not know changes in
+    ///     one second, um.
     /// period : int, optional
-    ///     Learns a reference that repeats after so many samples, by `RepetitiveControl`. Learning that diverges stops and fades out:
-    ///     `divergence_count` and `learning_phase` of the controller tell.
+    ///     Learns a reference that repeats after so many samples, by `RepetitiveControl`. Learning that diverges stops
+    ///     and fades out: `divergence_count` and `learning_phase` of the controller tell.
     /// frequency_uncertainty, damping_uncertainty : float, optional
-    ///     Beside `period`: how far lightly damped modes may be from what is known, as a share of their frequency and a factor of their
-    ///     damping. Tuned gains and learning suit all of these; a `tuning` that is given has its own. By default 0.05 and 2, or three standard errors of the identification where
-    ///     they are more.
+    ///     Beside `period`: how far lightly damped modes may be from what is known, as a share of their frequency and a
+    ///     factor of their damping. Tuned gains and learning suit all of these; a `tuning` that is given has its own.
+    ///     By default 0.05 and 2, or three standard errors of the identification where they are more.
     /// max_measurement_step : float, optional
     ///     A measurement farther from the last one, um, is implausible: it is counted, and not acted upon.
     ///
@@ -201,8 +204,8 @@ impl Stage {
         Observer::of(self.0.clone(), dt, drift, noise)
     }
 
-    /// Learning from period to period around this stage: as `control.IterativeLearning`, tuned gains unless given. The slope may be
-    /// any of the hysteresis.
+    /// Learning from period to period around this stage: as `control.IterativeLearning`, tuned gains unless given. The
+    /// slope may be any of the hysteresis.
     #[gather(options: LearningOptions)]
     fn iterative_learning(
         &self,
@@ -228,8 +231,8 @@ impl Stage {
         IterativeLearning::of(self.feedback_loop(dt, (kp, ki))?, target, options)
     }
 
-    /// Learning in the running loop around this stage: as `control.RepetitiveControl`, tuned gains unless given. The slope may be any of
-    /// the hysteresis.
+    /// Learning in the running loop around this stage: as `control.RepetitiveControl`, tuned gains unless given. The
+    /// slope may be any of the hysteresis.
     #[gather(options: RepetitiveOptions)]
     fn repetitive_control(
         &self,
@@ -262,7 +265,8 @@ impl Stage {
         Plant::of(&self.0, dt, &converters)
     }
 
-    /// Lets this stage follow a reference under its own controller: `plant(dt, seed)` and `controller(dt, limits, feedforward)`.
+    /// Lets this stage follow a reference under its own controller: `plant(dt, seed)` and
+    /// `controller(dt, limits, feedforward)`.
     ///
     /// `period` of the reference in samples makes `settled` of the run leave out the first.
     #[gather(converters: Converters)]
@@ -289,7 +293,8 @@ impl Stage {
         tracking.run(&task, &mut plant.plant, watch(py, reference.len(), progress)).map(Run)
     }
 
-    /// The linear part (amplifier, modes) as a `control.StateSpace` of the package control; its dead time is not part of it.
+    /// The linear part (amplifier, modes) as a `control.StateSpace` of the package control; its dead time is not part
+    /// of it.
     #[py(-> "Any")]
     fn to_control<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.state_space(py)?.get().to_control(py)

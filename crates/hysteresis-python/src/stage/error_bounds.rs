@@ -8,10 +8,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::convert::arrays::read_only;
 
-/// By how much a reference will be missed, said before anything is driven: of `Stage.precompensate(..., return_error=True)`.
+/// By how much a reference will be missed, said before anything is driven: of
+/// `Stage.precompensate(..., return_error=True)`.
 ///
-/// The errors are position minus reference, without the noise of a sensor and without the offset that every record has of its
-/// own. What they rest on is in the explanation of uncertainty.
+/// The errors are position minus reference, without the noise of a sensor and without the offset that every record has
+/// of its own. What they rest on is in the explanation of uncertainty.
 ///
 /// Examples
 /// --------
@@ -41,7 +42,8 @@ impl ErrorBounds {
 
 #[methods]
 impl ErrorBounds {
-    /// The lower bound of the error for every drive, the lead-in included: it holds for each by itself with this probability.
+    /// The lower bound of the error for every drive, the lead-in included: it holds for each by itself with this
+    /// probability.
     #[getter]
     fn low<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         read_only(py, self.low.iter().copied())

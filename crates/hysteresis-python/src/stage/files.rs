@@ -91,7 +91,8 @@ fn loaded(py: Python<'_>, path: &Path, text: &str) -> PyResult<Py<PyAny>> {
 
 #[methods]
 impl Stage {
-    /// The stage as bytes, which `from_bytes` and the C library read: smaller than its file. Every number is there bit for bit.
+    /// The stage as bytes, which `from_bytes` and the C library read: smaller than its file. Every number is there bit
+    /// for bit.
     ///
     /// Examples
     /// --------

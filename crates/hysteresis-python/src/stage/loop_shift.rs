@@ -11,17 +11,17 @@ use crate::convert::objects::{Reduced, hash, keywords, reduce};
 
 /// The shift of a loop: what motion of the drive u adds to the position.
 ///
-/// Measured on piezo stacks: the centre of a loop moves with its amplitude, or rate. No model of Preisach's class has that.
-/// Behind the output map, in front of the creep, the position gains s = c_1 m + c_2 n:
+/// Measured on piezo stacks: the centre of a loop moves with its amplitude, or rate. No model of Preisach's class has
+/// that. Behind the output map, in front of the creep, the position gains s = c_1 m + c_2 n:
 ///
 /// x = (u - center) / half_range;
 /// e = x - f, within -limit .. limit, where f follows x with the time constant tau / 4;
 /// m' = (e^2 - m) / tau, n' = (x abs(e) - n) / tau.
 ///
-/// For a motion that is slow beside tau, e is about (tau / 4) x'. c_1 moves the centre of every loop, c_2 that of a loop
-/// that lies off the centre of the range. At rest s is 0. It follows from past drives alone, so the inverse of the stage
-/// stays exact, sample by sample. A shift says nothing of other rates than those of its records: `limit`, the largest e
-/// there, keeps it from growing hundredfold at ten times the rate.
+/// For a motion that is slow beside tau, e is about (tau / 4) x'. c_1 moves the centre of every loop, c_2 that of a
+/// loop that lies off the centre of the range. At rest s is 0. It follows from past drives alone, so the inverse of the
+/// stage stays exact, sample by sample. A shift says nothing of other rates than those of its records: `limit`, the
+/// largest e there, keeps it from growing hundredfold at ten times the rate.
 ///
 /// Parameters
 /// ----------

@@ -15,17 +15,20 @@ use crate::convert::errors::raise;
 
 #[methods]
 impl MultiAxisStage {
-    /// A controller that leads the drives of this stage along references, for a stage with as many drives as positions, 16 at most.
+    /// A controller that leads the drives of this stage along references, for a stage with as many drives as positions,
+    /// 16 at most.
     ///
-    /// Feed-forward: the drives with which the model, with all that its hysteresis remembers, follows the references that are known
-    /// best, in the sense of least squares. References come `controller.ahead` samples early. Feedback: a Kalman filter tells a
-    /// disturbance that comes in with the drives from what measurements are beside the model, and the drives take it away. It is
-    /// as fast as the peak of the sensitivity admits, for the flattest and the steepest slopes of the operators and for frequencies
-    /// that are off by 2 %. Measurements must be taken before the drives of their sample go out.
+    /// Feed-forward: the drives with which the model, with all that its hysteresis remembers, follows the references
+    /// that are known best, in the sense of least squares. References come `controller.ahead` samples early. Feedback:
+    /// a Kalman filter tells a disturbance that comes in with the drives from what measurements are beside the model,
+    /// and the drives take it away. It is as fast as the peak of the sensitivity admits, for the flattest and the
+    /// steepest slopes of the operators and for frequencies that are off by 2 %. Measurements must be taken before the
+    /// drives of their sample go out.
     ///
-    /// Each drive has a controller of its own, with kp = 1 and ki = 0: `set_gains(axis, kp=0.5, ki=0.0)` takes half of the disturbance
-    /// away. Limits, slew, holds, stops and counters are theirs. A motion begins with the drives of now, and is led to its references
-    /// over `bumpless_time`. The drives of `precompensate` may come instead, as `feedforward` of `step`.
+    /// Each drive has a controller of its own, with kp = 1 and ki = 0: `set_gains(axis, kp=0.5, ki=0.0)` takes half of
+    /// the disturbance away. Limits, slew, holds, stops and counters are theirs. A motion begins with the drives of
+    /// now, and is led to its references over `bumpless_time`. The drives of `precompensate` may come instead, as
+    /// `feedforward` of `step`.
     ///
     /// Parameters
     /// ----------

@@ -287,11 +287,12 @@ impl MultiAxisStage {
         MultiAxisForward { stream, made_of: slf.clone().unbind() }
     }
 
-    /// The drives for a whole reference, for a stage with as many drives as positions, and what the model misses with them.
+    /// The drives for a whole reference, for a stage with as many drives as positions, and what the model misses with
+    /// them.
     ///
-    /// The linear part is inverted at every frequency, so zeros outside the unit circle do no harm: drives begin before the
-    /// reference moves. What the operators add is found by passes, 150 at most, until nothing changes. The reference
-    /// begins where the stage is, and should stay there for as long as its dynamics ring.
+    /// The linear part is inverted at every frequency, so zeros outside the unit circle do no harm: drives begin before
+    /// the reference moves. What the operators add is found by passes, 150 at most, until nothing changes. The
+    /// reference begins where the stage is, and should stay there for as long as its dynamics ring.
     ///
     /// Parameters
     /// ----------
@@ -300,8 +301,8 @@ impl MultiAxisStage {
     /// limits : (low, high), or an array of shape (p, 2), optional
     ///     Of every drive, or of each. Drives are found without them, and are held at them then.
     /// start : MultiAxisForward, optional
-    ///     A stream of this stage that has had every drive so far: what it remembers is gone on from, and it stays as it
-    ///     is. By default the stage is at rest, at `output_offset`.
+    ///     A stream of this stage that has had every drive so far: what it remembers is gone on from, and it stays as
+    ///     it is. By default the stage is at rest, at `output_offset`.
     ///
     /// Returns
     /// -------
@@ -438,8 +439,8 @@ impl MultiAxisForward {
         written(slf.py(), Dim([p]), out, |y| exclusive(slf)?.stream.step(drives.as_slice()?, y).map_err(raise))
     }
 
-    /// A plant in a loop: holds the drives u(k) for one interval, and returns the positions y(k+1) at its end, while they are
-    /// still held.
+    /// A plant in a loop: holds the drives u(k) for one interval, and returns the positions y(k+1) at its end, while
+    /// they are still held.
     #[like(step)]
     fn advance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (m, p) = shared(slf)?.sizes();

@@ -10,16 +10,16 @@ use crate::convert::objects::{Reduced, hash, keywords, reduce};
 
 /// The slow gain: how the size of all loops changes while the drive u cycles, and comes back at rest.
 ///
-/// Measured on piezo stacks: within a minute of cycling all loops become smaller by a few parts in a thousand. No model of
-/// Preisach's class has that. Behind output map and loop shift, in front of the creep, the position h becomes v:
+/// Measured on piezo stacks: within a minute of cycling all loops become smaller by a few parts in a thousand. No model
+/// of Preisach's class has that. Behind output map and loop shift, in front of the creep, the position h becomes v:
 ///
 /// x = u / half_range;
 /// e = x - f, within -1 .. 1, where f follows x with the time constant tau / 4;
 /// m' = (e^2 - m) / tau;
 /// v = zero + (1 + amplitude m) (h - zero).
 ///
-/// At rest m is 0. A sine over the whole range has m = 1/2 once it has lasted, and no drive more than 1. m follows from past
-/// drives alone, so the inverse of the stage stays exact, sample by sample.
+/// At rest m is 0. A sine over the whole range has m = 1/2 once it has lasted, and no drive more than 1. m follows from
+/// past drives alone, so the inverse of the stage stays exact, sample by sample.
 ///
 /// Parameters
 /// ----------

@@ -32,24 +32,25 @@ use crate::trajectories::positions::samples;
 /// A whole stage: limits, dead time, amplifier, hysteresis, loop shift, creep, modes and sensor noise in one
 /// object.
 ///
-/// limits -> dead time -> amplifier -> input map -> hysteresis + Duhem -> output map -> loop shift -> creep -> modes -> sensor
+/// limits -> dead time -> amplifier -> input map -> hysteresis + Duhem -> output map -> loop shift -> creep -> modes ->
+/// sensor
 ///
-/// Made by `identify(...).stage`, by `load(path)`, or from its parts. Immutable. Everything that runs is made from it, so
-/// parameters, limits and times are stated once. Times are in seconds, frequencies in Hz.
+/// Made by `identify(...).stage`, by `load(path)`, or from its parts. Immutable. Everything that runs is made from it,
+/// so parameters, limits and times are stated once. Times are in seconds, frequencies in Hz.
 ///
 /// Parameters
 /// ----------
 /// hysteresis : ModifiedPrandtlIshlinskii or PrandtlIshlinskii
 /// duhem : Duhem, optional
-///     An operator beside the hysteresis, of the same input, whose output z is added: for loops that do not close, or that
-///     plays do not describe. z is 0 at the input offset of the hysteresis. Position over drive is the unit of f.
+///     An operator beside the hysteresis, of the same input, whose output z is added: for loops that do not close, or
+///     that plays do not describe. z is 0 at the input offset of the hysteresis. Position over drive is the unit of f.
 /// limits : (float, float), optional
 ///     The drive never leaves (low, high), in the unit of the drive.
 /// slew : float, optional
 ///     How fast the drive may change, per second.
 /// dead_time : float
-///     What the sensor shows later than hysteresis and modes explain, in seconds, for a drive that is put out at t_k and held,
-///     and a position that is read at t_k.
+///     What the sensor shows later than hysteresis and modes explain, in seconds, for a drive that is put out at t_k
+///     and held, and a position that is read at t_k.
 /// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of a first-order amplifier in front of the hysteresis.
 /// dynamics : FirstOrder, SecondOrder, Modes, StateSpace, a sequence of them in series, or an object of control or scipy
@@ -145,7 +146,8 @@ impl Stage {
         self.0.parts().amplifier.map(|amplifier| amplifier.frequency())
     }
 
-    /// The modes and lags behind the hysteresis: FirstOrder, SecondOrder, Modes, StateSpace, a tuple of them in series, or None.
+    /// The modes and lags behind the hysteresis: FirstOrder, SecondOrder, Modes, StateSpace, a tuple of them in series,
+    /// or None.
     #[getter]
     #[py(-> "Any")]
     fn dynamics(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
@@ -207,8 +209,8 @@ impl Stage {
         (names.drive, names.position)
     }
 
-    /// What identification knows of the stage, as a dictionary: ranges, sampling intervals, errors, covariance, warnings,
-    /// names and SHA-256 of the records. None for a stage that was made from its parts.
+    /// What identification knows of the stage, as a dictionary: ranges, sampling intervals, errors, covariance,
+    /// warnings, names and SHA-256 of the records. None for a stage that was made from its parts.
     #[getter]
     #[py(-> "dict[str, Any] | None")]
     fn identified<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
@@ -221,8 +223,8 @@ impl Stage {
         self.0.drive_range()
     }
 
-    /// Whether `drive_range` is what was identified, as the limits reach beyond it or there are none. What a converter rounds does not
-    /// count.
+    /// Whether `drive_range` is what was identified, as the limits reach beyond it or there are none. What a converter
+    /// rounds does not count.
     ///
     /// Examples
     /// --------
@@ -242,11 +244,11 @@ impl Stage {
 
     /// The positions that the stage reaches whatever happened before, or None without a range of drives.
     ///
-    /// Every position in it has a drive within `drive_range`, after any history within it: these are the ends of the slow
-    /// loop over that range. So what remains at its low end after a full stroke is outside, though a stage that was never
-    /// driven begins there. Creep counts where it is worst, at rest at the other end, but takes no more than a quarter of
-    /// the loop from either end. What modes overshoot and what a loop shift adds in motion do not count: a fast reference
-    /// reaches less. What the records held is in `identified`.
+    /// Every position in it has a drive within `drive_range`, after any history within it: these are the ends of the
+    /// slow loop over that range. So what remains at its low end after a full stroke is outside, though a stage that
+    /// was never driven begins there. Creep counts where it is worst, at rest at the other end, but takes no more than
+    /// a quarter of the loop from either end. What modes overshoot and what a loop shift adds in motion do not count: a
+    /// fast reference reaches less. What the records held is in `identified`.
     ///
     /// Examples
     /// --------
@@ -267,8 +269,8 @@ impl Stage {
 
     /// The drives that move the stage along a reference: the position that is read at t_k is reference[k].
     ///
-    /// The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the exact
-    /// inverse of creep, loop shift, maps and hysteresis. The stage begins at rest at the drive `start`, or where
+    /// The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the
+    /// exact inverse of creep, loop shift, maps and hysteresis. The stage begins at rest at the drive `start`, or where
     /// `history` has left it.
     ///
     /// Parameters
@@ -279,25 +281,28 @@ impl Stage {
     /// limits : (float, float), optional
     ///     Within those of the stage; by default `drive_range`.
     /// start : float, optional
-    ///     The drive at which the stage has rested, virgin but for the way there; by default 0, or the limit nearest to it.
+    ///     The drive at which the stage has rested, virgin but for the way there; by default 0, or the limit nearest to
+    ///     it.
     /// history : array of floats, optional
     ///     The drives since that rest, oldest first, one per sampling interval: what hysteresis, loop shift and creep
-    ///     remember. After a full stroke these are its two ends and the drive of now, as in `history=[0.0, 150.0, 0.0]`.
+    ///     remember. After a full stroke these are its two ends and the drive of now, as in
+    ///     `history=[0.0, 150.0, 0.0]`.
     /// lead_in : float, optional
     ///     Seconds of a smooth way from there to the beginning of the reference, in front of the result. Without it the
     ///     reference must begin where the stage is.
     /// temperature : array of n floats, optional
-    ///     The temperature along the reference, for a stage that has a `temperature`. Without one it is taken to stay at its
-    ///     reference, and a warning says so.
+    ///     The temperature along the reference, for a stage that has a `temperature`. Without one it is taken to stay
+    ///     at its reference, and a warning says so.
     /// return_error : bool
-    ///     Also by how much the reference will be missed, before anything is driven: bounds of the position itself that cover what
-    ///     the model does not know. A stage that was not identified knows none.
+    ///     Also by how much the reference will be missed, before anything is driven: bounds of the position itself that
+    ///     cover what the model does not know. A stage that was not identified knows none.
     /// interval : float
     ///     The probability with which these bounds hold.
     ///
     /// Returns
     /// -------
-    /// array of n floats, or more by the samples of the lead-in; with `return_error` a pair of it and `results.ErrorBounds`
+    /// array of n floats, or more by the samples of the lead-in; with `return_error` a pair of it and
+    /// `results.ErrorBounds`
     ///
     /// Raises
     /// ------
@@ -345,9 +350,9 @@ impl Stage {
 
     /// A copy with other arguments of the constructor; of what was identified it keeps what still holds.
     ///
-    /// The lag of amplifier, dynamics and dead time together was identified: parts that change it raise a ValueError, as the
-    /// dead time holds the lag of all that was not fitted. Another hysteresis or map drops all that was identified,
-    /// another loop shift or other linear parts its errors and warnings.
+    /// The lag of amplifier, dynamics and dead time together was identified: parts that change it raise a ValueError,
+    /// as the dead time holds the lag of all that was not fitted. Another hysteresis or map drops all that was
+    /// identified, another loop shift or other linear parts its errors and warnings.
     #[py(-> "Stage")]
     fn replace<'py>(
         slf: &Bound<'py, Self>,
@@ -423,7 +428,8 @@ impl Stage {
     }
 }
 
-/// What identification knows, as a dictionary. A file has words for numbers that are not finite; Python has the numbers.
+/// What identification knows, as a dictionary. A file has words for numbers that are not finite; Python has the
+/// numbers.
 fn dictionary<'py>(py: Python<'py>, identified: &Identified) -> PyResult<Bound<'py, PyAny>> {
     let known = pythonize(py, identified)?;
     known.set_item("rmse", identified.rmse)?;
@@ -570,8 +576,8 @@ pub(crate) fn checked_limits(
     Ok(limits)
 }
 
-/// The drives for a reference, samples or a trajectory; warns of drives that were held back. With the probability `level` asked for,
-/// bounds of the errors that hold with it.
+/// The drives for a reference, samples or a trajectory; warns of drives that were held back. With the probability
+/// `level` asked for, bounds of the errors that hold with it.
 pub(crate) fn precompensate(
     stage: &stage::Stage,
     reference: &Bound<'_, PyAny>,

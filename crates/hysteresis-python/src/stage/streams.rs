@@ -25,11 +25,12 @@ impl Stage {
         Ok(StageForward { stream: self.0.forward(dt).map_err(raise)?, stage: self.0.clone(), dt })
     }
 
-    /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest; `limits` must lie within the
-    /// stage's, by default `drive_range`.
+    /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest; `limits` must lie within
+    /// the stage's, by default `drive_range`.
     ///
-    /// With `amplifier=True` that of the amplifier comes last, as its lag is in front of all: a target is then what amplifier
-    /// and modes are to get, as `preview` makes it. The position is at what the lag makes of the targets, a sample later.
+    /// With `amplifier=True` that of the amplifier comes last, as its lag is in front of all: a target is then what
+    /// amplifier and modes are to get, as `preview` makes it. The position is at what the lag makes of the targets, a
+    /// sample later.
     fn inverse(
         &self,
         py: Python<'_>,
@@ -67,8 +68,8 @@ impl Stage {
 
 /// The position of a stage, sample by sample: made by `stage.forward(dt)`.
 ///
-/// `step(u)` returns the row y(k) of a record: the position at the moment at which the drive u(k) is put out. `advance(u)`
-/// returns the position one interval later, just before the next drive: what a controller reads next.
+/// `step(u)` returns the row y(k) of a record: the position at the moment at which the drive u(k) is put out.
+/// `advance(u)` returns the position one interval later, just before the next drive: what a controller reads next.
 ///
 /// Examples
 /// --------
@@ -86,8 +87,8 @@ pub(crate) struct StageForward {
 
 /// The exact inverse of a stage without its fast dynamics, sample by sample: made by `stage.inverse(dt)`.
 ///
-/// It inverts input map, hysteresis, output map, loop shift and creep, and with `amplifier=True` the amplifier in front of
-/// all. The drive never leaves the limits; a target out of reach puts it at a limit and sets `saturated`.
+/// It inverts input map, hysteresis, output map, loop shift and creep, and with `amplifier=True` the amplifier in front
+/// of all. The drive never leaves the limits; a target out of reach puts it at a limit and sets `saturated`.
 ///
 /// Examples
 /// --------
@@ -239,7 +240,8 @@ impl Stepper for StageInverse {
 
 #[methods]
 impl StageInverse {
-    /// Goes on with another model of the same thresholds and input offset as the hysteresis, without a jump of the drive.
+    /// Goes on with another model of the same thresholds and input offset as the hysteresis, without a jump of the
+    /// drive.
     ///
     /// Raises ValueError that names what differs; the stream is as before then.
     fn set_model(slf: &Bound<'_, Self>, #[py("Model")] model: &Bound<'_, PyAny>) -> PyResult<()> {

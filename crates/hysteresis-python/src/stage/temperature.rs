@@ -15,8 +15,9 @@ use crate::convert::objects::{Reduced, hash, keywords, reduce};
 /// y = stage(u) + sensitivity (theta - reference);
 /// theta' = (T - theta) / time_constant.
 ///
-/// Everything that runs a stage is at the reference. So the term is added behind a forward model, and taken from the target of an inverse:
-/// in two lines, sample by sample. Sampled, theta(k) = a theta(k-1) + (1 - a) T(k) with a = exp(-dt / time_constant).
+/// Everything that runs a stage is at the reference. So the term is added behind a forward model, and taken from the
+/// target of an inverse: in two lines, sample by sample. Sampled, theta(k) = a theta(k-1) + (1 - a) T(k) with a =
+/// exp(-dt / time_constant).
 ///
 /// Parameters
 /// ----------
@@ -71,7 +72,8 @@ impl TemperatureTerm {
         self.0.reference()
     }
 
-    /// The lag from T to theta, sampled every `dt` seconds, at rest at the reference: `settle` it where it begins elsewhere.
+    /// The lag from T to theta, sampled every `dt` seconds, at rest at the reference: `settle` it where it begins
+    /// elsewhere.
     fn lag(&self, dt: f64) -> PyResult<Filter> {
         self.0.lag(dt).map(|filter| Filter::of(filter, dt)).map_err(raise)
     }

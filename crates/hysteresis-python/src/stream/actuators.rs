@@ -240,10 +240,11 @@ impl ActuatorArray {
     /// `dt`, the sampling interval in seconds, is for stages, and needed there: each is its whole chain, as
     /// `stage.forward(dt)`.
     ///
-    /// `method` for all actuators, as for a single model: "bank" where every command jumps by about a tenth of the range or more
-    /// and operators are few. None chooses for each one, as stages do.
+    /// `method` for all actuators, as for a single model: "bank" where every command jumps by about a tenth of the
+    /// range or more and operators are few. None chooses for each one, as stages do.
     ///
-    /// Raises ValueError that names the first actuator whose thresholds are not nested if "turning_points" is asked for.
+    /// Raises ValueError that names the first actuator whose thresholds are not nested if "turning_points" is asked
+    /// for.
     ///
     /// Examples
     /// --------
@@ -285,8 +286,8 @@ impl ActuatorArray {
     /// `dt`, the sampling interval in seconds, is for stages, and needed there: each is inverted without amplifier,
     /// modes and dead time, as by `stage.inverse(dt, limits)`.
     ///
-    /// `method` as in `forward`. Inverses gain by "bank" only where thousands of actuators, each with a model of its own, jump over
-    /// the whole range.
+    /// `method` as in `forward`. Inverses gain by "bank" only where thousands of actuators, each with a model of its
+    /// own, jump over the whole range.
     ///
     /// Raises NotInvertibleError that names the first actuator whose model may not be invertible.
     fn inverse(

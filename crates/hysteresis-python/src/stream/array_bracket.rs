@@ -184,7 +184,8 @@ fn without_time(array: &ActuatorArray) -> PyResult<Vec<QuasiStatic>> {
     }
 }
 
-/// How far the output behind these drives can be from that of the model at rest, which goes straight to the last of them.
+/// How far the output behind these drives can be from that of the model at rest, which goes straight to the last of
+/// them.
 fn left_by(stage: &QuasiStatic, limits: (f64, f64), drives: impl Iterator<Item = f64>) -> f64 {
     let Ok(mut bracket) = core::Bracket::of_stage(stage, limits) else { return f64::NAN };
     let mut outputs = bracket.outputs();
@@ -226,9 +227,9 @@ impl ActuatorArray {
 
     /// One decaying alternation for all actuators, and what it leaves of their memory.
     ///
-    /// Every drive goes from its start to its center, alternates about the center with a common share of its own amplitude, and
-    /// goes back. All turn at the same samples; the slowest actuator sets the pace. `mh.signals.demagnetize` says what the
-    /// sequence leaves of the memory of one actuator.
+    /// Every drive goes from its start to its center, alternates about the center with a common share of its own
+    /// amplitude, and goes back. All turn at the same samples; the slowest actuator sets the pace.
+    /// `mh.signals.demagnetize` says what the sequence leaves of the memory of one actuator.
     ///
     /// Parameters
     /// ----------

@@ -27,7 +27,8 @@ pub(crate) trait Samples {
     fn take_in_place(&mut self, py: Python<'_>, samples: &mut [f64]) -> PyResult<()>;
 }
 
-/// Samples and where their outputs go: converted, checked and allocated, so that no Python code runs but signal handlers.
+/// Samples and where their outputs go: converted, checked and allocated, so that no Python code runs but signal
+/// handlers.
 pub(crate) enum Block<'a> {
     Apart(&'a [f64], &'a mut [f64]),
     InPlace(&'a mut [f64]),
@@ -74,8 +75,8 @@ pub(crate) fn run<'py>(
     apply(vector("input", input)?, out, work)
 }
 
-/// Two arrays side by side through an object: `work` takes as many samples of both and writes as many outputs; the result is `out`
-/// where it is given.
+/// Two arrays side by side through an object: `work` takes as many samples of both and writes as many outputs; the
+/// result is `out` where it is given.
 pub(crate) fn run_both<'py, C: PyClass<Frozen = False>>(
     object: &Bound<'py, C>,
     [(name, input), (other, beside)]: [(&str, &Bound<'py, PyAny>); 2],

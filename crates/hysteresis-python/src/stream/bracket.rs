@@ -15,8 +15,8 @@ use crate::stage::stage::Stage;
 /// `stage.bracket()`.
 ///
 /// Two streams bracket the truth: one that came down from the upper limit, one that came up from the lower. The width
-/// shrinks as the motion wipes history out; after a full stroke it is zero. All weights must be 0 or more. Maps of a stage
-/// are part of it, its loop shift, creep and dynamics are not.
+/// shrinks as the motion wipes history out; after a full stroke it is zero. All weights must be 0 or more. Maps of a
+/// stage are part of it, its loop shift, creep and dynamics are not.
 ///
 /// Examples
 /// --------

@@ -76,15 +76,15 @@ unsafe fn call<C: Stepper>(
     sample: *mut ffi::PyObject,
     method: impl FnOnce(&Bound<'_, C>, f64) -> PyResult<f64>,
 ) -> *mut ffi::PyObject {
-    // SAFETY: both pointers are lent for the call and the thread is attached, which all of these functions need. The type of the
-    // instance was checked. An error is matched and fetched only where one is set, and null is returned only with one set. The conversion
-    // may run Python code, so it comes before the instance is borrowed.
+    // SAFETY: both pointers are lent for the call and the thread is attached, which all of these functions need. The
+    // type of the instance was checked. An error is matched and fetched only where one is set, and null is returned
+    // only with one set. The conversion may run Python code, so it comes before the instance is borrowed.
     unsafe {
         let x = ffi::PyFloat_AsDouble(sample);
         let py = Python::assume_attached();
         if x == -1.0 && !ffi::PyErr_Occurred().is_null() {
-            // What else was raised stays set. Only a TypeError is fetched: to fetch a PanicException goes on with its panic, which
-            // would end the process here.
+            // What else was raised stays set. Only a TypeError is fetched: to fetch a PanicException goes on with its
+            // panic, which would end the process here.
             if ffi::PyErr_ExceptionMatches(ffi::PyExc_TypeError) != 0 {
                 let error = PyErr::fetch(py);
                 not_converted("sample", "a number", &Borrowed::from_ptr(py, sample), error).restore(py);

@@ -125,8 +125,8 @@ impl Stepper for Forward {
 
 #[methods]
 impl Forward {
-    /// Goes on with the weights and the output offset of another model of the same thresholds and input offset: input and
-    /// memory stay, the output is that of the new model.
+    /// Goes on with the weights and the output offset of another model of the same thresholds and input offset: input
+    /// and memory stay, the output is that of the new model.
     ///
     /// Raises ValueError that names what differs; the stream is as before then.
     fn set_model(
@@ -171,8 +171,8 @@ impl Stepper for Inverse {
 
 #[methods]
 impl Inverse {
-    /// Goes on with the weights and the output offset of another model of the same thresholds and input offset, without a
-    /// jump of the drive: the drive and the memory stay, the next target is met by the new model.
+    /// Goes on with the weights and the output offset of another model of the same thresholds and input offset, without
+    /// a jump of the drive: the drive and the memory stay, the next target is met by the new model.
     ///
     /// The output of the new model at the present drive, as a target, gives the present drive.
     ///

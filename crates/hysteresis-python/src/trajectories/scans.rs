@@ -153,10 +153,10 @@ impl Argument<'_> for OfAxes {
 
 /// A raster: the fast axis x goes to and fro at a constant speed, the slow axis y advances.
 ///
-/// On a line x crosses the width at the speed v = width / ((1 - a) T), where T = 0.5 / line_rate, or 1 / line_rate if it is
-/// bidirectional, and a = `turnaround`. Behind the line it turns round in c = a T seconds: the velocity goes from v to -v along
-/// v (1 - 2 S(s)), S(s) = 10 s^3 - 15 s^4 + 6 s^5. So x reaches `overscan` = 11/32 v c beyond the image, and accelerates by at most
-/// `acceleration` = 15/4 v / c. Position, velocity and acceleration are continuous.
+/// On a line x crosses the width at the speed v = width / ((1 - a) T), where T = 0.5 / line_rate, or 1 / line_rate if
+/// it is bidirectional, and a = `turnaround`. Behind the line it turns round in c = a T seconds: the velocity goes from
+/// v to -v along v (1 - 2 S(s)), S(s) = 10 s^3 - 15 s^4 + 6 s^5. So x reaches `overscan` = 11/32 v c beyond the image,
+/// and accelerates by at most `acceleration` = 15/4 v / c. Position, velocity and acceleration are continuous.
 ///
 /// Both axes begin and end at rest. `Stage.precompensate` leads to where they begin with `lead_in`.
 ///
@@ -174,8 +174,8 @@ impl Argument<'_> for OfAxes {
 /// bidirectional : bool
 ///     Whether the way back is the next line. Else every line is traced, from -width / 2 to width / 2, and retraced.
 /// steps : bool
-///     Whether y rests during a line and steps to the next one during the turn. Else it is a ramp, which passes the place of a line
-///     in the middle of its time.
+///     Whether y rests during a line and steps to the next one during the turn. Else it is a ramp, which passes the
+///     place of a line in the middle of its time.
 /// center : (x, y)
 ///     Of the image.
 ///
@@ -302,7 +302,8 @@ impl Raster {
 
     /// The line on which each sample of `x.sample(dt)` lies, counted from 0, and -1 for none: an array of integers.
     ///
-    /// With `retrace` it is the line that is retraced, else the one that is traced. A bidirectional raster has no retrace.
+    /// With `retrace` it is the line that is retraced, else the one that is traced. A bidirectional raster has no
+    /// retrace.
     fn line_index<'py>(
         &self,
         py: Python<'py>,
@@ -348,11 +349,12 @@ impl Raster {
 
 /// An Archimedean spiral from the centre outwards: r = pitch theta / (2 pi), x = r cos theta, y = r sin theta.
 ///
-/// Give it a `frequency` for a constant angular velocity (CAV): both axes are sines of one frequency, whose amplitudes grow. Give it a
-/// `speed` for a constant linear velocity (CLV): every part of the image is scanned equally fast (Mahmood and Moheimani,
-/// Nanotechnology 20, 365503, 2009). Near the centre a constant speed would take any angular velocity. So a spiral starts there at
-/// rest, and its rate is full from `inner_radius` on. The acceleration is at most 1.5 speed^2 / inner_radius, and 1.2
-/// if the inner radius is a pitch or more. It ends at rest on its radius. Position, velocity and acceleration are continuous.
+/// Give it a `frequency` for a constant angular velocity (CAV): both axes are sines of one frequency, whose amplitudes
+/// grow. Give it a `speed` for a constant linear velocity (CLV): every part of the image is scanned equally fast
+/// (Mahmood and Moheimani, Nanotechnology 20, 365503, 2009). Near the centre a constant speed would take any angular
+/// velocity. So a spiral starts there at rest, and its rate is full from `inner_radius` on. The acceleration is at most
+/// 1.5 speed^2 / inner_radius, and 1.2 if the inner radius is a pitch or more. It ends at rest on its radius. Position,
+/// velocity and acceleration are continuous.
 ///
 /// Parameters
 /// ----------
@@ -500,10 +502,10 @@ impl Spiral {
 
 /// A Lissajous figure: a sine on each axis, whose amplitudes grow from rest and fade to rest.
 ///
-/// x = e(t) a_x sin(2 pi f_x (t - t_0) + phase), y = e(t) a_y sin(2 pi f_y (t - t_0)), about the center. The envelope e goes from 0 to
-/// 1 along S(s) = 10 s^3 - 15 s^4 + 6 s^5 until the lead-in ends at t_0, and back to 0 behind the figure. Position, velocity and
-/// acceleration are continuous, and begin and end at rest. The figure repeats itself 1 / g seconds later, g being the greatest
-/// frequency of which both are whole multiples.
+/// x = e(t) a_x sin(2 pi f_x (t - t_0) + phase), y = e(t) a_y sin(2 pi f_y (t - t_0)), about the center. The envelope e
+/// goes from 0 to 1 along S(s) = 10 s^3 - 15 s^4 + 6 s^5 until the lead-in ends at t_0, and back to 0 behind the
+/// figure. Position, velocity and acceleration are continuous, and begin and end at rest. The figure repeats itself 1 /
+/// g seconds later, g being the greatest frequency of which both are whole multiples.
 ///
 /// Parameters
 /// ----------
@@ -516,8 +518,8 @@ impl Spiral {
 /// phase : float
 ///     The phase of x in radians where the lead-in ends; that of y is 0 there.
 /// lead_in : float, optional
-///     How many seconds the amplitudes grow, and fade; by default two periods of the slower sine. Then no velocity is greater than in the
-///     figure, and no acceleration by more than 4 %.
+///     How many seconds the amplitudes grow, and fade; by default two periods of the slower sine. Then no velocity is
+///     greater than in the figure, and no acceleration by more than 4 %.
 /// center : (x, y)
 ///     Where it starts and ends.
 ///

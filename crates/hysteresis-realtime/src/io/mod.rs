@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 
 /// What a loop reads from and writes to.
 ///
-/// Both functions are called once per sample, from the thread of the loop. They must not wait, allocate or lock: what they take is
-/// part of the time of a sample. A panic is caught; the loop goes to rest then.
+/// Both functions are called once per sample, from the thread of the loop. They must not wait, allocate or lock: what
+/// they take is part of the time of a sample. A panic is caught; the loop goes to rest then.
 ///
 /// ```
 /// use hysteresis_realtime::io::{Fault, Io};
@@ -33,7 +33,8 @@ use serde::{Deserialize, Serialize};
 /// assert_eq!(Lag(1.0).read(), Ok(Some(1.0)));
 /// ```
 pub trait Io: Send {
-    /// Whether [`write`](Self::write) may fail. The loop then plans each sample, and the controller takes it when it was written.
+    /// Whether [`write`](Self::write) may fail. The loop then plans each sample, and the controller takes it when it
+    /// was written.
     const WRITE_MAY_FAIL: bool = true;
 
     /// The measurement of now; None if there is none that is newer than the last one.
@@ -42,7 +43,8 @@ pub trait Io: Send {
     /// [`Fault`]: there is no fresh measurement then either, and it is counted.
     fn read(&mut self) -> Result<Option<f64>, Fault>;
 
-    /// For how many samples in a row the rest drive is written before the loop ends: more than one where a write may be lost unseen.
+    /// For how many samples in a row the rest drive is written before the loop ends: more than one where a write may be
+    /// lost unseen.
     fn rest_writes(&self) -> u32 {
         1
     }
@@ -107,8 +109,8 @@ pub struct UdpCounts {
     pub refused: u64,
 }
 
-/// Writes the measurement of now to `measurement` and returns 0; returns a number above 0 if there is none that is newer than the
-/// last one, and one below 0 for a fault.
+/// Writes the measurement of now to `measurement` and returns 0; returns a number above 0 if there is none that is
+/// newer than the last one, and one below 0 for a fault.
 pub type ReadFunction = unsafe extern "C" fn(context: *mut c_void, measurement: *mut f64) -> c_int;
 
 /// Puts out a drive and returns 0; returns another number for a fault.
@@ -146,8 +148,8 @@ impl FunctionIo {
     /// Input and output by these functions, which get `context` at every call.
     ///
     /// # Safety
-    /// Until the last use of this object both functions may be called with `context`, from one thread at a time, which may be any.
-    /// They do not unwind.
+    /// Until the last use of this object both functions may be called with `context`, from one thread at a time, which
+    /// may be any. They do not unwind.
     #[must_use]
     pub unsafe fn new(read: ReadFunction, write: WriteFunction, context: *mut c_void) -> Self {
         Self { read, write, context }

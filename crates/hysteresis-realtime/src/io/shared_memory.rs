@@ -1,7 +1,7 @@
 //! Shared memory: a plant, or a driver, in another process of this computer.
 //!
-//! The memory is a file of 256 bytes that both processes map; in `/dev/shm` on Linux it never touches a disk. All numbers are 8 bytes in
-//! the order of the machine.
+//! The memory is a file of 256 bytes that both processes map; in `/dev/shm` on Linux it never touches a disk. All
+//! numbers are 8 bytes in the order of the machine.
 //!
 //! | offset | what | who writes |
 //! |---|---|---|
@@ -13,13 +13,14 @@
 //! | 136 | number of the drive (`u64`) | the loop |
 //! | 144 | the drive in volts (`f64`) | the loop |
 //!
-//! To write: lock + 1, number, value, lock + 2. To read: lock, number, value, lock; what was read is whole if the lock was even and
-//! is the same at the end. So nobody waits for the other side. A side that dies while it writes leaves an odd lock: then nothing fresh
-//! comes, and the watchdog ends the loop.
+//! To write: lock + 1, number, value, lock + 2. To read: lock, number, value, lock; what was read is whole if the lock
+//! was even and is the same at the end. So nobody waits for the other side. A side that dies while it writes leaves an
+//! odd lock: then nothing fresh comes, and the watchdog ends the loop.
 //!
-//! The loop takes a file that is new, empty, or one of a loop; any other is refused and stays as it is. It keeps an exclusive lock
-//! (`flock`) on the file, so a second loop is refused. **Nobody may make the file shorter while it is mapped**: the system then ends
-//! whoever looks into it, the loop with its drive where it is, by SIGBUS. To remove the file is harmless.
+//! The loop takes a file that is new, empty, or one of a loop; any other is refused and stays as it is. It keeps an
+//! exclusive lock (`flock`) on the file, so a second loop is refused. **Nobody may make the file shorter while it is
+//! mapped**: the system then ends whoever looks into it, the loop with its drive where it is, by SIGBUS. To remove the
+//! file is harmless.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -34,7 +35,8 @@ const LENGTH: usize = 256;
 const MAGIC: u64 = u64::from_ne_bytes(*b"MPIHYST1");
 const MEASUREMENT: usize = 64;
 const DRIVE: usize = 128;
-/// How often a block is looked at that is being written: a write takes some nanoseconds, unless its process was put to sleep.
+/// How often a block is looked at that is being written: a write takes some nanoseconds, unless its process was put to
+/// sleep.
 const LOOKS: usize = 100;
 
 /// A numbered value behind a sequence lock: one side writes, the other reads.
@@ -116,9 +118,10 @@ impl Memory {
     #[expect(clippy::cast_ptr_alignment, reason = "a mapping begins at a page, and offsets are multiples of 8")]
     fn block(&self, offset: usize) -> &Block {
         debug_assert!(offset.is_multiple_of(8) && offset + size_of::<Block>() <= LENGTH);
-        // SAFETY: the mapping is as long as LENGTH, begins at a page, and lives as long as `self`; a block is made of atomic numbers,
-        // for which any bytes are valid and which any thread or process may change meanwhile. The file had LENGTH bytes on the disk when
-        // it was mapped. Whoever shortens it later against the rule above makes a look end the process (SIGBUS), not go elsewhere.
+        // SAFETY: the mapping is as long as LENGTH, begins at a page, and lives as long as `self`; a block is made of
+        // atomic numbers, for which any bytes are valid and which any thread or process may change meanwhile. The file
+        // had LENGTH bytes on the disk when it was mapped. Whoever shortens it later against the rule above makes a
+        // look end the process (SIGBUS), not go elsewhere.
         unsafe { &*self.mapped.as_mut_ptr().add(offset).cast::<Block>() }
     }
 
@@ -163,8 +166,8 @@ impl SharedMemoryIo {
     /// Makes the file, or takes over that of a loop which has ended, without a measurement or a drive in it.
     ///
     /// # Errors
-    /// Those of the file; [`io::ErrorKind::InvalidData`] for one that is neither empty nor of a loop, which stays as it is;
-    /// [`io::ErrorKind::ResourceBusy`] for one that another loop uses.
+    /// Those of the file; [`io::ErrorKind::InvalidData`] for one that is neither empty nor of a loop, which stays as it
+    /// is; [`io::ErrorKind::ResourceBusy`] for one that another loop uses.
     pub fn create(path: &Path) -> io::Result<Self> {
         let is_new = !is_there(path)?;
         let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;

@@ -1,7 +1,7 @@
 //! Datagrams: a plant on another computer or in another process.
 //!
-//! A datagram has [`PACKET`] bytes, in little-endian order: a sequence number (`u64`) and a number (`f64`). The plant sends measurements,
-//! the loop drives. Both count their datagrams upwards from any number.
+//! A datagram has [`PACKET`] bytes, in little-endian order: a sequence number (`u64`) and a number (`f64`). The plant
+//! sends measurements, the loop drives. Both count their datagrams upwards from any number.
 
 use std::io::ErrorKind;
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
@@ -53,13 +53,15 @@ impl Packet {
 
 /// Input and output by datagrams.
 ///
-/// The newest measurement counts. A plant that starts again with lower sequence numbers is not listened to: the watchdog ends the loop.
-/// A drive counts as written when the network has taken it: whether it arrives is the plant's to watch. The rest drive is sent 20 times, a
-/// sample after the other, so that a lost datagram does not leave the amplifier where it was.
+/// The newest measurement counts. A plant that starts again with lower sequence numbers is not listened to: the
+/// watchdog ends the loop. A drive counts as written when the network has taken it: whether it arrives is the plant's
+/// to watch. The rest drive is sent 20 times, a sample after the other, so that a lost datagram does not leave the
+/// amplifier where it was.
 ///
-/// The other computer may say that nobody listens. This refuses an earlier datagram, so the present write has not failed. No
-/// measurement comes then either, and the watchdog ends the loop. The report warns if datagrams were refused after the last
-/// measurement, or after the rest drive was written first. It can only warn if the other computer says so: one that is off says nothing.
+/// The other computer may say that nobody listens. This refuses an earlier datagram, so the present write has not
+/// failed. No measurement comes then either, and the watchdog ends the loop. The report warns if datagrams were refused
+/// after the last measurement, or after the rest drive was written first. It can only warn if the other computer says
+/// so: one that is off says nothing.
 #[derive(Debug)]
 pub struct UdpIo {
     socket: UdpSocket,

@@ -11,7 +11,8 @@ use hysteresis_simulate::paper::Benchmark;
 
 const PERIOD: u32 = 200;
 
-/// A controller whose learning has seen so many periods of the sine, with errors (um) that double from the fifth one on.
+/// A controller whose learning has seen so many periods of the sine, with errors (um) that double from the fifth one
+/// on.
 fn learning(periods: i32) -> StageController {
     let controller = controller();
     let stage = Benchmark::A1.stage();
@@ -64,7 +65,8 @@ fn a_divergence_before_the_run_is_told_as_one_of_before() {
     }
 }
 
-/// Told to begin anew in the middle of learning or while it fades out, after an earlier divergence: it fades, and has not diverged.
+/// Told to begin anew in the middle of learning or while it fades out, after an earlier divergence: it fades, and has
+/// not diverged.
 #[test]
 fn learning_that_fades_to_begin_anew_has_not_diverged() {
     let [mut again, mut at_once] = [diverged(), diverged()];

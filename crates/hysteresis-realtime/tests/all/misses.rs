@@ -45,7 +45,8 @@ fn what_is_caught_up_is_every_sample() {
     assert_eq!(report.deadlines.taken - report.counts.rest_samples, 1000);
     let (mut controller, mut plant) = (controller(), Scripted::new().plant);
     for (sample, drive) in (0..1000).zip(&outcome.io.drives) {
-        // At 301 no time has gone by since the last drive. 302 is on time again, right behind: 303 has half an interval.
+        // At 301 no time has gone by since the last drive. 302 is on time again, right behind: 303 has half an
+        // interval.
         let bound = match sample {
             301 => 0.0,
             303 => 0.5 * SLEW * DT,
@@ -69,7 +70,8 @@ fn jumps() -> Reference {
     Reference::periodic((0..400).map(|k| if k < 200 { 5.0 } else { -5.0 }).collect()).unwrap() // um
 }
 
-/// A loop that jumps between two positions, so that the slew bounds nearly every sample. Reading sample k takes `time(k)` nanoseconds.
+/// A loop that jumps between two positions, so that the slew bounds nearly every sample. Reading sample k takes
+/// `time(k)` nanoseconds.
 fn at_the_slew(
     time: impl Fn(u64) -> u64 + Send + 'static,
     misses: MissPolicy,
@@ -119,7 +121,8 @@ fn what_is_caught_up_keeps_the_slew_in_time() {
     assert!((written[520].2 - behind[0].2).abs() > 39.0 * SLEW * DT, "then the slew is what bounds it");
 }
 
-/// A loop that skips what it misses keeps the slew in time by itself: its drives are those of the controller, however late it is.
+/// A loop that skips what it misses keeps the slew in time by itself: its drives are those of the controller, however
+/// late it is.
 #[test]
 fn what_is_skipped_needs_no_bound() {
     let mut random = fastrand::Rng::with_seed(5);

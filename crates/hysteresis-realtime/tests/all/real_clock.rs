@@ -1,4 +1,5 @@
-//! The real clock, in a thread of its own. Only counts are looked at: what a loaded machine does to times is not for a test.
+//! The real clock, in a thread of its own. Only counts are looked at: what a loaded machine does to times is not for a
+//! test.
 
 use std::time::Duration;
 

@@ -100,7 +100,8 @@ fn a_refusal_after_the_last_measurement_warns_although_the_rest_drive_is_not_ans
     }
 }
 
-/// The loop waits until the plant has dealt with the last drive, as long as there is a plant: so the test does not depend on time.
+/// The loop waits until the plant has dealt with the last drive, as long as there is a plant: so the test does not
+/// depend on time.
 struct InStep {
     io: UdpIo,
     drives: Vec<f64>,
@@ -178,7 +179,8 @@ fn a_loop_over_datagrams_bears_losses_and_rests_when_the_plant_dies() {
     // Drives 0 to 699 were answered, but for every 20th; the first sample needs no answer.
     assert_eq!((report.counts.fresh, outcome.io.io.counts().lost), (1 + 700 - 35, 34));
     assert_eq!((report.counts.write_faults, report.datagrams), (0, Some(outcome.io.io.counts())));
-    // Drive 700 ended the plant. Every one after it was refused before the next one was sent; of the last one nobody asks.
+    // Drive 700 ended the plant. Every one after it was refused before the next one was sent; of the last one nobody
+    // asks.
     let refused = drives.len() as u64 - 702;
     assert_eq!((report.rest_refused, outcome.io.io.counts().refused), (refused, refused));
     let nobody = format!("it was sent 20 times, and {refused} times the other side said that nobody listens");

@@ -1,5 +1,5 @@
-//! From reversal to reversal: a full stroke and decaying reversals, the shortest input to identify from, and the demagnetising
-//! sequence, of one actuator or of all of an array.
+//! From reversal to reversal: a full stroke and decaying reversals, the shortest input to identify from, and the
+//! demagnetising sequence, of one actuator or of all of an array.
 
 use hysteresis_control::sampling::{Error, check_count, check_finite, check_positive, reserve};
 
@@ -39,7 +39,8 @@ pub struct Excitation {
 }
 
 impl ExcitationOptions {
-    /// The defaults: 20 cycles of triangles about the middle of the limits, at 0 or the limit nearest to it before and after.
+    /// The defaults: 20 cycles of triangles about the middle of the limits, at 0 or the limit nearest to it before and
+    /// after.
     #[must_use]
     pub fn new(low: f64, high: f64, slew: f64, rate: f64) -> Self {
         let (cycles, shape) = (20, Shape::Triangle);
@@ -223,11 +224,11 @@ impl ActuatorDrive {
     }
 }
 
-/// A decaying alternation of all actuators at once, in rows of one drive for each: all of them begin, turn and end at the same
-/// samples.
+/// A decaying alternation of all actuators at once, in rows of one drive for each: all of them begin, turn and end at
+/// the same samples.
 ///
-/// Every drive goes from its start to its center in a straight line, then alternates about the center with a common share of
-/// its own amplitude, and goes back to its start. The slowest actuator sets the pace. What
+/// Every drive goes from its start to its center in a straight line, then alternates about the center with a common
+/// share of its own amplitude, and goes back to its start. The slowest actuator sets the pace. What
 /// [`demagnetizing`](ExcitationOptions::demagnetizing) says of one actuator holds for each.
 ///
 /// # Errors

@@ -237,7 +237,8 @@ impl ExperimentOptions {
 /// Full strokes before those that count: the drift of an actuator that begins to cycle slows within a few.
 const SETTLING_CYCLES: usize = 3;
 
-/// Full strokes that count. A measured stack was predicted worse from 35 of them than from five: they outweigh the rest.
+/// Full strokes that count. A measured stack was predicted worse from 35 of them than from five: they outweigh the
+/// rest.
 const MAJOR_CYCLES: usize = 5;
 
 /// Where inner loops and rests lie, as shares of the range.
@@ -340,8 +341,8 @@ fn to(reversals: impl IntoIterator<Item = f64>) -> Vec<Leg> {
 /// What tells modes and dead time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FastSignal {
-    /// A linear sweep from a share of 1 / 200 of the highest frequency. Where the slew rate does not allow the amplitude, it falls as
-    /// 1 / f.
+    /// A linear sweep from a share of 1 / 200 of the highest frequency. Where the slew rate does not allow the
+    /// amplitude, it falls as 1 / f.
     #[default]
     Chirp,
     /// Four periods of all lines up to the highest frequency, with Schroeder phases.
@@ -390,7 +391,8 @@ impl ExperimentOptions {
         sampling.part("fast", courses)
     }
 
-    /// A chirp whose frequencies all have the amplitude that the slew rate allows; lines of a multisine all have the same.
+    /// A chirp whose frequencies all have the amplitude that the slew rate allows; lines of a multisine all have the
+    /// same.
     fn eased(&self, mut unit: Vec<f64>) -> Vec<f64> {
         if self.fast_signal == FastSignal::Chirp {
             let (lowest, seconds) = (LOWEST * self.fast_frequency, fast_seconds(self.fast_rate));

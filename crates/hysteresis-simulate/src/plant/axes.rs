@@ -48,8 +48,8 @@ impl MultiAxisPlant {
     /// Plants, and the coupling K row by row.
     ///
     /// # Errors
-    /// [`CoreError::Empty`] without a plant, [`CoreError::Domain`] for plants of other sampling intervals than the first one;
-    /// as [`AxisMatrix::new`] for the coupling.
+    /// [`CoreError::Empty`] without a plant, [`CoreError::Domain`] for plants of other sampling intervals than the
+    /// first one; as [`AxisMatrix::new`] for the coupling.
     pub fn new(plants: Vec<Plant>, coupling: &[f64]) -> Result<Self, CoreError> {
         let parameter = "plants";
         let Some(dt) = plants.first().map(Plant::dt) else { return Err(CoreError::Empty { parameter }) };
@@ -92,8 +92,8 @@ impl MultiAxisPlant {
     /// Takes rows of drives and writes the rows of a record; see [`Plant::run`].
     ///
     /// # Errors
-    /// [`CoreError::Rows`] unless the drives are whole rows, [`CoreError::Length`] unless all three slices have the same
-    /// length; nothing is taken then.
+    /// [`CoreError::Rows`] unless the drives are whole rows, [`CoreError::Length`] unless all three slices have the
+    /// same length; nothing is taken then.
     pub fn run(&mut self, drives: &[f64], measured: &mut [f64], position: &mut [f64]) -> Result<(), CoreError> {
         let width = self.plants.len();
         if !drives.len().is_multiple_of(width) {
@@ -160,7 +160,8 @@ impl MultiAxisPlant {
     /// Continues from a state, bit for bit. Allocates.
     ///
     /// # Errors
-    /// [`CoreError::State`] for another coupling or number of plants, and those of [`Plant::set_state`]; nothing changes then.
+    /// [`CoreError::State`] for another coupling or number of plants, and those of [`Plant::set_state`]; nothing
+    /// changes then.
     pub fn set_state(&mut self, state: &MultiAxisPlantState) -> Result<(), Error> {
         if state.coupling != self.coupling.entries() || state.plants.len() != self.plants.len() {
             return Err(CoreError::State { expected: "the coupling and the number of plants that there are" }.into());

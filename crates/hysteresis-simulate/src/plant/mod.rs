@@ -3,7 +3,8 @@
 //! u -> limits, D/A converter -> [stage](hysteresis_control::stage::Stage) -> position -> noise -> A/D converter
 //!
 //! # Timing
-//! At t_k the controller reads the measurement, computes its drive from it at once, and the drive is held until t_(k+1):
+//! At t_k the controller reads the measurement, computes its drive from it at once, and the drive is held until
+//! t_(k+1):
 //!
 //! ```text
 //! time       t_0                     t_1                     t_2
@@ -127,8 +128,8 @@ impl Plant {
     /// A plant at rest around a stage, whose limits and sensor noise it has.
     ///
     /// # Errors
-    /// [`Error`] that names the parameter: a stage that cannot run, bits outside 1 to 32, a range of which the low end is not
-    /// below the high one, a D/A converter without limits, a `dt` that is not positive.
+    /// [`Error`] that names the parameter: a stage that cannot run, bits outside 1 to 32, a range of which the low end
+    /// is not below the high one, a D/A converter without limits, a `dt` that is not positive.
     pub fn new(stage: &Stage, options: &PlantOptions) -> Result<Self, Error> {
         if !(is_admissible(options.dt) && options.dt > 0.0) {
             let (expected, got) = (Bound::Positive, options.dt);
@@ -222,9 +223,9 @@ impl Plant {
         Ok(())
     }
 
-    /// Takes a block of drives and writes the rows of a record: measurement and position at t_k, the moment at which drive k
-    /// is put out. Modes have not answered to it yet; a plant without modes and dead time shows it at once. Afterwards the
-    /// plant is where repeated [`step`](Self::step) leaves it.
+    /// Takes a block of drives and writes the rows of a record: measurement and position at t_k, the moment at which
+    /// drive k is put out. Modes have not answered to it yet; a plant without modes and dead time shows it at once.
+    /// Afterwards the plant is where repeated [`step`](Self::step) leaves it.
     ///
     /// # Errors
     /// [`CoreError::Length`] unless all three slices have the same length; nothing is taken then.
@@ -341,11 +342,12 @@ impl Plant {
         }
     }
 
-    /// Continues from the state of a plant of the same stage, bit for bit; [`reset`](Self::reset) goes back to the start of
-    /// this one.
+    /// Continues from the state of a plant of the same stage, bit for bit; [`reset`](Self::reset) goes back to the
+    /// start of this one.
     ///
     /// # Errors
-    /// [`Error`] for a state of another stage or sampling interval, or numbers that are not finite; nothing changes then.
+    /// [`Error`] for a state of another stage or sampling interval, or numbers that are not finite; nothing changes
+    /// then.
     pub fn set_state(&mut self, state: &PlantState) -> Result<(), Error> {
         let numbers = [state.drive, state.position, state.measured, state.reading_noise];
         if !numbers.into_iter().all(f64::is_finite) {

@@ -208,7 +208,8 @@ fn an_error_that_is_none_is_refused() {
     assert_eq!(learning.state(), before);
 }
 
-/// The largest errors that are none of the rejected ones, one after the other: corrections stay numbers that a state may have.
+/// The largest errors that are none of the rejected ones, one after the other: corrections stay numbers that a state
+/// may have.
 #[test]
 fn repetitive_control_takes_its_own_state_back() {
     let model = ModifiedPrandtlIshlinskii::from_ratios(&[4e-3], &[0.0], Ratios::PAPER, Offsets::default()).unwrap();

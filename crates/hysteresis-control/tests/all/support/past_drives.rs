@@ -66,8 +66,8 @@ pub(crate) fn error_of_feedforward(parts: StageParts, samples: u32) -> f64 {
     error
 }
 
-/// By how much the position behind an amplifier changes where samples are ten times as close. Its sub-steps have terms of their own: the
-/// interval of the samples must not matter.
+/// By how much the position behind an amplifier changes where samples are ten times as close. Its sub-steps have terms
+/// of their own: the interval of the samples must not matter.
 pub(crate) fn error_of_sub_steps(parts: StageParts) -> f64 {
     let amplifier = Some(FirstOrder::new(279.0).unwrap());
     let stage = Stage::new(StageParts { amplifier, ..parts }).unwrap();

@@ -17,8 +17,8 @@ use crate::error::{
 };
 use crate::stream::{Inverse, StreamArray, StreamState};
 
-/// Feed-forward through the exact inverses of M actuators, and an integral behind a reconstruction matrix, within limits at
-/// every sample.
+/// Feed-forward through the exact inverses of M actuators, and an integral behind a reconstruction matrix, within
+/// limits at every sample.
 ///
 /// The inverses are those of models of plays, [`Inverse`], or of stages without their fast dynamics,
 /// [`QuasiStaticInverse`](crate::QuasiStaticInverse).
@@ -28,35 +28,38 @@ use crate::stream::{Inverse, StreamArray, StreamState};
 /// target_i(k) = reference_i(k) + a_i(k) + bumpless_i(k),   u_i(k) = H_i^-1[target_i](k)
 /// ```
 ///
-/// R is the M x S matrix [`reconstruction`](ArrayOptions::reconstruction), and the sensor reference is zero unless it is given:
-/// the feedback brings the sensors to zero, as a mirror flattens a wavefront. Without a matrix sensor i measures actuator i, and
-/// the sensor reference is the reference. References, integral and bumpless term are displacements, in the unit of the models'
-/// output; ki and leak are per second. Behind the exact inverse the loop is linear, so one gain suits all actuators.
+/// R is the M x S matrix [`reconstruction`](ArrayOptions::reconstruction), and the sensor reference is zero unless it
+/// is given: the feedback brings the sensors to zero, as a mirror flattens a wavefront. Without a matrix sensor i
+/// measures actuator i, and the sensor reference is the reference. References, integral and bumpless term are
+/// displacements, in the unit of the models' output; ki and leak are per second. Behind the exact inverse the loop is
+/// linear, so one gain suits all actuators.
 ///
-/// **Drives** are always finite, within the limits of their inverses and no farther than slew times dt from the last ones. The
-/// inverses remember the drives that go out, so what feedback, slew and limits do to them is part of their memory. Where limits
-/// hold an actuator back, its integral takes of its change what the actuator can follow, and no more.
+/// **Drives** are always finite, within the limits of their inverses and no farther than slew times dt from the last
+/// ones. The inverses remember the drives that go out, so what feedback, slew and limits do to them is part of their
+/// memory. Where limits hold an actuator back, its integral takes of its change what the actuator can follow, and no
+/// more.
 ///
-/// **Differences.** The modelled positions of a pair of [`neighbours`](ArrayOptions::neighbours) are never farther apart than
-/// [`max_difference`](ArrayOptions::max_difference). A pair that is too far apart at the start never grows. Targets that are too
-/// far apart are drawn together; then the actuators go from the present positions, which satisfy all limits, towards these
-/// targets as far as all limits allow. The promise holds as far as rounding errors of positions are below 1e-9 of the
-/// difference, which is kept as a margin.
+/// **Differences.** The modelled positions of a pair of [`neighbours`](ArrayOptions::neighbours) are never farther
+/// apart than [`max_difference`](ArrayOptions::max_difference). A pair that is too far apart at the start never grows.
+/// Targets that are too far apart are drawn together; then the actuators go from the present positions, which satisfy
+/// all limits, towards these targets as far as all limits allow. The promise holds as far as rounding errors of
+/// positions are below 1e-9 of the difference, which is kept as a margin.
 ///
 /// Creep and loop shift of a stage move its position also while its drive stays. The controller counters that in every
 /// motion and every stop. Only in samples in which the drives stay, and where limits or slew hold a drive back, may a
 /// pair creep apart; the next motion does not let it grow.
 ///
-/// **No jumps.** A motion starts from the present drives: at the first sample, after [`reset`](Self::reset), a hold or a stop,
-/// and after samples that were rejected. The first drives are the last ones, to the bit. `bumpless` is the difference, and goes
-/// to zero in a straight line over [`bumpless_time`](ArrayOptions::bumpless_time). From the first sample of all, after a reset, a
-/// hold and a stop the integral rests for that time.
+/// **No jumps.** A motion starts from the present drives: at the first sample, after [`reset`](Self::reset), a hold or
+/// a stop, and after samples that were rejected. The first drives are the last ones, to the bit. `bumpless` is the
+/// difference, and goes to zero in a straight line over [`bumpless_time`](ArrayOptions::bumpless_time). From the first
+/// sample of all, after a reset, a hold and a stop the integral rests for that time.
 ///
-/// **Bad samples.** A reference that is not finite (or beyond 1e100) holds all drives. A measurement that is not finite lets the
-/// integral rest: that of its actuator without a matrix, all of them with one. Feed-forward goes on. Both are counted.
+/// **Bad samples.** A reference that is not finite (or beyond 1e100) holds all drives. A measurement that is not finite
+/// lets the integral rest: that of its actuator without a matrix, all of them with one. Feed-forward goes on. Both are
+/// counted.
 ///
-/// [`step`](Self::step), [`peek`](Self::peek), [`run`](Self::run), [`stop`](Self::stop) and the changes of mode and gains do not
-/// allocate, lock, panic, log or read a clock.
+/// [`step`](Self::step), [`peek`](Self::peek), [`run`](Self::run), [`stop`](Self::stop) and the changes of mode and
+/// gains do not allocate, lock, panic, log or read a clock.
 ///
 /// ```
 /// use hysteresis_core::{ArrayController, ArrayOptions, ArraySample, CompiledModel, ModifiedPrandtlIshlinskii, Offsets};
@@ -122,7 +125,8 @@ impl<P: ArrayInverse> ArrayController<P> {
     /// Takes one sample and writes the M drives.
     ///
     /// # Errors
-    /// [`Error::Length`] unless reference and drives have M elements, measurement and sensor reference S; nothing is taken then.
+    /// [`Error::Length`] unless reference and drives have M elements, measurement and sensor reference S; nothing is
+    /// taken then.
     pub fn step(&mut self, sample: &ArraySample<'_>, drives: &mut [f64]) -> Result<(), Error> {
         self.check(sample, drives)?;
         self.lanes.take(sample);
@@ -130,8 +134,8 @@ impl<P: ArrayInverse> ArrayController<P> {
         Ok(())
     }
 
-    /// The drives that [`step`](Self::step) would write, without taking the sample. It needs the controller's work space, and
-    /// changes nothing else.
+    /// The drives that [`step`](Self::step) would write, without taking the sample. It needs the controller's work
+    /// space, and changes nothing else.
     ///
     /// # Errors
     /// As for [`step`](Self::step).
@@ -145,8 +149,8 @@ impl<P: ArrayInverse> ArrayController<P> {
     /// Takes a block of samples, row by row: bit for bit the drives of repeated [`step`](Self::step).
     ///
     /// # Errors
-    /// [`Error::Rows`] unless the references are whole rows of M, [`Error::Length`] unless there are as many rows of everything
-    /// else; nothing is taken then.
+    /// [`Error::Rows`] unless the references are whole rows of M, [`Error::Length`] unless there are as many rows of
+    /// everything else; nothing is taken then.
     pub fn run(&mut self, block: &ArraySample<'_>, drives: &mut [f64]) -> Result<(), Error> {
         let (actuators, sensors) = (self.len().max(1), self.sensors());
         let got = block.reference.len();
@@ -278,14 +282,16 @@ impl<P: ArrayInverse> ArrayController<P> {
         self.lanes.now.mode = Mode::Run;
     }
 
-    /// Ramps every drive to its rest drive at `rate` volts per second, or at the slew if that is slower, and holds it there.
+    /// Ramps every drive to its rest drive at `rate` volts per second, or at the slew if that is slower, and holds it
+    /// there.
     ///
-    /// From the next sample on every [`step`](Self::step) puts out the next drives of the ramp, whatever comes, also NaN. The
-    /// limits of differences hold on the way. [`release`](Self::release) starts a motion from the drives that are reached then.
+    /// From the next sample on every [`step`](Self::step) puts out the next drives of the ramp, whatever comes, also
+    /// NaN. The limits of differences hold on the way. [`release`](Self::release) starts a motion from the drives that
+    /// are reached then.
     ///
     /// # Errors
-    /// [`Error::Domain`] unless the rate is above zero and each rest drive within its limits, [`Error::Length`] unless there are M
-    /// of them; the controller is as before then.
+    /// [`Error::Domain`] unless the rate is above zero and each rest drive within its limits, [`Error::Length`] unless
+    /// there are M of them; the controller is as before then.
     pub fn stop(&mut self, rate: f64, rest_drives: &[f64]) -> Result<(), Error> {
         check_stop(["rate", "rest_drive"], rate, rest_drives, self.limits.iter().copied())?;
         self.lanes.now.end_motion();
@@ -297,18 +303,21 @@ impl<P: ArrayInverse> ArrayController<P> {
     /// Changes the gains, per second. The integral is a displacement, so nothing jumps.
     ///
     /// # Errors
-    /// [`Error::Domain`] for a gain that is negative or not finite, or a leak above 1 / dt; the controller is as before then.
+    /// [`Error::Domain`] for a gain that is negative or not finite, or a leak above 1 / dt; the controller is as before
+    /// then.
     pub fn set_gains(&mut self, ki: f64, leak: f64) -> Result<(), Error> {
         self.lanes.gains = Gains::new(ki, leak, self.options.dt)?;
         (self.options.ki, self.options.leak) = (ki, leak);
         Ok(())
     }
 
-    /// One actuator goes on with the weights and the output offset of another model of the same operators, without a jump: the
-    /// bumpless term takes the difference. Allocates nothing, and frees what the old model holds if no other clone of it is left.
+    /// One actuator goes on with the weights and the output offset of another model of the same operators, without a
+    /// jump: the bumpless term takes the difference. Allocates nothing, and frees what the old model holds if no other
+    /// clone of it is left.
     ///
     /// # Errors
-    /// [`Error::Whole`] for an actuator that does not exist, and as [`Inverse::set_model`]; the controller is as before then.
+    /// [`Error::Whole`] for an actuator that does not exist, and as [`Inverse::set_model`]; the controller is as before
+    /// then.
     pub fn set_model(&mut self, actuator: usize, model: &CompiledModel) -> Result<(), Error> {
         let actuators = self.len();
         let Lanes { inverse, now, bumpless_samples, .. } = &mut self.lanes;
@@ -327,8 +336,8 @@ impl<P: ArrayInverse> ArrayController<P> {
         Ok(())
     }
 
-    /// As made, but for gains and models that were changed since and for the drives, which stay: the memory is that of a move from
-    /// rest to them. The counters are zero, the mode is [`Mode::Run`].
+    /// As made, but for gains and models that were changed since and for the drives, which stay: the memory is that of
+    /// a move from rest to them. The counters are zero, the mode is [`Mode::Run`].
     pub fn reset(&mut self) {
         self.lanes.inverse.reset();
         self.lanes.now.reset();
@@ -338,7 +347,8 @@ impl<P: ArrayInverse> ArrayController<P> {
     /// [`reset`](Self::reset), the amplifiers being at other drives now.
     ///
     /// # Errors
-    /// [`Error::Length`] unless there are M drives, [`Error::Domain`] for one outside its limits; the controller is as before then.
+    /// [`Error::Length`] unless there are M drives, [`Error::Domain`] for one outside its limits; the controller is as
+    /// before then.
     pub fn reset_at(&mut self, drives: &[f64]) -> Result<(), Error> {
         check_each_between("drive", drives, self.limits.iter().copied())?;
         copy(&mut self.lanes.now.drives, drives);
@@ -346,12 +356,12 @@ impl<P: ArrayInverse> ArrayController<P> {
         Ok(())
     }
 
-    /// Takes over what was driven before, rows of M drives, oldest first: the inverses remember it, and the next motion starts from
-    /// the last row. Without any nothing changes.
+    /// Takes over what was driven before, rows of M drives, oldest first: the inverses remember it, and the next motion
+    /// starts from the last row. Without any nothing changes.
     ///
     /// # Errors
-    /// [`Error::Rows`] unless they are whole rows, [`Error::Domain`] for a drive that is not finite or outside its limits; the
-    /// controller is as before then.
+    /// [`Error::Rows`] unless they are whole rows, [`Error::Domain`] for a drive that is not finite or outside its
+    /// limits; the controller is as before then.
     pub fn follow(&mut self, drives: &[f64]) -> Result<(), Error> {
         check_rows_between("drives", drives, &self.limits.iter().copied())?;
         for row in drives.chunks_exact(self.len().max(1)) {
@@ -403,8 +413,8 @@ impl<P: ArrayInverse> ArrayController<P> {
     ///
     /// # Errors
     /// [`Error::Domain`] that names the field for a state of a controller with other gains or sampling interval;
-    /// [`Error::State`], [`Error::Domain`], [`Error::Length`] or [`Error::OtherModel`] for one that this controller cannot be in.
-    /// The controller is as before then.
+    /// [`Error::State`], [`Error::Domain`], [`Error::Length`] or [`Error::OtherModel`] for one that this controller
+    /// cannot be in. The controller is as before then.
     pub fn set_state(&mut self, state: &ArrayControllerState<P::State>) -> Result<(), Error> {
         let own = &self.options;
         check_unchanged([

@@ -120,8 +120,8 @@ impl LoopState {
 /// What makes errors of actuators of those of sensors.
 #[derive(Clone, Debug)]
 pub(super) struct Feedback {
-    /// The matrix R, column by column: then the products of a column with one error are independent of each other, and the sum
-    /// of every actuator runs over the sensors in their order.
+    /// The matrix R, column by column: then the products of a column with one error are independent of each other, and
+    /// the sum of every actuator runs over the sensors in their order.
     columns: Option<Box<[f64]>>,
     actuators: usize,
     sensors: usize,
@@ -216,9 +216,10 @@ impl Work {
 
 /// All actuators side by side, as the law moves them from sample to sample.
 ///
-/// The law of one axis is another one: its integral is in volts, behind the inverse, this one is a displacement in front of it. So the
-/// two have in common what stands around a loop: modes, limiter, counts, the way a bumpless term goes to zero, checks of options and
-/// states. A step of the law is a loop of its own over plain arrays, as a processor takes those as vectors.
+/// The law of one axis is another one: its integral is in volts, behind the inverse, this one is a displacement in
+/// front of it. So the two have in common what stands around a loop: modes, limiter, counts, the way a bumpless term
+/// goes to zero, checks of options and states. A step of the law is a loop of its own over plain arrays, as a processor
+/// takes those as vectors.
 #[derive(Clone, Debug)]
 pub(super) struct Lanes<P> {
     pub(super) inverse: StreamArray<P>,
@@ -503,8 +504,8 @@ pub(super) fn copy(to: &mut [f64], from: &[f64]) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }
 
-/// What of a change of the integral an actuator follows, `excess` being what limits cut off the target. A change that brings the
-/// target back from a limit is taken as it is.
+/// What of a change of the integral an actuator follows, `excess` being what limits cut off the target. A change that
+/// brings the target back from a limit is taken as it is.
 #[inline]
 fn followed(change: f64, excess: f64) -> f64 {
     if change > 0.0 && excess > 0.0 {

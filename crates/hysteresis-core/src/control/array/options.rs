@@ -6,8 +6,8 @@ use super::super::options::per_sample;
 use crate::error::{Bound, Error, MAX_MAGNITUDE, check_all_finite, check_length, check_positive, check_rows};
 use crate::fingerprint::Fingerprint;
 
-/// How an [`ArrayController`](super::ArrayController) is set up. The limits of the drives are those of the inverses that it is
-/// given.
+/// How an [`ArrayController`](super::ArrayController) is set up. The limits of the drives are those of the inverses
+/// that it is given.
 ///
 /// ```
 /// use hysteresis_core::{ArrayController, ArrayOptions, CompiledModel, Offsets, PrandtlIshlinskii, StreamArray};
@@ -29,14 +29,15 @@ pub struct ArrayOptions {
     pub ki: f64,
     /// How fast the integral goes to zero by itself, per second: at most 1 / dt.
     pub leak: f64,
-    /// What makes errors of actuators of those of the S sensors, M rows of S numbers one behind the other. Without one sensor i
-    /// measures actuator i.
+    /// What makes errors of actuators of those of the S sensors, M rows of S numbers one behind the other. Without one
+    /// sensor i measures actuator i.
     pub reconstruction: Option<Vec<f64>>,
     /// How fast the drives may move, in volts per second: none without a limit, one for all, or one for each actuator.
     pub slew: Vec<f64>,
     /// Pairs of actuators whose positions may not differ by more than `max_difference`.
     pub neighbours: Vec<(usize, usize)>,
-    /// How far the positions of each pair may be apart, in the unit of the models' output: one for all pairs, or one for each.
+    /// How far the positions of each pair may be apart, in the unit of the models' output: one for all pairs, or one
+    /// for each.
     pub max_difference: Vec<f64>,
     /// How long, in seconds, the difference at a start or a change takes to go to zero, in a straight line.
     pub bumpless_time: f64,

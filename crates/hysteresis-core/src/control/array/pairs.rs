@@ -1,7 +1,7 @@
 //! How far the positions of neighbours may be apart.
 //!
-//! The positions that satisfy all limits of one sample, those of drives, slew and differences, are a convex set, and the present
-//! positions lie in it. So every step here goes from a point of that set towards targets and stays in it.
+//! The positions that satisfy all limits of one sample, those of drives, slew and differences, are a convex set, and
+//! the present positions lie in it. So every step here goes from a point of that set towards targets and stays in it.
 
 use alloc::boxed::Box;
 use alloc::vec;
@@ -10,7 +10,8 @@ use alloc::vec::Vec;
 use super::options::{ArrayOptions, check_one_or_each, one_or_each};
 use crate::error::{Error, no_such};
 
-/// How often all pairs, or all actuators, are gone through in a sample that needs it. A fixed number: the time is bounded.
+/// How often all pairs, or all actuators, are gone through in a sample that needs it. A fixed number: the time is
+/// bounded.
 const SWEEPS: usize = 8;
 
 /// What the difference keeps below its limit for the roundings of the inverse, relative to the limit.
@@ -81,7 +82,8 @@ impl Pairs {
         violated
     }
 
-    /// Moves targets that are too far apart towards each other, pair by pair: in the end most of them are within their limits.
+    /// Moves targets that are too far apart towards each other, pair by pair: in the end most of them are within their
+    /// limits.
     #[inline]
     pub(super) fn draw_together(&self, targets: &mut [f64]) {
         for _ in 0..SWEEPS {
@@ -97,8 +99,8 @@ impl Pairs {
         }
     }
 
-    /// Goes from the present positions to the targets as far as all pairs allow: first all actuators along a straight line, then
-    /// each by itself. `positions` are where they come to.
+    /// Goes from the present positions to the targets as far as all pairs allow: first all actuators along a straight
+    /// line, then each by itself. `positions` are where they come to.
     #[inline]
     pub(super) fn approach(&self, present: &[f64], targets: &[f64], positions: &mut [f64]) {
         let share = self.pairs.iter().map(|pair| pair.share(present, targets)).fold(1.0, f64::min);

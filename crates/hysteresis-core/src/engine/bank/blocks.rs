@@ -1,6 +1,8 @@
-//! The operators of a bank side by side, as vectors take them: thresholds and weights of as many as a vector has numbers are a block.
+//! The operators of a bank side by side, as vectors take them: thresholds and weights of as many as a vector has
+//! numbers are a block.
 //!
-//! Loops over the blocks are compiled for the vectors of each processor, and for weights that are the same above and below zero or not.
+//! Loops over the blocks are compiled for the vectors of each processor, and for weights that are the same above and
+//! below zero or not.
 
 use alloc::boxed::Box;
 
@@ -28,8 +30,8 @@ impl<L> Thresholds<L> {
         lower(v, v.sub(x, v.load(&self.outer)), v.sub(x, v.load(&self.inner)))
     }
 
-    /// [`least`](Self::least) at x or, for the sign -1, at -x: the same bits. Products are taken where a loop has nothing else to do
-    /// than differences: a processor has other units for them.
+    /// [`least`](Self::least) at x or, for the sign -1, at -x: the same bits. Products are taken where a loop has
+    /// nothing else to do than differences: a processor has other units for them.
     #[inline(always)]
     pub(super) fn least_signed<V: Vectors<Lanes = L>>(&self, v: V, x: V::Numbers, sign: V::Numbers) -> V::Numbers {
         let above = v.signed_sub(x, sign, v.load(&self.outer));
@@ -43,8 +45,8 @@ fn lower<V: Vectors>(v: V, above: V::Numbers, below: V::Numbers) -> V::Numbers {
     v.max(above, v.min(below, v.splat(0.0)))
 }
 
-/// Thresholds and weights of the operators of a vector. Lanes that are left over never move and weigh nothing. Aligned, so that no
-/// vector lies in two lines of memory.
+/// Thresholds and weights of the operators of a vector. Lanes that are left over never move and weigh nothing. Aligned,
+/// so that no vector lies in two lines of memory.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Block<L> {
@@ -197,7 +199,8 @@ pub(super) struct Unguessed {
 }
 
 impl Unguessed {
-    /// Of a move of the input. (A comparison would become a branch.) A move from zero to -0 counts as a fall: it pushes nothing.
+    /// Of a move of the input. (A comparison would become a branch.) A move from zero to -0 counts as a fall: it pushes
+    /// nothing.
     #[inline(always)]
     pub(super) fn of_move(from: f64, to: f64) -> Self {
         Self::of_distance(to - from)
@@ -364,10 +367,12 @@ pub(crate) struct Members {
     pub(super) slope: f64,
 }
 
-/// So many moves as the last one lead from one breakpoint to the next if it counts as small: fewer would not pay for a line.
+/// So many moves as the last one lead from one breakpoint to the next if it counts as small: fewer would not pay for a
+/// line.
 const MOVES_ON_A_LINE: f64 = 16.0;
 
-/// After so many small moves in a row a line is drawn: where a drive just turns round, as a sine at its peak, a line would not pay.
+/// After so many small moves in a row a line is drawn: where a drive just turns round, as a sine at its peak, a line
+/// would not pay.
 pub(super) const MOVES_BEFORE_A_LINE: u8 = 8;
 
 /// The weights of an operator above and below zero.
@@ -408,13 +413,15 @@ impl Members {
         self.operators.len()
     }
 
-    /// Runs a loop for the weights of the model and the instructions of the processor. Inline, so that a loop is not copied first.
+    /// Runs a loop for the weights of the model and the instructions of the processor. Inline, so that a loop is not
+    /// copied first.
     #[inline(always)]
     pub(super) fn run<L: BankLoop>(&self, work: L) -> L::Output {
         if self.split { self.blocks.run::<_, Split>(work) } else { self.blocks.run::<_, Whole>(work) }
     }
 
-    /// How many small moves in a row there are with this one, `before` of them before it. To stay is none, and ends none.
+    /// How many small moves in a row there are with this one, `before` of them before it. To stay is none, and ends
+    /// none.
     #[inline(always)]
     pub(super) fn small_moves(&self, before: u8, distance: f64) -> u8 {
         let with_it = MOVES_BEFORE_A_LINE.min(before + u8::from(distance != 0.0));

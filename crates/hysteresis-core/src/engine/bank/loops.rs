@@ -1,5 +1,6 @@
-//! The loops over all operators of a bank, as many at once as a vector has numbers, without a branch: a [`Sweep`] takes one sample, a
-//! [`Run`] many, a [`Look`] finds the straight line at an input, and [`Find`] the input at which the output is what was asked for.
+//! The loops over all operators of a bank, as many at once as a vector has numbers, without a branch: a [`Sweep`] takes
+//! one sample, a [`Run`] many, a [`Look`] finds the straight line at an input, and [`Find`] the input at which the
+//! output is what was asked for.
 
 use core::array;
 use core::marker::PhantomData;
@@ -133,8 +134,8 @@ impl<V: Vectors> Seen<V> {
         v.select(self.slides, sticks, Self::pushed_from(thresholds, v, self.z))
     }
 
-    /// Where its line ends behind: where the opposite bound pushes it, or infinitely far ahead if it slides; of an identity only where
-    /// it weighs otherwise.
+    /// Where its line ends behind: where the opposite bound pushes it, or infinitely far ahead if it slides; of an
+    /// identity only where it weighs otherwise.
     #[inline(always)]
     fn back(&self, side: impl Side, block: &Block<V::Lanes>, v: V) -> V::Numbers {
         let opposite = side.opposite_thresholds(block);
@@ -220,8 +221,8 @@ impl<O: Start> Look<'_, O> {
     }
 }
 
-/// Where the line at the input `x`, to which the operators have come, ends behind that: infinitely far ahead, if any but an identity
-/// slides.
+/// Where the line at the input `x`, to which the operators have come, ends behind that: infinitely far ahead, if any
+/// but an identity slides.
 pub(super) struct LookBack<'a> {
     pub(super) outputs: &'a [f64],
     pub(super) direction: Direction,
@@ -252,8 +253,8 @@ impl LookBack<'_> {
     }
 }
 
-/// A search from `near` on, all of it in one loop for the instructions of the processor: where it comes to, and the last piece that it
-/// looked at. `look` is the first look.
+/// A search from `near` on, all of it in one loop for the instructions of the processor: where it comes to, and the
+/// last piece that it looked at. `look` is the first look.
 pub(super) struct Find<'a, O> {
     pub(super) look: Look<'a, O>,
     pub(super) near: Point,
@@ -329,8 +330,8 @@ impl BankLoop for FirstLine<'_> {
 /// How many samples go through a block together: as many as there are registers for.
 const TOGETHER: usize = 4;
 
-/// Takes every sample, up to the first admissible one after which a line is to be drawn. Inputs and outputs are relative to `origin`,
-/// samples and what is put out are not.
+/// Takes every sample, up to the first admissible one after which a line is to be drawn. Inputs and outputs are
+/// relative to `origin`, samples and what is put out are not.
 pub(super) struct Run<'a> {
     pub(super) members: &'a Members,
     pub(super) z: &'a mut [f64],
@@ -371,7 +372,8 @@ struct Runner<'a> {
     members: &'a Members,
     z: &'a mut [f64],
     input: f64,
-    /// As bits: as a number it would be kept in one vector with the input, and every input would wait for the output before it.
+    /// As bits: as a number it would be kept in one vector with the input, and every input would wait for the output
+    /// before it.
     output: u64,
     small_moves: u8,
     origin: Point,
@@ -420,8 +422,8 @@ impl Runner<'_> {
         let [a, b, c, d] = inputs;
         let moves = [(self.input, a), (a, b), (b, c), (c, d)];
         let falls: u8 = moves.iter().map(|(from, to)| u8::from(to < from)).sum();
-        // 1 if none of the four falls, -1 if all do; of moves from zero to -0, where either sign will do, -1. Every product waits for
-        // it, so it is not made of `falls`: that would take a conversion.
+        // 1 if none of the four falls, -1 if all do; of moves from zero to -0, where either sign will do, -1. Every
+        // product waits for it, so it is not made of `falls`: that would take a conversion.
         let sign = 1.0_f64.copysign(d - self.input);
         let sums = match usize::from(falls) {
             0 => self.one_way::<V, W>(v, blocks, inputs, Rising, sign),
@@ -433,8 +435,9 @@ impl Runner<'_> {
         sums.map(|sum| sum + self.origin.output)
     }
 
-    /// The sum at every input, as a [`Sweep`] takes it (a zero of the mirror is made one of this side), all of them being on the way to the
-    /// same side. Its sign comes as a number that the compiler does not know, or it would make differences of the products.
+    /// The sum at every input, as a [`Sweep`] takes it (a zero of the mirror is made one of this side), all of them
+    /// being on the way to the same side. Its sign comes as a number that the compiler does not know, or it would make
+    /// differences of the products.
     #[inline(always)]
     fn one_way<V: Vectors, W: Weights>(
         &mut self,

@@ -1,14 +1,14 @@
 //! The loop over all operators: for few of them, for thresholds that are not nested, and for arbitrary initial outputs.
 //!
-//! After some small moves a bank draws the straight line that it is on, so that samples on it cost as little as those of turning points.
-//! A larger move takes one pass over the operators and draws none, as the next sample would leave it. Whether a line is drawn depends on
-//! the last moves alone, and a line has the same bits from wherever on it one looks: `run` gives the bits of `step`, and so does a stream
-//! that was restored.
+//! After some small moves a bank draws the straight line that it is on, so that samples on it cost as little as those
+//! of turning points. A larger move takes one pass over the operators and draws none, as the next sample would leave
+//! it. Whether a line is drawn depends on the last moves alone, and a line has the same bits from wherever on it one
+//! looks: `run` gives the bits of `step`, and so does a stream that was restored.
 //!
-//! Three facts make the loops fast. A rising input pushes operators by their lower bound alone, a falling one by the upper, which is a
-//! lower one in the mirror. The side of a move is an index and a sign, not a branch. And `run` takes four samples through a block of
-//! operators before it reads the next. There are four partial sums whatever the width of a vector, and products of the output are not
-//! fused: the bits are the same on every processor.
+//! Three facts make the loops fast. A rising input pushes operators by their lower bound alone, a falling one by the
+//! upper, which is a lower one in the mirror. The side of a move is an index and a sign, not a branch. And `run` takes
+//! four samples through a block of operators before it reads the next. There are four partial sums whatever the width
+//! of a vector, and products of the output are not fused: the bits are the same on every processor.
 
 mod blocks;
 mod loops;
@@ -73,7 +73,8 @@ impl Prospect {
         if let Self::Line(piece) = self { Some(piece) } else { None }
     }
 
-    /// How many moves were small, one after the other. On a line that counts as enough of them, however far the moves along it were.
+    /// How many moves were small, one after the other. On a line that counts as enough of them, however far the moves
+    /// along it were.
     #[inline]
     fn small_moves(self) -> u8 {
         if let Self::SmallMoves(count) = self { count } else { MOVES_BEFORE_A_LINE }
@@ -106,7 +107,8 @@ impl Bank {
         self.draw_line(Direction::Rising);
     }
 
-    /// Starts from the outputs as they are, the input being `input`, which need not have led to them. No line is drawn yet.
+    /// Starts from the outputs as they are, the input being `input`, which need not have led to them. No line is drawn
+    /// yet.
     fn start_at(&mut self, input: f64) {
         let led_to_them =
             self.members.iter().zip(self.outputs()).all(|((_, operator), z)| operator.next(*z, input) == *z);
@@ -235,8 +237,8 @@ impl Bank {
         Some(self.now.output)
     }
 
-    /// [`jump`](Self::jump) by more than a small move, no line having been drawn: what a drive that only jumps does, by itself, as
-    /// it is short.
+    /// [`jump`](Self::jump) by more than a small move, no line having been drawn: what a drive that only jumps does, by
+    /// itself, as it is short.
     #[inline(always)]
     pub(crate) fn leap(&mut self, to: f64) -> Option<f64> {
         let distance = to - self.now.input;
@@ -317,9 +319,9 @@ impl Bank {
         (back != direction.sign::<f64>() * f64::INFINITY).then_some(back)
     }
 
-    /// [`move_input`](Self::move_input) sample by sample in one loop, up to the first one after which a line is drawn. Inputs and
-    /// outputs are relative to `origin`, samples and what is put out are not. None if a line was drawn before, or if no input may have
-    /// led to the outputs.
+    /// [`move_input`](Self::move_input) sample by sample in one loop, up to the first one after which a line is drawn.
+    /// Inputs and outputs are relative to `origin`, samples and what is put out are not. None if a line was drawn
+    /// before, or if no input may have led to the outputs.
     pub(crate) fn run(&mut self, samples: &[f64], outputs: &mut [f64], origin: Point) -> Option<Taken> {
         let Self { members, outputs: z, now: Point { input, output }, prospect, .. } = self;
         match prospect {
@@ -382,7 +384,8 @@ impl Bank {
         self.members.run(Find { look, near, to, limit })
     }
 
-    /// The first move by the output, from outputs that no input has led to: where it comes to, the search starting at `from`.
+    /// The first move by the output, from outputs that no input has led to: where it comes to, the search starting at
+    /// `from`.
     fn first_move(&self, from: f64, to: f64, limits: (f64, f64)) -> Reach {
         let input = from.max(limits.0).min(limits.1);
         let near = Point { input, output: self.peek_input(input, input) };
@@ -423,7 +426,8 @@ impl Path<f64> for FirstMove<'_> {
     }
 }
 
-/// Every operator after a move of the input from `from` to `to`, the outputs being those of the input `here`: the sum of w_i z_i.
+/// Every operator after a move of the input from `from` to `to`, the outputs being those of the input `here`: the sum
+/// of w_i z_i.
 #[inline]
 fn sweep(members: &Members, outputs: impl Outputs, here: f64, from: f64, to: f64) -> f64 {
     let bounds = Behind(Unguessed::of_move(from, to));

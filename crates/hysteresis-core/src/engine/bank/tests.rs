@@ -230,7 +230,8 @@ fn a_line_is_the_output_from_one_end_to_the_other_and_no_further() {
                 for place in [x, 0.5 * (x + far), far] {
                     assert!(off_line(place) <= 1e-10, "{direction:?} from {x}, {place}");
                 }
-                // The weights are a hundredth and more. At zero every line ends, as an identity may weigh otherwise there.
+                // The weights are a hundredth and more. At zero every line ends, as an identity may weigh otherwise
+                // there.
                 let ends = |end: f64, beyond| end == 0.0 || end.is_infinite() || off_line(beyond) > 1e-6;
                 assert!(ends(end, end + 1e-3 * direction.sign::<f64>()), "{direction:?} from {x} to {end}");
                 if let Some(back) = bank.back().filter(|back| back.is_finite()) {
@@ -326,7 +327,8 @@ fn a_line_has_the_same_bits_from_anywhere_on_it() {
     }
 }
 
-/// Two operators are pushed from inputs that differ by a rounding. A look between them sees a piece that begins beyond it.
+/// Two operators are pushed from inputs that differ by a rounding. A look between them sees a piece that begins beyond
+/// it.
 #[test]
 fn a_target_at_a_kink_of_two_operators_is_found() {
     let (r, rc) = (

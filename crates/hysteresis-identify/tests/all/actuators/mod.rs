@@ -90,8 +90,8 @@ pub(crate) struct Behind {
     pub(crate) dead_time: f64,
 }
 
-/// The rows of a stage that was at rest at its first drive since forever, in plain loops: creep at the samples, then the
-/// dynamics in twenty steps a sample, of which that of the dead time is read.
+/// The rows of a stage that was at rest at its first drive since forever, in plain loops: creep at the samples, then
+/// the dynamics in twenty steps a sample, of which that of the dead time is read.
 pub(crate) fn stage_output(model: &ModifiedPrandtlIshlinskii, behind: &Behind, dt: f64, input: &[f64]) -> Vec<f64> {
     const STEPS: usize = 20;
     let hysteresis = output(model, input, 0.0);
