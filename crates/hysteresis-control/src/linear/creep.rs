@@ -98,9 +98,8 @@ impl Creep {
     /// [`Error`] unless `dt` is finite and above 0.
     pub fn block(&self, dt: f64) -> Result<CreepBlock, Error> {
         check_positive("dt", None, dt)?;
-        let terms = self.amplitudes.iter().zip(&*self.time_constants);
-        let term = |(amplitude, tau): (&f64, &f64)| Term { amplitude: *amplitude, decay: (-dt / tau).exp(), lag: 0.0 };
-        Ok(CreepBlock { terms: terms.map(term).collect() })
+        let decays: Vec<f64> = self.time_constants.iter().map(|tau| (-dt / tau).exp()).collect();
+        Ok(CreepBlock::of_decays(&self.amplitudes, &decays))
     }
 }
 
@@ -138,6 +137,22 @@ impl Term {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CreepBlock {
     terms: Box<[Term]>,
+}
+
+impl CreepBlock {
+    /// From the amplitudes c_j and what a distance from rest decays to in a sample, a_j; at rest at zero.
+    ///
+    /// ```
+    /// use hysteresis_control::linear::{Block, CreepBlock};
+    /// let mut creep = CreepBlock::of_decays(&[0.1], &[0.5]);
+    /// assert_eq!(creep.settle(1.0), 1.1);
+    /// assert_eq!([2.0, 2.0].map(|h| creep.step(h)), [2.0 + 0.1, 2.0 + 0.1 * 1.5]);
+    /// ```
+    #[must_use]
+    pub fn of_decays(amplitudes: &[f64], decays: &[f64]) -> Self {
+        let both = amplitudes.iter().zip(decays);
+        Self { terms: both.map(|(amplitude, decay)| Term { amplitude: *amplitude, decay: *decay, lag: 0.0 }).collect() }
+    }
 }
 
 impl Block for CreepBlock {

@@ -1,6 +1,6 @@
 //! Where the search for dynamics starts: a scan over frequency, damping and dead time behind a known hysteresis.
 
-use hysteresis_control::linear::{Dynamics, FirstOrder, SecondOrder};
+use hysteresis_control::linear::{Block, Dynamics, FirstOrder, SecondOrder};
 
 use crate::algebra::eight::LANES;
 use crate::error::Error;
@@ -15,7 +15,6 @@ use crate::options::{Options, Setting};
 use crate::records::course::Course;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
-use crate::terms::creep::CreepFilter;
 use crate::terms::dynamics::{DynamicsModel, LinearPart, Order, SampledPart};
 use crate::terms::operators::BLOCK;
 
@@ -194,8 +193,8 @@ impl Scan {
         let signals = |(place, record): (usize, &Record<'_>)| {
             let dt = space.intervals().of_record(place);
             let output = hysteresis(&operators, &plain.weights, record.input(), 0.0, dt);
-            let mut creep = CreepFilter::new(&SampledPart::new(&creep, dt));
-            let inputs = output.iter().map(|h| [*h, creep.next(*h) - h]).collect();
+            let mut creep = SampledPart::new(&creep, dt).creep_at(output.first().copied());
+            let inputs = output.iter().map(|h| [*h, creep.step(*h) - h]).collect();
             let course = Course::new(record, stride, space.unread_samples());
             let outputs = course.of(record.output());
             let mean = outputs.clone().sum::<f64>() / as_f64(course.len());

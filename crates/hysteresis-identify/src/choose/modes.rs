@@ -6,6 +6,8 @@ use std::ops::Range;
 
 use fearless_simd::{Simd, SimdFloat};
 
+use hysteresis_control::linear::Block;
+
 use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, load, splat};
 use crate::error::Error;
 use crate::fit::filter_lanes::{FilterLanes, Lane, Reading};
@@ -17,7 +19,6 @@ use crate::fit::space::Space;
 use crate::records::course::Course;
 use crate::records::record::Record;
 use crate::records::signal::{as_f64, mean};
-use crate::terms::creep::CreepFilter;
 use crate::terms::dynamics::{LinearPart, Mode, SampledPart};
 use crate::terms::operators::BLOCK;
 use crate::uncertainty::root::{Gradients, Quantity, Root};
@@ -199,8 +200,8 @@ impl Scan {
         for (place, record) in records.iter().enumerate() {
             let dt = space.intervals().of_record(place);
             let output = hysteresis(&chain.operators, &fit.weights, record.input(), 0.0, dt);
-            let mut creep = CreepFilter::new(&SampledPart::new(&part, dt));
-            let input = output.iter().map(|h| creep.next(*h)).collect();
+            let mut creep = SampledPart::new(&part, dt).creep_at(output.first().copied());
+            let input = output.iter().map(|h| creep.step(*h)).collect();
             let course = Course::new(record, 1, space.unread_samples());
             let one = Signals { dt, input, rows: residual.len()..residual.len() + course.len(), course };
             let predicted = chain.response_in(place, record.input(), dt);

@@ -2,10 +2,11 @@
 //!
 //! Operators and loop shift first, from the virgin state; then creep, dynamics and dead time.
 
+use hysteresis_control::linear::Block;
 use hysteresis_core::{DuhemForward, Process};
 
 use crate::fit::own_columns::underway;
-use crate::terms::creep::{CreepBasis, CreepFilter};
+use crate::terms::creep::CreepBasis;
 use crate::terms::duhem::{DuhemTable, MOST_KNOTS};
 use crate::terms::dynamics::{DynamicsFilter, LinearPart, SampledPart};
 use crate::terms::loop_shift::{ShiftColumns, ShiftLane};
@@ -371,12 +372,12 @@ pub(crate) fn hysteresis(operators: &OperatorsAt, weights: &[f64], input: &[f64]
 /// A signal through creep, dynamics and dead time, at rest at its first value.
 pub(crate) fn through(linear: &LinearPart, signal: &[f64], dt: f64) -> Vec<f64> {
     let part = SampledPart::new(linear, dt);
-    let (mut creep, mut dynamics) = (CreepFilter::new(&part), DynamicsFilter::new(&part));
+    let (mut creep, mut dynamics) = (part.creep_at(signal.first().copied()), DynamicsFilter::new(&part));
     let (mut taken, mut rest) = (0, 0.0);
     let reading = |k| {
         let source = part.source(k);
         while taken < source.map_or(1, |source| source + 1) {
-            let p = creep.next(signal[taken.min(signal.len() - 1)]);
+            let p = creep.step(signal[taken.min(signal.len() - 1)]);
             if taken == 0 {
                 rest = p;
             }
@@ -502,7 +503,7 @@ mod tests_of_the_operators {
 
 #[cfg(test)]
 mod tests_of_the_linear_part {
-    use hysteresis_control::linear::{Block, Dynamics, FirstOrder, LinearDynamics, SecondOrder};
+    use hysteresis_control::linear::{Dynamics, FirstOrder, LinearDynamics, SecondOrder};
 
     use super::*;
 
