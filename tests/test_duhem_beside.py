@@ -1,7 +1,4 @@
-"""A stage with a Duhem operator beside its plays: laws, a plain twin, identification.
-
-Roundings: positions are of up to 200, through two maps, a hysteresis and three sums.
-"""
+"""A stage with a Duhem operator beside its plays: laws, a plain twin, identification."""
 
 from __future__ import annotations
 
@@ -16,7 +13,6 @@ from typing import Any
 import mpi_hyst as mh
 import numpy as np
 import pytest
-import reference
 from hypothesis import given
 from hypothesis import strategies as st
 from law_stages import DT as LAW_DT
@@ -25,11 +21,10 @@ from law_stages import loops as loops_of
 from mpi_hyst._cli.stage import is_static
 from mpi_hyst._report.models import linear_parts
 from reference.duhem import Duhem
+from stack_stage import LIMITS, ROUNDING, drives, hysteresis, reference_model
 from support import Array, parameter_of
 
 DT = 1e-3
-LIMITS = (-20.0, 150.0)
-ROUNDING = 1e-11 * 200.0
 OFFSET = 10.0
 KNOTS, RISING, FALLING = [-30.0, 0.0, 30.0], [0.9, 0.5, 0.1], [0.1, 0.5, 0.7]
 MAPS: dict[str, Any] = {
@@ -38,29 +33,9 @@ MAPS: dict[str, Any] = {
 }
 
 
-def hysteresis() -> mh.ModifiedPrandtlIshlinskii:
-    r = 7.5 * np.arange(20)
-    w = np.where(np.arange(20) == 0, 0.53, 0.02 * 0.9 ** np.arange(20))
-    return mh.ModifiedPrandtlIshlinskii.from_ratios(
-        w, r, ra=0.95, rb=0.3, rc=0.35, input_offset=OFFSET
-    )
-
-
-def reference_model() -> reference.ModifiedPrandtlIshlinskii:
-    model = hysteresis()
-    return reference.ModifiedPrandtlIshlinskii(model.weights, model.r, model.ra, model.rb, model.rc)
-
-
 def stage(**parts: Any) -> mh.Stage:
     duhem = mh.Duhem(KNOTS, RISING, FALLING)
-    return mh.Stage(hysteresis(), **{"limits": LIMITS, "duhem": duhem, **parts})
-
-
-def drives() -> st.SearchStrategy[list[float]]:
-    """Jumps and plateaus within the limits."""
-    drive = st.floats(*LIMITS, allow_nan=False)
-    ways = st.lists(st.tuples(drive, st.integers(1, 12)), min_size=1, max_size=15)
-    return ways.map(lambda ways: [u for end, samples in ways for u in [end] * samples])
+    return mh.Stage(hysteresis(OFFSET), **{"limits": LIMITS, "duhem": duhem, **parts})
 
 
 @given(drives())
@@ -334,7 +309,7 @@ def test_a_map_that_is_asked_for_stays_beside_the_operator() -> None:
 
 def test_identify_leaves_the_operator_out_where_plays_are_right() -> None:
     u = loops()
-    y = hysteresis().forward().run(u)
+    y = hysteresis(OFFSET).forward().run(u)
     y += np.random.default_rng(2).normal(0.0, 2e-4 * np.ptp(y), u.size)
     found = mh.identify(u, y, **QUASI_STATIC)
     plays = mh.identify(u, y, duhem=None, **QUASI_STATIC)

@@ -1,7 +1,4 @@
-"""A stage whose loops shift: the laws of quasistatic.rs and loop_shift.rs, and a plain twin.
-
-Roundings: positions are of up to 200, through two maps, a hysteresis and three sums.
-"""
+"""A stage whose loops shift: the laws of quasistatic.rs and loop_shift.rs, and a plain twin."""
 
 from __future__ import annotations
 
@@ -15,34 +12,21 @@ from typing import Any
 import mpi_hyst as mh
 import numpy as np
 import pytest
-import reference
 from hypothesis import given
 from hypothesis import strategies as st
 from mpi_hyst._cli.stage import is_static
 from mpi_hyst._report.models import linear_parts
 from reference.loop_shift import LoopShift
 from reference.stages import ReferenceStage
+from stack_stage import LIMITS, ROUNDING, hysteresis, reference_model
 from support import Array, parameter_of
 
 DT = 1e-3
-LIMITS = (-20.0, 150.0)
-ROUNDING = 1e-11 * 200.0
 MAPS: dict[str, Any] = {
     "input_map": ([-20.0, 40.0, 150.0], [-20.0, 45.0, 150.0]),
     "output_map": ([-20.0, 60.0, 160.0], [-20.0, 55.0, 160.0]),
 }
 SHIFT = mh.plant.LoopShift(65.0, 85.0, (-6.0, 2.5), 0.05, 0.4)
-
-
-def hysteresis() -> mh.ModifiedPrandtlIshlinskii:
-    r = 7.5 * np.arange(20)
-    w = np.where(np.arange(20) == 0, 0.53, 0.02 * 0.9 ** np.arange(20))
-    return mh.ModifiedPrandtlIshlinskii.from_ratios(w, r, ra=0.95, rb=0.3, rc=0.35)
-
-
-def reference_model() -> reference.ModifiedPrandtlIshlinskii:
-    model = hysteresis()
-    return reference.ModifiedPrandtlIshlinskii(model.weights, model.r, model.ra, model.rb, model.rc)
 
 
 def stage(**parts: Any) -> mh.Stage:

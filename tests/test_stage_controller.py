@@ -141,8 +141,8 @@ def test_the_observer_stands_in_for_missing_measurements(stage: mh.Stage) -> Non
 
 
 def test_a_glitch_of_the_sensor_does_not_reach_the_drive(stage: mh.Stage) -> None:
-    def drives(glitch: bool, **gate: float) -> tuple[Array, int]:
-        controller, plant = stage.controller(DT, **gate), stage.plant(DT)
+    def drives(glitch: bool, gate: float | None) -> tuple[Array, int]:
+        controller, plant = stage.controller(DT, max_measurement_step=gate), stage.plant(DT)
         found = np.empty(400)
         for k in range(400):
             measured = plant.measured + (0.5 if glitch and k == 300 else 0.0)
@@ -150,9 +150,9 @@ def test_a_glitch_of_the_sensor_does_not_reach_the_drive(stage: mh.Stage) -> Non
             plant.step(found[k])
         return found, controller.implausible_count
 
-    calm, none = drives(False, max_measurement_step=0.1)
-    gated, one = drives(True, max_measurement_step=0.1)
-    open_, unseen = drives(True)
+    calm, none = drives(False, 0.1)
+    gated, one = drives(True, 0.1)
+    open_, unseen = drives(True, None)
     assert (none, one, unseen) == (0, 1, 0)
     assert abs(gated - calm).max() < 0.1 * abs(open_ - calm).max()
     with pytest.raises(ValueError, match="max_measurement_step: expected"):

@@ -152,10 +152,10 @@ def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:
     if len(found.creep_std) < len(amplitudes):
         # The terms of log-type creep share one estimate, or two.
         names = ("creep", "creep below 0.1 s")
-        shares = map(_percent, found.creep_amplitudes, found.creep_std)
+        told = map(_percent, found.creep_amplitudes, found.creep_std)
         of_decade = [
             (name, f"{share} of a step per decade")
-            for name, share in zip(names, shares, strict=False)
+            for name, share in zip(names, told, strict=False)
         ]
         span = f"{digits(times[0])} to {digits(times[-1])} s, {len(times)} terms"
         return [*of_decade, ("creep time constants", span)]
