@@ -7,6 +7,7 @@ use hysteresis_core::{Duhem, MAX_KNOTS};
 
 use super::data::{Data, Part};
 use super::descent::{Fit, descend};
+use super::friction;
 use super::pass::{Excitation, KNOTS, Point};
 use super::result::{OscillatorIdentification, OscillatorTrial, findings, standard_errors};
 use crate::error::Error;
@@ -39,6 +40,14 @@ const MARGIN: f64 = 0.02;
 /// What z may go beyond the knots, or fall short of them, before they are set anew.
 const MOVED: (f64, f64) = (1.0, 0.9);
 
+/// Friction slides at an end of the knots where f has fallen to this share of its largest value.
+const SLIDES: f64 = 1e-2;
+
+/// The force at which friction slides is searched by steps of this share of it, halved as long as they are larger than
+/// the second number. A better force lowers the squares by a noise variance, and so many are tried at most.
+const FORCE_STEPS: (f64, f64) = (0.08, 4e-3);
+const FORCES: usize = 24;
+
 /// The fewest periods of an oscillator in its record.
 const SLOWEST: f64 = 2.0;
 
@@ -49,7 +58,8 @@ const PLACEMENTS: usize = 4;
 /// y.
 ///
 /// It begins at the best linear oscillator: a scan over frequency and damping, then a descent. Half of its stiffness
-/// becomes f+ = f- over three knots at the reach of z, all parameters descend by Gauss-Newton steps with the
+/// becomes f+ = f- over three knots at the reach of z; two other starts have friction that bends over a share of the
+/// motion, then slides, by least squares. From each all parameters descend by Gauss-Newton steps with the
 /// derivatives of the integration, exact but for the moment of turning, and the knots are set anew until they cover
 /// all of z. Then come five knots, and nine, each from where the last ended, as long as that pays. Each model is
 /// fitted to the first 70 % of the samples (of a period, if the record has several: they are averaged) and judged by
@@ -141,12 +151,17 @@ impl<'a> Search<'a> {
                             (stiffness in 1/s^2)";
             return Err(Error::domain("y", None, expected, stiffness));
         }
-        let start = placed_evenly(&linear.point, data);
-        let range = excitation.range(&start).ok_or_else(unstable)?;
+        let mut starts = friction::starts(data, &linear.point, hold);
+        starts.push(placed_evenly(&linear.point, data));
+        let descended = |start: Point| {
+            let start = placed(&start, excitation.range(&start)?, KNOTS[0])?;
+            descend(&excitation, &start, stiffness, Part::Fitted)
+        };
+        let found: Vec<Fit> = starts.into_iter().filter_map(descended).collect();
+        let passes = linear.passes + found.iter().map(|fit| fit.passes).sum::<usize>();
         // Enough to tell one hold from another.
-        let start = placed(&start, range, KNOTS[0]).ok_or_else(unstable)?;
-        let first = descend(&excitation, &start, stiffness, Part::Fitted).ok_or_else(unstable)?;
-        let passes = linear.passes + first.passes;
+        let first = found.into_iter().min_by(|one, other| one.at.squares.total_cmp(&other.at.squares));
+        let first = first.ok_or_else(unstable)?;
         Ok(Self { excitation, hold, sub_steps, linear, first, passes })
     }
 
@@ -179,7 +194,31 @@ impl<'a> Search<'a> {
                 break;
             }
         }
-        best.ok_or_else(|| unstable(dt))
+        let best = best.ok_or_else(|| unstable(dt))?;
+        Ok(self.sliding(best, part))
+    }
+
+    /// Searches the force at which friction slides: f falls to nothing at the end of the knots then, which no derivative
+    /// moves.
+    fn sliding(&mut self, mut best: Fit, part: Part) -> Fit {
+        let mut step = FORCE_STEPS.0;
+        for _ in 0..FORCES {
+            if step < FORCE_STEPS.1 || slides(&best.point) == (false, false) {
+                break;
+            }
+            let enough = (1.0 - 1.0 / as_f64(best.at.residual.len())) * best.at.squares;
+            let scaled = |factor: f64| {
+                let knots = best.point.knots.iter().map(|z| factor * z).collect();
+                descend(&self.excitation, &Point { knots, ..best.point.clone() }, self.stiffness(), part)
+            };
+            let found: Vec<Fit> = [1.0 - step, 1.0 + step].into_iter().filter_map(scaled).collect();
+            self.passes += found.iter().map(|fit| fit.passes).sum::<usize>();
+            match found.into_iter().find(|fit| fit.at.squares < enough) {
+                Some(better) => best = better,
+                None => step *= 0.5,
+            }
+        }
+        best
     }
 
     /// Tries more knots as long as that pays, or goes as far as what was asked for; chooses; and fits all samples.
@@ -265,7 +304,17 @@ fn placed_evenly(linear: &Point, data: &Data) -> Point {
 /// each side; none where there is no operator of these numbers.
 fn placed(point: &Point, range: (f64, f64), count: usize) -> Option<Point> {
     let width = range.1 - range.0;
-    let (low, high) = ((range.0 - MARGIN * width).min(-MARGIN * width), (range.1 + MARGIN * width).max(MARGIN * width));
+    let mut low = (range.0 - MARGIN * width).min(-MARGIN * width);
+    let mut high = (range.1 + MARGIN * width).max(MARGIN * width);
+    // Where friction slides z goes no further than to the knot there.
+    let ((first, last), (slides_low, slides_high)) =
+        ((point.knots[0], point.knots[point.knots.len() - 1]), slides(point));
+    if slides_low && within(range.0, first) {
+        low = first;
+    }
+    if slides_high && within(range.1, last) {
+        high = last;
+    }
     let side = count / 2;
     let share = |i: usize| as_f64(i) / as_f64(side);
     let below = (0..side).map(|i| low * (1.0 - share(i)));
@@ -279,11 +328,23 @@ fn placed(point: &Point, range: (f64, f64), count: usize) -> Option<Point> {
 /// Whether the knots reach as far as z does, and not much further.
 fn covers(knots: &[f64], (low, high): (f64, f64)) -> bool {
     let (first, last) = (knots[0], knots[knots.len() - 1]);
-    let within = |reach: f64, outer: f64| reach <= MOVED.0 * outer && reach >= MOVED.1 * outer;
     let width = high - low;
     // A side on which z hardly goes has a knot at the margin.
     let small = |reach: f64| reach <= MARGIN * width;
-    (within(-low, -first) || small(-low)) && (within(high, last) || small(high))
+    (within(low, first) || small(-low)) && (within(high, last) || small(high))
+}
+
+/// Whether z comes near a knot at the end, on its side of 0, and not beyond it.
+fn within(reach: f64, outer: f64) -> bool {
+    (MOVED.1..=MOVED.0).contains(&(reach / outer))
+}
+
+/// Whether f has fallen to nothing at the lowest and at the highest knot, where z would leave them.
+fn slides(point: &Point) -> (bool, bool) {
+    let (rising, falling) = (point.rising(), point.falling());
+    let most = rising.iter().chain(falling).fold(0.0, |most: f64, f| most.max(*f));
+    let falls = |f: Option<&f64>| f.is_some_and(|f| *f < SLIDES * most);
+    (falls(falling.first()), falls(rising.last()))
 }
 
 /// The scan for the best linear oscillator: frequencies from two periods in the record to the highest that the

@@ -5,10 +5,10 @@ use hysteresis_control::oscillator::HystereticOscillator;
 
 use super::descent::Fit;
 use crate::algebra::factor::{back_substitute, triangle_of};
-use crate::fit::colour::{Autoregression, RowFilter};
+use crate::fit::colour::{Autoregression, Colour, RowFilter};
 use crate::judge::finding::{Finding, Verdict};
 use crate::judge::finding_code::FindingCode;
-use crate::judge::residual::poor_fit;
+use crate::judge::residual::{coloured, poor_fit};
 
 use crate::records::signal::as_f64;
 
@@ -120,11 +120,13 @@ pub(super) fn findings(residual: &[f64], range: f64, tried: &[OscillatorTrial], 
     let message =
         format!("over samples that were not fitted it is {held_out:.3e} off, a linear oscillator {linear:.3e}");
     let code = FindingCode::HysteresisInsideNotTold;
-    let hint = "the hysteresis is of another kind, or there is more than one mode: this model has one";
-    let poor = poor_fit(residual, range).try_next(hint.to_owned());
-    let findings = [poor, Finding::new(code, held_out / linear, LESS_THAN_LINEAR, message)];
+    let hint = "the hysteresis is of another kind, or there is more than one mode, or a dead time: this model has one \
+                mode and none";
+    let told = Finding::new(code, held_out / linear, LESS_THAN_LINEAR, message);
+    let coloured = coloured(Colour::new(residual, range), range).map(|finding| finding.try_next(hint.to_owned()));
+    let findings = [poor_fit(residual, range).try_next(hint.to_owned()), told];
     // Without any error at all there is nothing to compare.
-    findings.into_iter().filter(|finding| finding.value > finding.limit).collect()
+    findings.into_iter().filter(|finding| finding.value > finding.limit).chain(coloured).collect()
 }
 
 /// Standard errors from the derivatives J at the end of a fit: the roots of the diagonal of (J'J)^-1 J' Omega J
