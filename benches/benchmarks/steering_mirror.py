@@ -13,8 +13,8 @@ shape (samples, 3) or (samples, 3, realisations), or a .csv of six columns, driv
 each position, realisation and period, and their plain mean.
 
 Without files a mirror is simulated by equations of this file that know nothing of the package:
-each drive goes through plays and creeping lags, the sums move three resonances that are coupled,
-and noise is added. WHAT IS PRINTED THEN IS NO RESULT ON THE BENCHMARK.
+each drive goes through plays, the sums move three resonances that are coupled, and noise is added.
+WHAT IS PRINTED THEN IS NO RESULT ON THE BENCHMARK.
 
 The model is chosen by `mh.identify_axes(u, y, dt=dt, skip=100)` on training realisations alone; the
 test realisations are simulated once, by the model that was chosen.
