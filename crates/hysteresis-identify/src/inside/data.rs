@@ -1,8 +1,4 @@
-//! A record as the fit sees it: one period or all of it, what is fitted and what is held out, and the drive between
-//! samples.
-
-use hysteresis_control::oscillator::Hold;
-use hysteresis_control::oscillator::drive::FineDrive;
+//! A record as the fit sees it: one period or all of it, what is fitted and what is held out.
 
 use crate::error::{Error, RecordError};
 use crate::records::record::Record;
@@ -96,11 +92,6 @@ impl Data {
     /// The samples of a part.
     pub(super) fn samples(&self, part: Part) -> impl Iterator<Item = usize> + '_ {
         (0..self.y.len()).filter(move |k| self.holds(part, *k))
-    }
-
-    /// The drive between samples. A period comes again.
-    pub(super) fn fine_drive(&self, hold: Hold, sub_steps: usize) -> FineDrive {
-        FineDrive::new(&self.u, hold, self.periods > 1, sub_steps)
     }
 }
 

@@ -139,11 +139,11 @@ impl<'a> Search<'a> {
     /// As far as three knots.
     fn new(data: &'a Data, hold: Hold) -> Result<Self, Error> {
         let unstable = || unstable(data.dt);
-        let coarse = Excitation::new(data, data.fine_drive(hold, 4), data.dt / 4.0);
+        let coarse = Excitation::new(data, &data.u, hold, 4);
         let start = best_linear(&coarse).ok_or_else(unstable)?;
         // The model that is found may be half as stiff again.
         let sub_steps = usual_sub_steps(start.parameters[1], 1.5 * start.parameters[2], data.dt);
-        let excitation = Excitation::new(data, data.fine_drive(hold, sub_steps), data.dt / as_f64(sub_steps));
+        let excitation = Excitation::new(data, &data.u, hold, sub_steps);
         let linear = descend(&excitation, &start, start.parameters[2], Part::Fitted).ok_or_else(unstable)?;
         let stiffness = linear.point.parameters[2];
         if stiffness < (SLOWEST * TAU / data.seconds()).powi(2) {
@@ -151,7 +151,7 @@ impl<'a> Search<'a> {
                             (stiffness in 1/s^2)";
             return Err(Error::domain("y", None, expected, stiffness));
         }
-        let mut starts = friction::starts(data, &linear.point, hold);
+        let mut starts = friction::starts(data, &linear.point, hold, sub_steps).ok_or_else(unstable)?;
         starts.push(placed_evenly(&linear.point, data));
         let descended = |start: Point| {
             let start = placed(&start, excitation.range(&start)?, KNOTS[0])?;
@@ -304,17 +304,13 @@ fn placed_evenly(linear: &Point, data: &Data) -> Point {
 /// each side; none where there is no operator of these numbers.
 fn placed(point: &Point, range: (f64, f64), count: usize) -> Option<Point> {
     let width = range.1 - range.0;
-    let mut low = (range.0 - MARGIN * width).min(-MARGIN * width);
-    let mut high = (range.1 + MARGIN * width).max(MARGIN * width);
     // Where friction slides z goes no further than to the knot there.
-    let ((first, last), (slides_low, slides_high)) =
-        ((point.knots[0], point.knots[point.knots.len() - 1]), slides(point));
-    if slides_low && within(range.0, first) {
-        low = first;
-    }
-    if slides_high && within(range.1, last) {
-        high = last;
-    }
+    let end = |sign: f64, reach: f64, knot: f64, slides: bool| {
+        if slides && within(reach, knot) { knot } else { sign * (sign * reach + MARGIN * width).max(MARGIN * width) }
+    };
+    let (slides_low, slides_high) = slides(point);
+    let low = end(-1.0, range.0, point.knots[0], slides_low);
+    let high = end(1.0, range.1, point.knots[point.knots.len() - 1], slides_high);
     let side = count / 2;
     let share = |i: usize| as_f64(i) / as_f64(side);
     let below = (0..side).map(|i| low * (1.0 - share(i)));

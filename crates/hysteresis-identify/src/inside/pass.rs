@@ -1,11 +1,13 @@
 //! One pass of an oscillator over the record, with the derivatives of every sample.
 
 use faer::Mat;
+use hysteresis_control::oscillator::Hold;
 use hysteresis_control::oscillator::drive::FineDrive;
 use hysteresis_control::oscillator::equation::{Equation, Scalar, State};
 
 use super::data::{Data, Part};
 use super::dual::Dual;
+use crate::records::signal::{as_f64, bounds};
 
 /// b, c, k, then f+ and f- at every knot; an output offset; and the knots. Without knots the oscillator is linear: b,
 /// c, k.
@@ -60,8 +62,10 @@ pub(super) struct Linearised {
 }
 
 impl<'a> Excitation<'a> {
-    pub(super) fn new(data: &'a Data, fine: FineDrive, sub_step: f64) -> Self {
-        Self { data, fine, sub_step }
+    /// By samples of a drive, that of the record or another, with so many sub-steps in a sample. A period comes again.
+    pub(super) fn new(data: &'a Data, input: &[f64], hold: Hold, sub_steps: usize) -> Self {
+        let fine = FineDrive::new(input, hold, data.periods > 1, sub_steps);
+        Self { data, fine, sub_step: data.dt / as_f64(sub_steps) }
     }
 
     /// Shows every state at a sample, after a period to settle if the drive repeats. False if the motion leaves all
@@ -82,21 +86,21 @@ impl<'a> Excitation<'a> {
         true
     }
 
-    /// The positions, without offset, and z. None if the motion leaves all bounds.
-    pub(super) fn response(&self, point: &Point) -> Option<Vec<f64>> {
+    /// Position, without offset, velocity and z at every sample. None if the motion leaves all bounds.
+    pub(super) fn states(&self, point: &Point) -> Option<Vec<State<f64>>> {
         let equation = point.equation(|i| point.parameters[i]);
-        let mut positions = Vec::with_capacity(self.data.u.len());
-        self.run(&equation, |_, state| positions.push(state.position)).then_some(positions)
+        let mut states = Vec::with_capacity(self.data.u.len());
+        self.run(&equation, |_, state| states.push(*state)).then_some(states)
+    }
+
+    /// The positions, without offset.
+    pub(super) fn response(&self, point: &Point) -> Option<Vec<f64>> {
+        Some(self.states(point)?.iter().map(|state| state.position).collect())
     }
 
     /// The least and the largest z.
     pub(super) fn range(&self, point: &Point) -> Option<(f64, f64)> {
-        let equation = point.equation(|i| point.parameters[i]);
-        let mut range = (f64::INFINITY, f64::NEG_INFINITY);
-        let finite = self.run(&equation, |_, state| {
-            range = (range.0.min(state.hysteresis), range.1.max(state.hysteresis));
-        });
-        finite.then_some(range)
+        Some(bounds(&self.states(point)?.iter().map(|state| state.hysteresis).collect::<Vec<_>>()))
     }
 
     /// y - offset - model over the samples of a part.
@@ -135,15 +139,13 @@ impl<'a> Excitation<'a> {
 
 #[cfg(test)]
 mod tests {
-    use hysteresis_control::oscillator::Hold;
-
     use super::*;
 
     #[test]
     fn tangents_are_those_of_differences() {
         let u: Vec<f64> = (0..300_u32).map(f64::from).map(|k| (0.05 * k).sin() + (0.21 * k).cos()).collect();
         let data = Data::new(&u, &u, 0.1, None, 0).unwrap();
-        let excitation = Excitation::new(&data, data.fine_drive(Hold::Zero, 4), 0.025);
+        let excitation = Excitation::new(&data, &u, Hold::Zero, 4);
         let parameters = vec![0.7, 0.3, 0.5, 1.5, 1.0, 0.5, 0.6, 1.1, 1.4];
         let point = Point { knots: vec![-1.0, 0.0, 1.0], parameters, offset: 0.1 };
         let found = excitation.linearise(&point, Part::All).unwrap();

@@ -9,7 +9,6 @@ use crate::fit::colour::{Autoregression, Colour, RowFilter};
 use crate::judge::finding::{Finding, Verdict};
 use crate::judge::finding_code::FindingCode;
 use crate::judge::residual::{coloured, poor_fit};
-
 use crate::records::signal::as_f64;
 
 /// An oscillator with hysteresis inside, and how well it follows its record.

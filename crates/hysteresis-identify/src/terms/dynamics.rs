@@ -269,13 +269,6 @@ pub(crate) struct SampledAmplifier {
 }
 
 impl SampledPart {
-    /// Its creep, at rest at what comes first.
-    pub(crate) fn creep_at(&self, first: Option<f64>) -> CreepBlock {
-        let mut creep = CreepBlock::of_decays(&self.amplitudes, &self.decays);
-        creep.settle(first.unwrap_or_default());
-        creep
-    }
-
     pub(crate) fn new(part: &LinearPart, dt: f64) -> Self {
         let samples = part.dead_time / dt;
         // What acts at t_k - d: with dynamics the sample that was put out last, and what passed since; without, the
@@ -296,6 +289,13 @@ impl SampledPart {
             whole,
             share: samples - samples.floor(),
         }
+    }
+
+    /// Its creep, at rest at what comes first.
+    pub(crate) fn creep_at(&self, first: Option<f64>) -> CreepBlock {
+        let mut creep = CreepBlock::of_decays(&self.amplitudes, &self.decays);
+        creep.settle(first.unwrap_or_default());
+        creep
     }
 
     /// The sample that acts on the reading at `sample`; none before the record.

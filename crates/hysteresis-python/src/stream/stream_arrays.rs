@@ -386,7 +386,7 @@ impl ForwardArray {
 }
 
 #[methods]
-#[allow(clippy::redundant_closure_for_method_calls, reason = "the streams of two kinds")]
+#[allow(clippy::redundant_closure_for_method_calls, reason = "the path of a method would name one of two kinds")]
 impl InverseArray {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
         let this = shared(slf)?;
