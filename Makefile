@@ -29,7 +29,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo package test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-quick bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python bench-identify bench-many bench-load-cells bench-places bench-read bench-benchmarks capi fmu wheel wheel-try wheel-audit sdist-try lowest crates semver workflow licences realtime firmware header soak \
+	bench-check bench-reference bench-brief bench-python bench-identify bench-many bench-load-cells bench-places bench-foreign bench-read bench-benchmarks capi fmu wheel wheel-try wheel-audit sdist-try lowest crates semver workflow licences realtime firmware header soak \
 	fuzz mutants audit sbom kill-saves full-disk picture docs linkcheck linkcheck-web format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
@@ -192,6 +192,9 @@ bench-load-cells: $(PACKAGE) $(TOOLS) ## what a calibration by known loads leave
 
 bench-places: $(PACKAGE) $(TOOLS) ## where a stage is that was identified without a position sensor: about two minutes
 	PYTHONPATH=tests $(BIN)/python benches/python/places.py
+
+bench-foreign: $(PACKAGE) $(TOOLS) ## what is left of the error on stages of other physics, beside simple models: about ten minutes; FOREIGN="--records triangles" for a part
+	PYTHONPATH=tests $(BIN)/python benches/python/foreign_stages.py $(FOREIGN)
 
 bench-read: $(PACKAGE) $(TOOLS) ## time and memory of reading a CSV of 1 GB beside polars; READ="--size 0.3" for 0.3 GB
 	$(BIN)/python benches/python/read.py $(READ)

@@ -8,6 +8,7 @@ from typing import Any
 import mpi_hyst as mh
 import numpy as np
 import pytest
+from stack_stage import hysteresis
 from support import Array
 
 DT = 1e-4
@@ -310,3 +311,22 @@ def test_wrong_input_is_named() -> None:
     message = refusal(ValueError, u, y, MODEL, creep=[0.1, 0.1])
     assert message.startswith("creep[1]: expected time constants in seconds")
     assert refusal(TypeError, u, y, 3.0).startswith("model: expected a PrandtlIshlinskii or a Mod")
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_is_found_by_default_never_leads(seed: int) -> None:
+    # A mode beyond half the rate of the samples, behind an amplifier: dynamics that answer before
+    # the drive fit it best, and nothing can run those.
+    dt, finer = 1e-3, 20
+    mode = mh.plant.SecondOrder(850.0, 0.03)
+    truth = mh.Stage(hysteresis(), amplifier_bandwidth=369.0, dynamics=mode)
+    t = np.arange(12_000) * dt
+    decaying = 60.0 * np.exp(-t / 6.0) * np.sin(2.0 * np.pi * t)
+    chirp = 50.0 * np.sin(2.0 * np.pi * (5.0 * t[:4000] + 5.0 * t[:4000] ** 2))
+    u = 60.0 + np.concatenate([decaying, chirp])
+    y = truth.forward(dt / finer).run(np.repeat(u, finer))[::finer]
+    noise = 0.02 * np.random.default_rng(seed).standard_normal(u.size)
+    found = mh.identify(u, y + noise, dt=dt)
+    assert found.dead_time is not None and found.dead_time >= 0.0
+    assert "negative_dead_time" not in {warning.code for warning in found.warnings}
+    assert np.isfinite(found.stage.forward(dt).run(u)).all()

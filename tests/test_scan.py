@@ -23,6 +23,7 @@ SLOW = mh.Stage(
     limits=(-500.0, 500.0),
     creep=CREEP,
     loop_shift=mh.plant.LoopShift(0.0, 500.0, (0.02, 0.01), 0.5, 0.3),
+    relaxing_plays=mh.plant.RelaxingPlays([0.0, 90.0], [0.05], [[1e-5, 2e-5]]),
     slow_gain=mh.plant.SlowGain(500.0, -0.02, 0.0, 0.5),
     duhem=mh.Duhem.from_bouc_wen(0.002, 0.5, 0.9, 0.4),
     input_map=([-500.0, 0.0, 500.0], [-480.0, 0.0, 510.0]),

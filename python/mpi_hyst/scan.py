@@ -34,7 +34,7 @@ _FORMAT = "mpi_hyst.scanner"
 _ROUNDING = 1e-9
 """What rounding may take a position from its target, relative to it."""
 _ROOM = 0.05
-"""What creep and loop shift may take a position beyond the range of the stage, as a share of it."""
+"""What creep and its kin may take a position beyond the range of the stage, as a share of it."""
 _MISSED = 2e-3
 """What a lead-in may miss on its way, as a share of the range."""
 _BLOCK = 1_000_000
@@ -304,6 +304,7 @@ class _Axis:
             amplifier_bandwidth=stage.amplifier_bandwidth,
             creep=stage.creep,
             loop_shift=stage.loop_shift,
+            relaxing_plays=stage.relaxing_plays,
             slow_gain=stage.slow_gain,
             duhem=stage.duhem,
             input_map=stage.input_map,

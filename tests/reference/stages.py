@@ -1,4 +1,7 @@
-"""A stage in plain Python: dead time, hysteresis, loop shift, slow gain, creep and one mode."""
+"""A stage in plain Python.
+
+Dead time, hysteresis, loop shift, plays that relax, slow gain, creep and one mode.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from .loop_shift import LoopShift
 from .models import Model
 from .plants import second_order
+from .relaxing_plays import RelaxingPlays
 from .slow_gain import SlowGain
 
 
@@ -25,11 +29,13 @@ class ReferenceStage:
         delay: int,
         dt: float,
         loop_shift: LoopShift | None = None,
+        relaxing: RelaxingPlays | None = None,
         slow_gain: SlowGain | None = None,
     ) -> None:
         """Creep as pairs of amplitude and time constant in seconds; the delay in samples."""
         self.hysteresis = hysteresis
         self.loop_shift = loop_shift
+        self.relaxing = relaxing
         self.slow_gain = slow_gain
         self.mode = second_order(frequency, damping, dt)
         self.creep = [(amplitude, math.exp(-dt / tau)) for amplitude, tau in creep]
@@ -47,6 +53,8 @@ class ReferenceStage:
         displacement = self.hysteresis.step(late)
         if self.loop_shift is not None:
             displacement += self.loop_shift.step(late)
+        if self.relaxing is not None:
+            displacement = self.relaxing.step(late, displacement)
         if self.slow_gain is not None:
             displacement = self.slow_gain.step(late, displacement)
         for j, (_, decay) in enumerate(self.creep):

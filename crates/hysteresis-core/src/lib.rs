@@ -73,7 +73,7 @@ pub use process::Process;
 #[cfg(feature = "alloc")]
 pub use quasistatic::{
     Bracket, BracketArray, BracketState, CreepTerms, LoopShiftTerms, MAX_KNOTS, PiecewiseLinearMap, QuasiStatic,
-    QuasiStaticForward, QuasiStaticInverse, QuasiStaticState, SlowGainTerms,
+    QuasiStaticForward, QuasiStaticInverse, QuasiStaticState, RelaxingPlayTerms, SlowGainTerms,
 };
 pub use real::Real;
 #[cfg(feature = "alloc")]

@@ -184,7 +184,7 @@ impl Header<'_> {
         self.line("");
     }
 
-    /// Maps, loop shift, slow gain, creep and temperature.
+    /// Maps, loop shift, relaxing plays, slow gain, creep and temperature.
     fn surroundings(&mut self, stage: &Stage) {
         let parts = stage.parts();
         self.line("/* Around the hysteresis: points of the maps, straight lines between them. */");
@@ -207,6 +207,16 @@ impl Header<'_> {
             self.numbers("duhem_falling", &falling);
         }
         self.count("HAS_LOOP_SHIFT", usize::from(parts.loop_shift.is_some()));
+        let plays = parts.relaxing_plays.as_ref();
+        self.count("RELAXING_PLAYS", plays.map_or(0, |plays| plays.thresholds().len()));
+        if let Some(plays) = plays {
+            self.line("/* Plays of the drive less the origin go through first-order lags beside the loop shift: a row of weights for every lag. */");
+            self.count("RELAXING_LAGS", plays.time_constants().len());
+            self.numbers("relaxing_thresholds", plays.thresholds());
+            self.numbers("relaxing_origin", &[plays.origin()]);
+            self.numbers("relaxing_time_constants", plays.time_constants());
+            self.numbers("relaxing_weights", &plays.weights().concat());
+        }
         self.count("HAS_SLOW_GAIN", usize::from(parts.slow_gain.is_some()));
         if let Some(gain) = &parts.slow_gain {
             self.line("/* Loops become smaller while the drive cycles: half range, amplitude, zero, time constant. */");

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use hysteresis_control::linear::{Creep, Modes, SecondOrder};
-use hysteresis_control::stage::{LoopShift, SlowGain};
+use hysteresis_control::stage::{LoopShift, RelaxingPlays, SlowGain};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 
 use crate::choose::duhem::without_inverse;
@@ -29,8 +29,8 @@ use crate::records::signal::{as_f64, bounds_of, sensor_noise};
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
 use crate::terms::dynamics::LinearPart;
-use crate::terms::loop_shift::ShiftColumns;
 use crate::terms::operators::ModelKind;
+use crate::terms::side_columns::SideColumns;
 use crate::terms::weights::{WeightBasis, WeightLaw};
 use crate::uncertainty::root::{ColouredFit, Root};
 use crate::uncertainty::standard_errors::{Covariance, Spread, StandardErrors};
@@ -194,6 +194,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         spread: Spread::new(&fit, &root, &basis, &space),
         standard_errors,
         loop_shift: loop_shift(&space, &basis, &fit)?,
+        relaxing_plays: relaxing_plays(&space, &basis, &fit)?,
         slow_gain: slow_gain(&space, &fit, &chain)?,
         weights: options.weights,
         smoothness,
@@ -270,11 +271,18 @@ fn modes(linear: &LinearPart) -> Result<Option<Modes>, Error> {
 
 /// The loop shift, if there is one.
 fn loop_shift(space: &Space, basis: &WeightBasis, fit: &ProjectedFit) -> Result<Option<LoopShift>, Error> {
-    let Some(ShiftColumns { center, half_range, filters, .. }) = space.shift() else { return Ok(None) };
+    let Some(SideColumns { center, half_range, filters, .. }) = space.side() else { return Ok(None) };
     let amplitudes = basis.amplitudes(&fit.weights);
     let second = amplitudes.get(1).copied().unwrap_or(0.0);
     let [filter] = &filters[..] else { return Ok(None) };
     Ok(Some(LoopShift::new(*center, *half_range, [amplitudes[0], second], filter.time_constant, filter.limit)?))
+}
+
+/// The plays that relax, if any weighs something.
+fn relaxing_plays(space: &Space, basis: &WeightBasis, fit: &ProjectedFit) -> Result<Option<RelaxingPlays>, Error> {
+    let Some(columns) = space.relaxing() else { return Ok(None) };
+    let beside = basis.amplitudes(&fit.weights);
+    columns.plays(&beside[space.sides().of_any_sign..])
 }
 
 /// The slow gain, if there is one: about the position at which the hysteresis puts out nothing.

@@ -3,11 +3,11 @@
 //! The model is
 //!
 //! ```text
-//! y = output_offset + G[creep[g (sum_i w_i z_i + z + s)]]
+//! y = output_offset + G[creep[g (sum_i w_i z_i + z + s + r)]]
 //! ```
 //!
-//! z_i are plays, or coupled plays, at u - `input_offset`, z a Duhem operator there, s the loop shift, g the slow gain,
-//! and G linear dynamics with a dead time. In front of all there may be an amplifier and a map, behind the hysteresis
+//! z_i are plays, or coupled plays, at u - `input_offset`, z a Duhem operator there, s the loop shift, r plays that
+//! relax, g the slow gain, and G linear dynamics with a dead time. In front of all there may be an amplifier and a map, behind the hysteresis
 //! another map. Every record has its own output offset and starts from the virgin state. Weights and output offsets
 //! enter linearly and follow from non-negative least squares; everything else is searched, and which terms there are
 //! say stretches of the records that were not fitted. See [`identify`].
@@ -90,6 +90,7 @@ pub use terms::dynamics::{AmplifierModel, DynamicsModel, ModesModel, Order};
 pub use terms::loop_shift::LoopShiftModel;
 pub use terms::maps::MapModel;
 pub use terms::operators::{ModelKind, RatiosModel, Thresholds};
+pub use terms::relaxing_plays::RelaxingPlaysModel;
 pub use terms::slow_gain::SlowGainModel;
 pub use terms::weights::WeightLaw;
 pub use uncertainty::standard_errors::{Covariance, StandardErrors};

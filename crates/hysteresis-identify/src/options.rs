@@ -12,6 +12,8 @@ use crate::terms::dynamics::{AmplifierModel, DynamicsModel, ModesModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
 use crate::terms::operators::{ModelKind, RatiosModel, Thresholds};
+use crate::terms::relaxing_plays::RelaxingPlaysModel;
+use crate::terms::side_columns::Sides;
 use crate::terms::slow_gain::SlowGainModel;
 use crate::terms::weights::{WeightBasis, WeightLaw};
 
@@ -79,6 +81,9 @@ pub struct Options {
     pub creep: CreepModel,
     /// Which loop shift to fit beside the hysteresis.
     pub loop_shift: LoopShiftModel,
+    /// Which plays that relax to fit beside the hysteresis.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub relaxing_plays: RelaxingPlaysModel,
     /// Which slow gain to fit behind the hysteresis.
     #[cfg_attr(feature = "serde", serde(default))]
     pub slow_gain: SlowGainModel,
@@ -124,6 +129,7 @@ impl Default for Options {
             modes: ModesModel::default(),
             creep: CreepModel::default(),
             loop_shift: LoopShiftModel::default(),
+            relaxing_plays: RelaxingPlaysModel::default(),
             slow_gain: SlowGainModel::default(),
             duhem: DuhemModel::default(),
             amplifier: AmplifierModel::default(),
@@ -159,9 +165,9 @@ impl Options {
         }
     }
 
-    /// What the weights may be, beside so many columns of a loop shift.
-    pub(crate) fn weight_basis(&self, shifts: usize) -> WeightBasis {
-        WeightBasis::new(self.weights, &self.thresholds, shifts)
+    /// What the weights may be, beside so many other columns.
+    pub(crate) fn weight_basis(&self, sides: Sides) -> WeightBasis {
+        WeightBasis::new(self.weights, &self.thresholds, sides)
     }
 
     /// The smoothness that was given; none while it is left to cross-validation.
@@ -214,6 +220,7 @@ impl Options {
             || self.order().is_some()
             || self.creep.has_terms()
             || shifts
+            || self.relaxing_plays.has_terms()
             || self.has_slow_gain()
     }
 
@@ -237,7 +244,8 @@ impl Options {
     /// Whether something is fitted besides the hysteresis and a dead time.
     pub(crate) fn is_joint(&self) -> bool {
         let shifts = self.loop_shift != LoopShiftModel::None;
-        self.order().is_some() || self.creep.has_terms() || shifts || self.has_slow_gain()
+        let beside = shifts || self.relaxing_plays.has_terms();
+        self.order().is_some() || self.creep.has_terms() || beside || self.has_slow_gain()
     }
 
     /// The same with second-order dynamics where several modes are asked for and dynamics are left open.
@@ -259,6 +267,7 @@ impl Options {
             dynamics: DynamicsModel::None,
             creep: CreepModel::None,
             loop_shift: LoopShiftModel::None,
+            relaxing_plays: RelaxingPlaysModel::None,
             slow_gain: SlowGainModel::None,
             amplifier: AmplifierModel::None,
             input_map: MapModel::None,

@@ -3,7 +3,7 @@
 
 use faer::Mat;
 use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, Modes, SecondOrder};
-use hysteresis_control::stage::{LoopShift, SlowGain};
+use hysteresis_control::stage::{LoopShift, RelaxingPlays, SlowGain};
 use hysteresis_core::{CompiledModel, Model, ModifiedPrandtlIshlinskii, Offsets};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -125,6 +125,29 @@ pub(crate) mod loop_shift {
             LoopShift::new(center, half_range, amplitudes, time_constant, limit)
         };
         parts.map(shift).transpose().map_err(D::Error::custom)
+    }
+}
+
+/// Plays that relax as their numbers.
+pub(crate) mod relaxing_plays {
+    use super::{Deserialize, Deserializer, Error, RelaxingPlays, Serialize, Serializer};
+
+    type Parts = (Vec<f64>, f64, Vec<f64>, Vec<Vec<f64>>);
+
+    #[expect(clippy::ref_option, reason = "serde hands over the field")]
+    pub(crate) fn serialize<S: Serializer>(plays: &Option<RelaxingPlays>, serializer: S) -> Result<S::Ok, S::Error> {
+        let parts = |plays: &RelaxingPlays| -> Parts {
+            let (thresholds, time_constants) = (plays.thresholds().to_vec(), plays.time_constants().to_vec());
+            (thresholds, plays.origin(), time_constants, plays.weights().to_vec())
+        };
+        plays.as_ref().map(parts).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<RelaxingPlays>, D::Error> {
+        let parts: Option<Parts> = Deserialize::deserialize(deserializer)?;
+        let plays =
+            |(thresholds, origin, times, weights): Parts| RelaxingPlays::new(&thresholds, origin, &times, &weights);
+        parts.map(plays).transpose().map_err(D::Error::custom)
     }
 }
 

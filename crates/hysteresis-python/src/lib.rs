@@ -139,6 +139,8 @@ mod _core {
     #[pymodule_export]
     use crate::stage::multi_axis_stage::{MultiAxisForward, MultiAxisStage};
     #[pymodule_export]
+    use crate::stage::relaxing_plays::RelaxingPlays;
+    #[pymodule_export]
     use crate::stage::slow_gain::SlowGain;
     #[pymodule_export]
     use crate::stage::stage::Stage;

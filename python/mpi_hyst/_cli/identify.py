@@ -124,6 +124,11 @@ class Request(Files):
         help="Movement of the centre of a loop with its amplitude, with this time constant. auto: "
         "if cross-validation asks for it.  [default: auto]",
     )
+    relaxing_plays: Literal["auto", "fit", "none"] | None = option(
+        passed=_FIT,
+        help="Plays that follow within a time of their own: loops whose width depends on the rate. "
+        "auto: if cross-validation asks for it.  [default: auto]",
+    )
     slow_gain: float | Literal["auto", "fit", "none"] | None = option(
         passed=_FIT,
         metavar="SECONDS|auto|fit|none",
@@ -315,7 +320,8 @@ def _check_time(records: Records, request: Request) -> None:
     """Refuse files without times for what is fitted or given in seconds."""
     if records.dt is not None:
         return
-    for name in ("dead_time", "dynamics", "modes", "creep", "loop_shift", "slow_gain", "amplifier"):
+    timed = ("creep", "loop_shift", "relaxing_plays", "slow_gain", "amplifier")
+    for name in ("dead_time", "dynamics", "modes", *timed):
         untimed = (1 if name == "modes" else 0.0, "auto", "none")
         if request.fit.get(name, "auto") not in untimed:
             option = f"--{name.replace('_', '-')}"

@@ -125,7 +125,7 @@ def why_narrowed(stage: mh.Stage) -> str:
 
 def is_static(stage: mh.Stage) -> bool:
     """Return whether the position depends on the drives alone, not on their times."""
-    slow = (stage.creep, stage.loop_shift, stage.slow_gain)
+    slow = (stage.creep, stage.loop_shift, stage.relaxing_plays, stage.slow_gain)
     parts = (stage.dynamics, stage.amplifier_bandwidth, *slow)
     return all(part is None for part in parts) and stage.dead_time == 0.0
 

@@ -469,6 +469,8 @@ def linear_parts(stage: mh.Stage) -> list[str]:
         parts.append(f"Duhem operator of {len(stage.duhem.knots)} knots")
     if stage.loop_shift is not None:
         parts.append(_loop_shift(stage.loop_shift, stage.units[1]))
+    if stage.relaxing_plays is not None:
+        parts.append(relaxing_plays(stage.relaxing_plays))
     if stage.slow_gain is not None:
         amplitude, tau = stage.slow_gain.amplitude, stage.slow_gain.time_constant
         share = digits(100.0 * amplitude)
@@ -482,6 +484,14 @@ def linear_parts(stage: mh.Stage) -> list[str]:
     if stage.dead_time:
         parts.append(f"dead time {digits(1e3 * stage.dead_time)} ms")
     return parts
+
+
+def relaxing_plays(plays: mh.plant.RelaxingPlays) -> str:
+    """Describe plays that relax by their number and their time constants."""
+    number, times = len(plays.thresholds), plays.time_constants
+    span = digits(times[0]) if len(times) == 1 else f"{digits(times[0])} to {digits(times[-1])}"
+    kind = "play that relaxes" if number == 1 else "plays that relax"
+    return f"{number} {kind}, time constants {span} s"
 
 
 def _loop_shift(shift: mh.plant.LoopShift, unit: str) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import mpi_hyst as mh
+from mpi_hyst._report.models import relaxing_plays
 from mpi_hyst._report.page import MEANINGS, Rows, Verdict
 from mpi_hyst._report.records import Evaluated, Records, Task, evaluate
 from mpi_hyst._text import NOT_DETERMINED, determined, digits, in_unit, text_pairs, text_table
@@ -103,6 +104,8 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
     )
     pairs.append(("input offset", offset + given("input offset")))
     pairs += [*_maps(found), *_dynamics(task, found), *_creep(found), *_loop_shift(found, task)]
+    if found.relaxing_plays is not None:
+        pairs.append(("relaxing plays", relaxing_plays(found.relaxing_plays)))
     pairs += _slow_gain(found)
     if found.duhem is not None:
         pairs.append(("Duhem operator", f"{len(found.duhem.knots)} knots"))

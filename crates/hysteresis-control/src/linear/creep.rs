@@ -104,7 +104,7 @@ impl Creep {
 }
 
 /// Checks the time constants of creep, or names the first that cannot be one.
-fn check_time_constants(time_constants: &[f64]) -> Result<(), Error> {
+pub(crate) fn check_time_constants(time_constants: &[f64]) -> Result<(), Error> {
     let mut last = 0.0;
     for (index, tau) in time_constants.iter().enumerate() {
         if check_positive("time_constants", Some(index), *tau)? <= last {

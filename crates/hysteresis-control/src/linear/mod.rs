@@ -23,6 +23,7 @@ mod sampled;
 mod sections;
 mod state_space;
 
+pub(crate) use creep::check_time_constants;
 pub use creep::{Creep, CreepBlock};
 pub use dynamics::{Dynamics, LinearDynamics, Section};
 pub use hysteresis_core::Error;

@@ -23,7 +23,7 @@ const CALMER: f64 = 1.5;
 /// Where the feed-forward of a controller comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FeedForwardKind {
-    /// The exact inverse of maps, hysteresis, loop shift, slow gain and creep, of the reference of now.
+    /// The exact inverse of maps, hysteresis, loop shift, relaxing plays, slow gain and creep, of the reference of now.
     Inverse,
     /// The same, of a target made of references that come `ahead` samples early: through the inverse of modes and dead
     /// time first, and last through that of the amplifier, which is in front of the hysteresis.

@@ -8,7 +8,9 @@ use hysteresis_core::{CoupledPlay, Duhem, MAX_KNOTS, Model, ModifiedPrandtlIshli
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{Error, ErrorBand, Identified, LoopShift, SlowGain, Stage, StageParts, TemperatureTerm, Units};
+use super::{
+    Error, ErrorBand, Identified, LoopShift, RelaxingPlays, SlowGain, Stage, StageParts, TemperatureTerm, Units,
+};
 use crate::json_file::schema_of;
 use crate::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, Section, StateSpace};
 use crate::oscillator::tables;
@@ -56,6 +58,8 @@ struct File {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     loop_shift: Option<LoopShiftFile>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    relaxing_plays: Option<RelaxingPlaysFile>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     slow_gain: Option<SlowGainFile>,
     creep: Option<CreepFile>,
     dynamics: Vec<AnySection>,
@@ -83,6 +87,7 @@ struct Whole {
     duhem: Option<DuhemFile>,
     output_map: Option<MapFile>,
     loop_shift: Option<LoopShiftFile>,
+    relaxing_plays: Option<RelaxingPlaysFile>,
     slow_gain: Option<SlowGainFile>,
     creep: Option<CreepFile>,
     dynamics: Vec<AnySection>,
@@ -136,6 +141,15 @@ struct DuhemFile {
     knots: Vec<f64>,
     rising: Vec<f64>,
     falling: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RelaxingPlaysFile {
+    thresholds: Vec<f64>,
+    origin: f64,
+    time_constants: Vec<f64>,
+    weights: Vec<Vec<f64>>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -250,6 +264,7 @@ impl File {
             duhem: parts.duhem.as_deref().map(DuhemFile::from),
             output_map: parts.output_map.as_ref().map(MapFile::from),
             loop_shift: parts.loop_shift.map(LoopShiftFile::from),
+            relaxing_plays: parts.relaxing_plays.as_ref().map(RelaxingPlaysFile::from),
             slow_gain: parts.slow_gain.map(SlowGainFile::from),
             creep: parts.creep.as_ref().map(CreepFile::from),
             dynamics: parts.dynamics.sections().iter().map(|section| AnySection(section.into())).collect(),
@@ -268,6 +283,7 @@ impl File {
             output_map: self.output_map.map(MapFile::map).transpose()?,
             amplifier: self.amplifier_bandwidth.map(FirstOrder::new).transpose()?,
             loop_shift: self.loop_shift.map(LoopShiftFile::shift).transpose()?,
+            relaxing_plays: self.relaxing_plays.map(RelaxingPlaysFile::plays).transpose()?,
             slow_gain: self.slow_gain.map(SlowGainFile::gain).transpose()?,
             creep: self.creep.map(CreepFile::creep).transpose()?,
             dynamics: self.dynamics.into_iter().try_fold(LinearDynamics::none(), |dynamics, section| {
@@ -399,6 +415,23 @@ impl From<&Duhem<MAX_KNOTS>> for DuhemFile {
 impl DuhemFile {
     fn operator(self) -> Result<Duhem<MAX_KNOTS>, Error> {
         Ok(Duhem::new(&self.knots, &self.rising, &self.falling)?)
+    }
+}
+
+impl From<&RelaxingPlays> for RelaxingPlaysFile {
+    fn from(plays: &RelaxingPlays) -> Self {
+        Self {
+            thresholds: plays.thresholds().to_vec(),
+            origin: plays.origin(),
+            time_constants: plays.time_constants().to_vec(),
+            weights: plays.weights().to_vec(),
+        }
+    }
+}
+
+impl RelaxingPlaysFile {
+    fn plays(self) -> Result<RelaxingPlays, Error> {
+        Ok(RelaxingPlays::new(&self.thresholds, self.origin, &self.time_constants, &self.weights)?)
     }
 }
 

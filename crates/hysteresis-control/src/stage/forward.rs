@@ -12,7 +12,7 @@ use super::{Error, Stage, StageParts};
 use crate::checks::check_same;
 use crate::linear::{Block, LinearBlock, LinearDynamics, LinearState};
 
-/// The position of a stage, sample by sample: dead time, amplifier, maps, hysteresis, loop shift, slow gain, creep and
+/// The position of a stage, sample by sample: dead time, amplifier, maps, hysteresis, loop shift, relaxing plays, slow gain, creep and
 /// modes.
 ///
 /// [`step`](Process::step) returns the row y(k) of a record: the position at the moment at which u(k) is put out.
@@ -50,13 +50,13 @@ pub struct StageState {
     pub model: u64,
     /// The sampling interval in seconds.
     pub dt: f64,
-    /// Maps, hysteresis, loop shift, slow gain and creep.
+    /// Maps, hysteresis, loop shift, relaxing plays, slow gain and creep.
     pub quasi_static: QuasiStaticState,
     /// Modes and dead time.
     pub linear: LinearState,
     /// The amplifier, if there is one.
     pub amplifier: Option<LinearState>,
-    /// The last output of maps, hysteresis, loop shift, slow gain and creep.
+    /// The last output of maps, hysteresis, loop shift, relaxing plays, slow gain and creep.
     pub displacement: f64,
     /// The last position.
     pub position: f64,
@@ -79,7 +79,7 @@ fn sub_steps(parts: &StageParts, dt: f64) -> u32 {
     (16.0 * radians).ceil().clamp(8.0, 64.0) as u32
 }
 
-/// Of amplifier, modes and dead time. Maps, hysteresis, loop shift, slow gain and creep have their own in their state.
+/// Of amplifier, modes and dead time. Maps, hysteresis, loop shift, relaxing plays, slow gain and creep have their own in their state.
 fn fingerprint(parts: &StageParts) -> u64 {
     let modes = parts.dynamics.state_space();
     let mut fingerprint = Fingerprint::new();

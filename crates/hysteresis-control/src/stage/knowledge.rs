@@ -19,7 +19,7 @@ impl Stage {
     ///
     /// The lag of amplifier, dynamics and dead time together was identified: parts that change it are refused, as the
     /// dead time holds the lag of whatever was not fitted. Another hysteresis or map takes all that was identified with
-    /// it, another loop shift, slow gain or other linear parts the errors and warnings. Any of these takes the error
+    /// it, another loop shift, relaxing plays, slow gain or other linear parts the errors and warnings. Any of these takes the error
     /// band.
     ///
     /// ```
@@ -73,6 +73,7 @@ fn same_other_parts(one: &StageParts, other: &StageParts) -> bool {
     one.amplifier == other.amplifier
         && one.dynamics == other.dynamics
         && one.loop_shift == other.loop_shift
+        && one.relaxing_plays == other.relaxing_plays
         && one.slow_gain == other.slow_gain
         && one.creep == other.creep
         && one.temperature == other.temperature

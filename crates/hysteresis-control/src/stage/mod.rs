@@ -1,7 +1,7 @@
 //! A whole stage in one object: what the user has on the bench.
 //!
 //! ```text
-//! limits, D/A -> dead time -> amplifier -> input map -> hysteresis + Duhem -> output map -> loop shift -> slow gain -> creep -> modes -> sensor
+//! limits, D/A -> dead time -> amplifier -> input map -> hysteresis + Duhem -> output map -> loop shift + relaxing plays -> slow gain -> creep -> modes -> sensor
 //! ```
 //!
 //! Everything that runs is made from a [`Stage`]: its [forward model](Stage::forward), the exact
@@ -46,7 +46,7 @@ pub use design::{FeedForwardKind, PEAK_SENSITIVITY};
 pub(crate) use file::StageBytes;
 pub use file::{SCHEMA, read_file};
 pub use forward::{StageForward, StageState};
-pub use parts::{Identified, LoopShift, RecordSource, SlowGain, StageParts, StageWarning, Units};
+pub use parts::{Identified, LoopShift, RecordSource, RelaxingPlays, SlowGain, StageParts, StageWarning, Units};
 pub use precompensate::{PrecompensateOptions, Precompensated};
 pub use temperature::TemperatureTerm;
 
@@ -86,7 +86,7 @@ use crate::linear::{Creep, LinearDynamics};
 pub struct Stage {
     parts: StageParts,
     model: CompiledModel,
-    /// gamma, H, z and phi, without loop shift, slow gain and creep.
+    /// gamma, H, z and phi: what follows the drive at once.
     rigid: QuasiStatic,
 }
 
@@ -225,7 +225,7 @@ impl Stage {
         if got < 0.0 { Err(Error::NegativeDeadTime { got }) } else { Ok(got) }
     }
 
-    /// gamma, H, z, phi, loop shift, slow gain and creep, sampled: the stage without its fast dynamics.
+    /// gamma, H, z, phi, loop shift, relaxing plays, slow gain and creep, sampled: the stage without its fast dynamics.
     ///
     /// # Errors
     /// [`Error`] unless `dt` is finite and above 0.
@@ -234,6 +234,9 @@ impl Stage {
         let mut sampled = self.rigid.clone();
         if let Some(shift) = &self.parts.loop_shift {
             sampled = sampled.with_loop_shift(shift.terms(dt)?);
+        }
+        if let Some(plays) = &self.parts.relaxing_plays {
+            sampled = sampled.with_relaxing_plays(plays.terms(dt)?);
         }
         if let Some(gain) = &self.parts.slow_gain {
             sampled = sampled.with_slow_gain(gain.terms(dt)?);
@@ -245,7 +248,7 @@ impl Stage {
         Ok(sampled)
     }
 
-    /// The exact inverse of maps, hysteresis, loop shift, slow gain and creep, sample by sample, at rest at
+    /// The exact inverse of maps, hysteresis, loop shift, relaxing plays, slow gain and creep, sample by sample, at rest at
     /// [`rest_drive`](Self::rest_drive).
     ///
     /// Modes, amplifier and dead time are not part of it: [`precompensate`](Self::precompensate) leads through those.
@@ -273,7 +276,7 @@ impl Stage {
     }
 
     /// Where the position must lie when nothing is known of the history but its limits: two streams through maps and
-    /// hysteresis. Loop shift, slow gain, creep and modes are left out.
+    /// hysteresis. Loop shift, relaxing plays, slow gain, creep and modes are left out.
     ///
     /// # Errors
     /// [`Error`] for a model with a negative weight, with a Duhem operator, or without limits.
@@ -310,7 +313,8 @@ const MOST_CREPT: f64 = 0.25;
 const LOOPS: usize = 32;
 
 impl Stage {
-    /// The lowest and the highest slope dy/du, creep at its end included, and a slow gain wherever it may be. A loop
+    /// The lowest and the highest slope dy/du, creep and relaxing plays at their end included, and a slow gain wherever
+    /// it may be. A loop
     /// shift does not change it: the newest drive does not enter it, and at its end it is 0. A Duhem operator counts
     /// between its knots: beyond them its f goes on as it was.
     #[must_use]
@@ -326,6 +330,10 @@ impl Stage {
         for map in [&self.parts.input_map, &self.parts.output_map].into_iter().flatten() {
             (low, high) = between((low, high), map.slope_range());
         }
+        if let Some(plays) = &self.parts.relaxing_plays {
+            let (least, most) = plays.slopes();
+            (low, high) = (low + least, high + most);
+        }
         let crept: f64 = self.parts.creep.iter().flat_map(Creep::amplitudes).sum();
         let gain = self.parts.dynamics.static_gain().abs();
         let (smallest, largest) = self.parts.slow_gain.map_or((1.0, 1.0), |slow| slow.gains());
@@ -338,8 +346,8 @@ impl Stage {
     ///
     /// They are the ends of the slow loop over that range: maps, hysteresis and the static gain of the modes, at the
     /// low end after a stroke to the high one and the other way round. So the remanence is outside, though a stage that
-    /// was never driven begins there. A slow gain counts where it is worst. Creep does so, too, at rest at the other
-    /// end, but takes no more than a quarter of the loop from either end. What modes overshoot and what a loop shift
+    /// was never driven begins there. A slow gain counts where it is worst. Creep and relaxing plays do so, too, at rest
+    /// at the other end, but take no more than a quarter of the loop from either end. What modes overshoot and what a loop shift
     /// adds in motion do not count.
     ///
     /// With a Duhem operator, whose loops need not close, it is what 32 loops over the range reach; None if they drift
@@ -357,9 +365,11 @@ impl Stage {
         if low >= high {
             return None;
         }
-        let (low, high) = self.behind_slow_gain((low, high), f64::max, f64::min);
+        let (least, most) = self.relaxed();
+        let relaxed = 0.5 * (least + most);
+        let (low, high) = self.behind_slow_gain((low + relaxed, high + relaxed), f64::max, f64::min);
         let (middle, room) = self.crept(first);
-        let room = room.min(MOST_CREPT * (high - low));
+        let room = (room + 0.5 * (most - least)).min(MOST_CREPT * (high - low));
         Some(self.behind_modes((low + middle + room, high + middle - room)))
     }
 
@@ -379,7 +389,14 @@ impl Stage {
             let (next_low, next_high) = ordered((forward.step(from), forward.step(to)));
             (low, high) = (low.min(next_low), high.max(next_high));
         }
-        Some(self.behind_slow_gain((low, high), f64::min, f64::max))
+        let (least, most) = self.relaxed();
+        Some(self.behind_slow_gain((low + least, high + most), f64::min, f64::max))
+    }
+
+    /// The least and the most that relaxing plays add within the range of drives.
+    fn relaxed(&self) -> (f64, f64) {
+        let plays = self.parts.relaxing_plays.as_ref().zip(self.drive_range());
+        plays.map_or((0.0, 0.0), |(plays, drives)| plays.range(drives))
     }
 
     /// How many loops over the whole range are looked at: with a Duhem operator they need not close.

@@ -1,13 +1,14 @@
 //! What a stage is made of, where it comes from and how far it can be trusted.
 
 use hysteresis_core::{
-    Duhem, Error as CoreError, LoopShiftTerms, MAX_KNOTS, ModifiedPrandtlIshlinskii, PiecewiseLinearMap, SlowGainTerms,
+    Duhem, Error as CoreError, LoopShiftTerms, MAX_KNOTS, ModifiedPrandtlIshlinskii, PiecewiseLinearMap,
+    RelaxingPlayTerms, SlowGainTerms,
 };
 use serde::{Deserialize, Serialize};
 
 use super::{ErrorBand, TemperatureTerm, number};
 use crate::checks::check_positive;
-use crate::linear::{Creep, FirstOrder, LinearDynamics};
+use crate::linear::{Creep, FirstOrder, LinearDynamics, check_time_constants};
 
 /// The parts of a stage, each of which may be missing but for the hysteresis.
 ///
@@ -40,9 +41,11 @@ pub struct StageParts {
     pub amplifier: Option<FirstOrder>,
     /// What motion of the drive adds behind the output map.
     pub loop_shift: Option<LoopShift>,
-    /// How the size of all loops changes while the drive cycles, behind the loop shift.
+    /// Plays that relax, beside the loop shift: loops whose width depends on the rate.
+    pub relaxing_plays: Option<RelaxingPlays>,
+    /// How the size of all loops changes while the drive cycles, behind loop shift and relaxing plays.
     pub slow_gain: Option<SlowGain>,
-    /// Creep behind output map, loop shift and slow gain.
+    /// Creep behind output map, loop shift, relaxing plays and slow gain.
     pub creep: Option<Creep>,
     /// Modes and lags behind the hysteresis; their dead time must be 0.
     pub dynamics: LinearDynamics,
@@ -76,6 +79,7 @@ impl StageParts {
             output_map: None,
             amplifier: None,
             loop_shift: None,
+            relaxing_plays: None,
             slow_gain: None,
             creep: None,
             dynamics: LinearDynamics::none(),
@@ -196,10 +200,131 @@ impl LoopShift {
     }
 }
 
+/// Plays that relax: what makes loops wider or narrower at other rates.
+///
+/// Loops of plays alone are as wide at any speed. Where a part of the hysteresis follows within a time of its own, as
+/// in soft ferroelectrics, polymers and bearings, they are not. Behind the output map, beside the loop shift, the
+/// position gains r:
+///
+/// ```text
+/// z_i = P_ri\[u - origin\]                   P: a play, virgin at the origin
+/// tau_j s_j' = sum_i v_ij z_i - s_j          a lag for every time constant
+/// r = sum_j s_j
+/// ```
+///
+/// One threshold of 0 is creep of the drive itself. The creep operators of K. Kuhnen, Eur. J. Control 9 (2003) 407-418,
+/// are kin: their thresholds lie within the lag. u, r_i and the origin are in the unit of the drive, v_ij in that of the
+/// position per unit of the drive, tau_j in seconds.
+///
+/// r follows from past drives alone, so the inverse stays exact sample by sample; [`RelaxingPlayTerms`] has the
+/// equations of the samples.
+///
+/// ```
+/// use hysteresis_control::stage::{RelaxingPlays, Stage, StageParts};
+/// use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+/// let hysteresis = ModifiedPrandtlIshlinskii::from_ratios(&[0.3], &[0.0], Ratios::PLAY, Offsets::default())?;
+/// let plays = RelaxingPlays::new(&[10.0], 0.0, &[0.05], &[vec![0.1]])?; // V, V, s, um / V
+/// let stage = Stage::new(StageParts { relaxing_plays: Some(plays), ..StageParts::new(hysteresis) })?;
+/// let (dt, mut forward) = (1e-3, stage.forward(1e-3)?);
+/// let at_once = forward.step(50.0);
+/// let after_a_time_constant = (1..=50).map(|_| forward.step(50.0)).last().unwrap();
+/// assert_eq!(at_once, 15.0);
+/// assert!((after_a_time_constant - (15.0 + 4.0 * (1.0 - f64::exp(-1.0)))).abs() < 1e-12); // um
+/// # Ok::<(), hysteresis_control::stage::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct RelaxingPlays {
+    thresholds: Vec<f64>,
+    origin: f64,
+    time_constants: Vec<f64>,
+    weights: Vec<Vec<f64>>,
+}
+
+impl RelaxingPlays {
+    /// From the thresholds r_i, the drive at which all plays are virgin, the time constants tau_j in seconds, and for
+    /// each of these the weights v_ij of all plays.
+    ///
+    /// # Errors
+    /// [`CoreError`] that names the argument: thresholds that are not finite, below 0 or not strictly rising; time
+    /// constants that are not finite, above 0 and strictly rising; an origin or a weight that is not finite; other than
+    /// a row of weights for every time constant with a weight for every threshold; nothing at all.
+    pub fn new(
+        thresholds: &[f64],
+        origin: f64,
+        time_constants: &[f64],
+        weights: &[Vec<f64>],
+    ) -> Result<Self, CoreError> {
+        check_time_constants(time_constants)?;
+        // All but the time constants is checked where it is used.
+        RelaxingPlayTerms::new(thresholds, origin, &vec![0.0; time_constants.len()], weights)?;
+        let (thresholds, time_constants) = (thresholds.to_vec(), time_constants.to_vec());
+        Ok(Self { thresholds, origin, time_constants, weights: weights.to_vec() })
+    }
+
+    /// r_i, in the unit of the drive.
+    #[must_use]
+    pub fn thresholds(&self) -> &[f64] {
+        &self.thresholds
+    }
+
+    /// The drive at which all plays are virgin.
+    #[must_use]
+    pub fn origin(&self) -> f64 {
+        self.origin
+    }
+
+    /// tau_j, in seconds.
+    #[must_use]
+    pub fn time_constants(&self) -> &[f64] {
+        &self.time_constants
+    }
+
+    /// v_ij, a row for every time constant.
+    #[must_use]
+    pub fn weights(&self) -> &[Vec<f64>] {
+        &self.weights
+    }
+
+    /// The lowest and the highest slope dr/du, before anything has relaxed and once all has: the plays of the smallest
+    /// thresholds slide first.
+    pub(super) fn slopes(&self) -> (f64, f64) {
+        let of_play = |i: usize| self.weights.iter().map(|row| row[i]).sum::<f64>();
+        let sums = (0..self.thresholds.len()).scan(0.0, |sum, i| {
+            *sum += of_play(i);
+            Some(*sum)
+        });
+        sums.fold((0.0, 0.0), |(low, high), sum| (f64::min(low, sum), f64::max(high, sum)))
+    }
+
+    /// The lowest and the highest r that drives within a range can lead to.
+    pub(super) fn range(&self, (from, to): (f64, f64)) -> (f64, f64) {
+        let outputs = |threshold: f64| {
+            let lowest = (from - self.origin + threshold).min(0.0);
+            (lowest, (to - self.origin - threshold).max(0.0))
+        };
+        let products =
+            self.weights.iter().flat_map(|row| row.iter().zip(&self.thresholds)).map(|(weight, threshold)| {
+                let (low, high) = outputs(*threshold);
+                (weight * low, weight * high)
+            });
+        products.fold((0.0, 0.0), |(low, high), (one, other)| (low + one.min(other), high + one.max(other)))
+    }
+
+    /// The same, sampled at `dt` seconds.
+    ///
+    /// # Errors
+    /// [`CoreError::Domain`] unless `dt` is finite and above 0.
+    pub fn terms(&self, dt: f64) -> Result<RelaxingPlayTerms, CoreError> {
+        check_positive("dt", None, dt)?;
+        let decays: Vec<f64> = self.time_constants.iter().map(|tau| (-dt / tau).exp()).collect();
+        RelaxingPlayTerms::new(&self.thresholds, self.origin, &decays, &self.weights)
+    }
+}
+
 /// The slow gain: how the size of all loops changes while the drive cycles, and comes back at rest.
 ///
 /// Measured on piezo stacks: within a minute of cycling all loops become smaller by a few parts in a thousand. No model
-/// of Preisach's class has that. Behind output map and loop shift, in front of the creep, the position h becomes v:
+/// of Preisach's class has that. Behind output map, loop shift and relaxing plays, in front of the creep, the position h becomes v:
 ///
 /// ```text
 /// x = u / half_range                       u: the drive at the input map

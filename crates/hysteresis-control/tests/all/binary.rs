@@ -3,8 +3,8 @@
 use hysteresis_control::binary::{Binary, Sampled};
 use hysteresis_control::linear::{Antiresonance, Creep, FirstOrder, LinearDynamics, Modes, SecondOrder, StateSpace};
 use hysteresis_control::stage::{
-    CELLS, ErrorBand, FeedForwardKind, Identified, LoopShift, RecordSource, SlowGain, Stage, StageParts, StageWarning,
-    TemperatureTerm, Units,
+    CELLS, ErrorBand, FeedForwardKind, Identified, LoopShift, RecordSource, RelaxingPlays, SlowGain, Stage, StageParts,
+    StageWarning, TemperatureTerm, Units,
 };
 use hysteresis_control::{Observer, ObserverOptions, StageController, StageControllerState};
 use hysteresis_core::{
@@ -102,6 +102,7 @@ prop_compose! {
             output_map,
             amplifier: amplifier.map(|bandwidth| FirstOrder::new(bandwidth).unwrap()),
             loop_shift: shift.then(|| LoopShift::new(60.0, 90.0, [-0.2, 0.1], 0.02, 0.5).unwrap()),
+            relaxing_plays: gain.then(relaxing_plays),
             slow_gain: gain.then(|| SlowGain::new(90.0, -0.02, 10.0, 30.0).unwrap()),
             creep: creep.map(|terms| Creep::logarithmic(0.012, 0.01, 100.0, terms).unwrap()),
             dynamics: if order { every_section() } else { LinearDynamics::none() },
@@ -124,6 +125,10 @@ fn bouc_wen(sign: f64) -> Box<Duhem<MAX_KNOTS>> {
     Box::new(Duhem::from_bouc_wen(sign * 0.02, 0.5, 0.9, sign * 0.4).unwrap())
 }
 
+fn relaxing_plays() -> RelaxingPlays {
+    RelaxingPlays::new(&[0.0, 9.0], 60.0, &[0.01, 0.3], &[vec![0.01, 0.02], vec![0.0, 0.03]]).unwrap()
+}
+
 /// A stage with everything that leaves a memory.
 fn stage() -> Stage {
     let model = ModifiedPrandtlIshlinskii::from_ratios(
@@ -136,6 +141,7 @@ fn stage() -> Stage {
         creep: Some(Creep::logarithmic(0.012, 0.01, 100.0, 4).unwrap()),
         dynamics: SecondOrder::new(800.0, 0.1).unwrap().into(),
         loop_shift: Some(LoopShift::new(60.0, 90.0, [-0.2, 0.1], 0.02, 0.5).unwrap()),
+        relaxing_plays: Some(relaxing_plays()),
         slow_gain: Some(SlowGain::new(90.0, -0.02, 10.0, 30.0).unwrap()),
         amplifier: Some(FirstOrder::new(2000.0).unwrap()),
         dead_time: 2.5 * DT,

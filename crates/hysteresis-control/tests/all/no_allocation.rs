@@ -3,7 +3,7 @@
 use crate::support::models::actuator;
 use hysteresis_control::learning::{FeedbackLoop, RepetitiveControl, RepetitiveOptions};
 use hysteresis_control::linear::{Block, Creep, Delay, FirstOrder, LinearDynamics, SecondOrder, Stream};
-use hysteresis_control::stage::{FeedForwardKind, LoopShift, SlowGain, Stage, StageParts};
+use hysteresis_control::stage::{FeedForwardKind, LoopShift, RelaxingPlays, SlowGain, Stage, StageParts};
 use hysteresis_control::{Observer, ObserverOptions, StageController};
 use hysteresis_core::{ControllerOptions, Process, Sections};
 
@@ -42,6 +42,7 @@ fn learning_in_the_loop_and_observation_never_allocate() {
     let mut repetitive = RepetitiveControl::new(&feedback, 100, &RepetitiveOptions::new(300.0)).unwrap();
     let parts = StageParts {
         loop_shift: Some(LoopShift::new(0.0, 500.0, [-0.2, 0.1], 0.01, 0.5).unwrap()),
+        relaxing_plays: Some(RelaxingPlays::new(&[0.0, 90.0], 0.0, &[0.01], &[vec![1e-4; 2]]).unwrap()),
         slow_gain: Some(SlowGain::new(500.0, -0.02, 0.0, 1.0).unwrap()),
         duhem: Some(Box::new(hysteresis_core::Duhem::from_bouc_wen(2e-3, 0.1, 0.9, 0.4).unwrap())),
         creep: Some(Creep::new(&[0.01], &[0.1]).unwrap()),

@@ -66,7 +66,7 @@ pub enum FeedForward {
 pub enum FeedForwardState {
     /// An inverse, or a model that is itself one.
     Stream(StreamState),
-    /// The inverse of hysteresis with maps, loop shift, slow gain and creep.
+    /// The inverse of hysteresis with maps, loop shift, relaxing plays, slow gain and creep.
     QuasiStatic(QuasiStaticState),
 }
 

@@ -16,7 +16,7 @@ use crate::stream::{ActuatorError, check_limits};
 /// the upper limit is nowhere below the truth, the one that has come up from the lower limit nowhere above it, whatever
 /// the input did between the limits before. The width shrinks as the motion wipes history out. It is zero after a full
 /// stroke, unless thresholds are so large that no stroke between the limits wipes them out. Strictly monotone maps in
-/// front of and behind the hysteresis keep all that; loop shift, slow gain and creep are left out.
+/// front of and behind the hysteresis keep all that; loop shift, relaxing plays, slow gain and creep are left out.
 ///
 /// ```
 /// use hysteresis_core::{Bracket, CompiledModel, Offsets, PrandtlIshlinskii};
@@ -56,7 +56,7 @@ impl Bracket {
         Self::of_stage(&QuasiStatic::new(model), limits)
     }
 
-    /// The same of a hysteresis between maps, whose loop shift, slow gain and creep are left out.
+    /// The same of a hysteresis between maps, what past drives add being left out: loop shift, relaxing plays, slow gain and creep.
     ///
     /// # Errors
     /// As for [`new`](Self::new), and [`Error::Whole`] for a stage with a Duhem operator: its z may drift from loop to
@@ -70,7 +70,7 @@ impl Bracket {
             return Err(Error::whole("duhem", None, expected, duhem.knots().count()));
         }
         let limits = check_limits(Some(limits))?;
-        let stream = stage.without_creep().without_loop_shift().without_slow_gain().forward();
+        let stream = stage.at_once().forward();
         let mut bracket = Self { from_low: stream.clone(), from_high: stream, limits };
         bracket.reset();
         Ok(bracket)

@@ -281,7 +281,7 @@ impl QuasiStaticInverse {
         self.amplifier = self.amplifier.map(|amplifier| amplifier.at_rest(self.stage.output, self.position()));
     }
 
-    /// The position of now: what the hysteresis has reached, with loop shift, slow gain and creep.
+    /// The position of now: what the hysteresis has reached, with loop shift, relaxing plays, slow gain and creep.
     #[must_use]
     pub fn position(&self) -> f64 {
         self.reached() + self.stage.creep.crept()

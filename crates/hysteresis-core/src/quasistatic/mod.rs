@@ -2,7 +2,7 @@
 //! exact inverse.
 //!
 //! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, z a Duhem operator beside it, s is
-//! the loop shift and g the slow gain that past drives have caused, and creep adds slow first-order lags. Each part may
+//! the loop shift and what plays have relaxed by, g the slow gain, all from past drives, and creep adds slow first-order lags. Each part may
 //! be missing.
 
 mod beside;
@@ -14,6 +14,7 @@ mod loop_shift;
 mod map;
 mod parts;
 mod past_drives;
+mod relaxing_plays;
 mod slow_gain;
 mod stage;
 
@@ -23,5 +24,6 @@ pub use inverse::QuasiStaticInverse;
 pub use loop_shift::LoopShiftTerms;
 pub use map::PiecewiseLinearMap;
 pub use parts::{MAX_KNOTS, QuasiStatic};
+pub use relaxing_plays::RelaxingPlayTerms;
 pub use slow_gain::SlowGainTerms;
 pub use stage::{QuasiStaticForward, QuasiStaticState};

@@ -5,6 +5,7 @@ use alloc::sync::Arc;
 use super::creep::CreepTerms;
 use super::loop_shift::LoopShiftTerms;
 use super::map::PiecewiseLinearMap;
+use super::relaxing_plays::RelaxingPlayTerms;
 use super::slow_gain::SlowGainTerms;
 use crate::duhem::Duhem;
 use crate::engine::CompiledModel;
@@ -40,6 +41,7 @@ pub struct QuasiStatic {
     pub(super) input_map: Option<Arc<PiecewiseLinearMap>>,
     pub(super) output_map: Option<Arc<PiecewiseLinearMap>>,
     pub(super) loop_shift: Option<LoopShiftTerms>,
+    pub(super) relaxing_plays: Option<Arc<RelaxingPlayTerms>>,
     pub(super) slow_gain: Option<SlowGainTerms>,
     pub(super) creep: Option<Arc<CreepTerms>>,
 }
@@ -48,9 +50,16 @@ impl QuasiStatic {
     /// Hysteresis alone.
     #[must_use]
     pub fn new(hysteresis: &CompiledModel) -> Self {
-        let hysteresis = hysteresis.clone();
-        let (input_map, output_map, loop_shift, slow_gain, creep) = (None, None, None, None, None);
-        Self { hysteresis, duhem: None, input_map, output_map, loop_shift, slow_gain, creep }
+        Self {
+            hysteresis: hysteresis.clone(),
+            duhem: None,
+            input_map: None,
+            output_map: None,
+            loop_shift: None,
+            relaxing_plays: None,
+            slow_gain: None,
+            creep: None,
+        }
     }
 
     /// The same with a Duhem operator beside the hysteresis: what it puts out is added, in front of the output map.
@@ -113,7 +122,29 @@ impl QuasiStatic {
         self
     }
 
-    /// The same with a slow gain behind output map and loop shift, in front of the creep.
+    /// The same with plays that relax, behind the output map, beside the loop shift.
+    ///
+    /// ```
+    /// use hysteresis_core::{CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic, RelaxingPlayTerms};
+    /// let linear = PrandtlIshlinskii::new(&[2.0], &[0.0], Offsets::default())?;
+    /// let plays = RelaxingPlayTerms::new(&[1.0], 0.0, &[0.5], &[vec![0.5]])?;
+    /// let stage = QuasiStatic::new(&CompiledModel::new(&(&linear).into())).with_relaxing_plays(plays);
+    /// let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((-20.0, 20.0)))?);
+    /// assert_eq!(forward.step(5.0), 10.0);
+    /// assert_eq!(forward.step(5.0), 11.0); // half of 0.5 (5 - 1) has relaxed
+    /// forward.reset();
+    /// for target in [10.0, 4.0, 12.0] {
+    ///     assert!((forward.step(inverse.step(target)) - target).abs() < 1e-13);
+    /// }
+    /// # Ok::<(), hysteresis_core::Error>(())
+    /// ```
+    #[must_use]
+    pub fn with_relaxing_plays(mut self, plays: RelaxingPlayTerms) -> Self {
+        self.relaxing_plays = Some(Arc::new(plays));
+        self
+    }
+
+    /// The same with a slow gain behind output map, loop shift and relaxing plays, in front of the creep.
     ///
     /// ```
     /// use hysteresis_core::{CompiledModel, Offsets, PrandtlIshlinskii, Process, QuasiStatic, SlowGainTerms};
@@ -142,22 +173,10 @@ impl QuasiStatic {
         self
     }
 
-    /// The same without creep.
+    /// The same with maps, hysteresis and Duhem operator alone: what follows the drive at once.
     #[must_use]
-    pub fn without_creep(&self) -> Self {
-        Self { creep: None, ..self.clone() }
-    }
-
-    /// The same without loop shift.
-    #[must_use]
-    pub fn without_loop_shift(&self) -> Self {
-        Self { loop_shift: None, ..self.clone() }
-    }
-
-    /// The same without slow gain.
-    #[must_use]
-    pub fn without_slow_gain(&self) -> Self {
-        Self { slow_gain: None, ..self.clone() }
+    pub fn at_once(&self) -> Self {
+        Self { loop_shift: None, relaxing_plays: None, slow_gain: None, creep: None, ..self.clone() }
     }
 
     /// The compiled hysteresis.
@@ -186,6 +205,10 @@ impl QuasiStatic {
         }
         if let Some(shift) = &self.loop_shift {
             hash.numbers(&shift.numbers());
+        }
+        if let Some(plays) = &self.relaxing_plays {
+            hash.count(plays.thresholds().len());
+            plays.numbers().for_each(|number| hash.numbers(&[number]));
         }
         if let Some(gain) = &self.slow_gain {
             hash.numbers(&gain.numbers());

@@ -1,16 +1,19 @@
-//! What past drives leave for the next sample, known before its drive is: a loop that has shifted, and a gain.
+//! What past drives leave for the next sample, known before its drive is: a loop that has
+//! shifted, plays that have relaxed, and a gain.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use super::loop_shift::{LoopShiftTerms, Motion};
-use super::slow_gain::{Activity, SlowGainTerms};
+use super::loop_shift::Motion;
+use super::parts::QuasiStatic;
+use super::relaxing_plays::Relaxation;
+use super::slow_gain::Activity;
 use crate::error::{Error, check_all_finite, check_length, check_non_negative};
 
-/// The name under which a state has both.
+/// The name under which a state has all of them.
 const STATE: &str = "state.loop_shift";
 
-/// How loop shift s and slow gain g change a position h: v = zero + g (h + s - zero).
+/// How loop shift and relaxing plays, together s, and slow gain g change a position h: v = zero + g (h + s - zero).
 #[derive(Clone, Debug)]
 pub(super) struct PastDrives {
     /// s
@@ -20,15 +23,19 @@ pub(super) struct PastDrives {
     reciprocal: f64,
     rest: f64,
     motion: Option<Motion>,
+    relaxation: Option<Relaxation>,
     activity: Option<Activity>,
 }
 
 impl PastDrives {
-    /// At rest; nothing without either, so that all that both cost a stage that has none is one question per sample.
-    pub(super) fn new(shift: Option<&LoopShiftTerms>, gain: Option<&SlowGainTerms>) -> Option<Box<Self>> {
-        let (motion, activity) = (shift.map(Motion::new), gain.map(Activity::new));
-        (motion.is_some() || activity.is_some())
-            .then(|| Box::new(Self { shift: 0.0, gain: 1.0, reciprocal: 1.0, rest: 0.0, motion, activity }))
+    /// At rest; nothing without any, so that all that they cost a stage that has none is one question per sample.
+    pub(super) fn new(model: &QuasiStatic) -> Option<Box<Self>> {
+        let motion = model.loop_shift.as_ref().map(Motion::new);
+        let relaxation = model.relaxing_plays.as_deref().map(Relaxation::new);
+        let activity = model.slow_gain.as_ref().map(Activity::new);
+        let is_any = motion.is_some() || relaxation.is_some() || activity.is_some();
+        is_any
+            .then(|| Box::new(Self { shift: 0.0, gain: 1.0, reciprocal: 1.0, rest: 0.0, motion, relaxation, activity }))
     }
 
     /// v for h.
@@ -49,6 +56,9 @@ impl PastDrives {
         if let Some(motion) = &mut self.motion {
             motion.hold(drive);
         }
+        if let Some(relaxation) = &mut self.relaxation {
+            relaxation.hold(drive);
+        }
         if let Some(activity) = &mut self.activity {
             activity.hold(drive);
         }
@@ -60,6 +70,9 @@ impl PastDrives {
         if let Some(motion) = &mut self.motion {
             motion.settle(drive);
         }
+        if let Some(relaxation) = &mut self.relaxation {
+            relaxation.settle(drive);
+        }
         if let Some(activity) = &mut self.activity {
             activity.settle(drive);
         }
@@ -68,9 +81,8 @@ impl PastDrives {
 
     #[inline]
     fn renew(&mut self) {
-        if let Some(motion) = &self.motion {
-            self.shift = motion.shift();
-        }
+        let shifted = self.motion.as_ref().map_or(0.0, Motion::shift);
+        self.shift = self.relaxation.as_ref().map_or(shifted, |relaxation| shifted + relaxation.relaxed());
         if let Some(activity) = &self.activity {
             self.gain = activity.gain();
             self.reciprocal = 1.0 / self.gain;
@@ -78,24 +90,34 @@ impl PastDrives {
         }
     }
 
-    /// m, n and f of the loop shift, then m and f of the slow gain.
+    /// m, n and f of the loop shift, then m and f of the slow gain, then z and s of the relaxing plays.
     pub(super) fn states(&self) -> Vec<f64> {
         let motion = self.motion.as_ref().map(Motion::states);
         let activity = self.activity.as_ref().map(Activity::states);
-        [motion, activity].into_iter().flatten().flatten().collect()
+        let relaxation = self.relaxation.as_ref().map(Relaxation::states);
+        [motion, activity, relaxation].into_iter().flatten().flatten().collect()
+    }
+
+    /// How many of the states belong to the loop shift, and to that and the slow gain.
+    fn ends(&self) -> (usize, usize) {
+        let of_motion = if self.motion.is_some() { 3 } else { 0 };
+        (of_motion, of_motion + if self.activity.is_some() { 2 } else { 0 })
     }
 
     /// Whether `past`, which may be nothing, can be in this state.
     pub(super) fn check(past: Option<&Self>, states: &[f64]) -> Result<(), Error> {
-        let has_motion = past.is_some_and(|past| past.motion.is_some());
-        let has_activity = past.is_some_and(|past| past.activity.is_some());
-        let of_motion = if has_motion { 3 } else { 0 };
-        check_length(STATE, of_motion + if has_activity { 2 } else { 0 }, states.len())?;
+        let (of_motion, of_both) = past.map_or((0, 0), Self::ends);
+        let relaxation = past.and_then(|past| past.relaxation.as_ref());
+        check_length(STATE, of_both + relaxation.map_or(0, Relaxation::states_len), states.len())?;
         check_all_finite(STATE, states)?;
-        let (motion, activity) = states.split_at_checked(of_motion).unwrap_or((states, &[]));
         // A mean of squares, and one of squares of at most 1.
-        motion.first().map_or(Ok(()), |mean| check_non_negative(STATE, Some(0), *mean).map(drop))?;
-        activity.first().map_or(Ok(()), |mean| Activity::check(STATE, of_motion, *mean))
+        if let Some(mean) = states.first().filter(|_| of_motion > 0) {
+            check_non_negative(STATE, Some(0), *mean)?;
+        }
+        match states.get(of_motion).filter(|_| of_both > of_motion) {
+            Some(mean) => Activity::check(STATE, of_motion, *mean),
+            None => Ok(()),
+        }
     }
 
     /// Continues from states that were checked.
@@ -105,8 +127,12 @@ impl PastDrives {
             motion.restore(*first);
             rest = others;
         }
-        if let (Some(activity), [mean_square, follower]) = (&mut self.activity, rest) {
+        if let (Some(activity), [mean_square, follower, others @ ..]) = (&mut self.activity, rest) {
             activity.restore(*mean_square, *follower);
+            rest = others;
+        }
+        if let Some(relaxation) = &mut self.relaxation {
+            relaxation.restore(rest);
         }
         self.renew();
     }

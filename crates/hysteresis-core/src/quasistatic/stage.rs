@@ -28,7 +28,7 @@ impl QuasiStatic {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct QuasiStaticState {
-    /// The fingerprint of maps, hysteresis, Duhem operator, loop shift, slow gain and creep:
+    /// The fingerprint of maps, hysteresis, Duhem operator, loop shift, relaxing plays, slow gain and creep:
     /// [`QuasiStatic::fingerprint`].
     pub model: u64,
     /// What the hysteresis remembers.
@@ -36,8 +36,9 @@ pub struct QuasiStaticState {
     /// What each creep term has crept, c_j q_j, in the unit of the position.
     pub creep: Vec<f64>,
     /// What the loop shift remembers, m, n and f of [`LoopShiftTerms`](super::LoopShiftTerms), behind it m and f of
-    /// [`SlowGainTerms`](super::SlowGainTerms), and behind these the Duhem operator: its last input, x and z where its
-    /// exponential began, and 1 if x rose last, -1 if it fell. Last, of an inverse behind an amplifier, the lagged
+    /// [`SlowGainTerms`](super::SlowGainTerms), z and s of [`RelaxingPlayTerms`](super::RelaxingPlayTerms), and behind
+    /// these the Duhem operator: its last input, x and z where its exponential began, and 1 if x rose last, -1 if it
+    /// fell. Last, of an inverse behind an amplifier, the lagged
     /// target, the drive, and 1 if that is at a limit. Nothing of what the stage does not have.
     #[cfg_attr(feature = "serde", serde(default))]
     pub loop_shift: Vec<f64>,
@@ -103,7 +104,7 @@ impl<H: Process> Stage<H> {
         let piece = |map: &Option<Arc<PiecewiseLinearMap>>| map.as_deref().map_or_else(MapPiece::identity, &first);
         Self {
             hysteresis,
-            past: PastDrives::new(model.loop_shift.as_ref(), model.slow_gain.as_ref()),
+            past: PastDrives::new(model),
             creep: CreepMemory::new(model.creep.as_deref()),
             on_gamma: piece(&model.input_map),
             on_phi: piece(&model.output_map),
@@ -223,10 +224,11 @@ impl QuasiStaticForward {
 
     /// The drive, and so z, has been held since forever.
     fn rest_at(&mut self, z: f64, drive: f64) -> f64 {
+        let mut h = mapped(self.stage.model.output_map.as_ref(), z, &mut self.stage.on_phi);
         if let Some(past) = &mut self.stage.past {
             past.settle(drive);
+            h = past.added(h);
         }
-        let h = mapped(self.stage.model.output_map.as_ref(), z, &mut self.stage.on_phi);
         self.stage.creep.settle(h);
         self.stage.output = h + self.stage.creep.crept();
         self.stage.output

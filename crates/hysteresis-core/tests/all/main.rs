@@ -21,6 +21,7 @@ mod memory_laws;
 mod no_allocation;
 mod other_method;
 mod quasistatic;
+mod relaxing_plays;
 mod scales;
 mod slow_gain;
 mod split;

@@ -4,7 +4,7 @@ use crate::support::models::{actuator, parametric_inverse};
 use hysteresis_core::{
     ArrayController, ArrayInverse, ArrayOptions, ArraySample, Biquad, Command, CompiledModel, ControllerOptions,
     CreepTerms, Duhem, FeedForward, Forward, HybridController, Inverse, LoopShiftTerms, Mode, MultiAxisController,
-    PiecewiseLinearMap, Preview, Process, QuasiStatic, Sections, SlowGainTerms, StreamArray,
+    PiecewiseLinearMap, Preview, Process, QuasiStatic, RelaxingPlayTerms, Sections, SlowGainTerms, StreamArray,
 };
 
 /// Jumps, reversals, plateaus, samples out of reach and samples that are rejected.
@@ -32,7 +32,9 @@ fn the_hot_path_never_allocates() {
     let creep = CreepTerms::new(&[0.1, 0.01], &[0.9, 0.99]).unwrap();
     let stage = QuasiStatic::new(&compiled).with_input_map(map()).with_output_map(map()).with_creep(creep);
     let duhem = Duhem::from_bouc_wen(2e-3, 0.1, 0.9, 0.4).unwrap();
+    let plays = RelaxingPlayTerms::new(&[0.0, 90.0], 0.0, &[0.9, 0.99], &[vec![1e-4; 2], vec![2e-4; 2]]).unwrap();
     let shifting = stage.clone().with_loop_shift(loop_shift()).with_slow_gain(slow_gain()).with_duhem(duhem);
+    let shifting = shifting.with_relaxing_plays(plays);
     let streams: [Box<dyn Process>; 8] = [
         Box::new(shifting.forward()),
         Box::new(shifting.inverse(limits).unwrap()),

@@ -1,9 +1,9 @@
-//! Laws of the stage without fast dynamics: maps, hysteresis, loop shift, slow gain and creep, forward and inverse.
+//! Laws of the stage without fast dynamics: maps, hysteresis, loop shift, relaxing plays, slow gain and creep, forward and inverse.
 
 use hysteresis_core::{
     Bracket, CompiledModel, CreepTerms, Duhem, Error, LoopShiftTerms, MAX_KNOTS, ModifiedPrandtlIshlinskii, Offsets,
     PiecewiseLinearMap, PrandtlIshlinskii, Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse,
-    QuasiStaticState, Ratios, SlowGainTerms,
+    QuasiStaticState, Ratios, RelaxingPlayTerms, SlowGainTerms,
 };
 use proptest::prelude::*;
 
@@ -60,6 +60,16 @@ fn slow_gain() -> impl Strategy<Value = Option<SlowGainTerms>> {
     proptest::option::weighted(0.6, terms)
 }
 
+/// From fast to slow, of weights of either sign.
+fn relaxing_plays() -> impl Strategy<Value = Option<RelaxingPlayTerms>> {
+    let rows = || proptest::collection::vec(proptest::collection::vec(-0.05..0.1_f64, 3), 2);
+    let terms =
+        ((-20.0..150.0_f64), proptest::array::uniform2(0.0..1.0_f64), rows()).prop_map(|(origin, decays, weights)| {
+            RelaxingPlayTerms::new(&[0.0, 10.0, 40.0], origin, &decays, &weights).unwrap()
+        });
+    proptest::option::weighted(0.6, terms)
+}
+
 /// Loops of some or many percent of the range, symmetric or not; along a branch a rounding grows by two thirds at most.
 /// One that falls does so by less than the hysteresis rises.
 fn duhem() -> impl Strategy<Value = Option<Duhem<MAX_KNOTS>>> {
@@ -74,12 +84,21 @@ fn duhem() -> impl Strategy<Value = Option<Duhem<MAX_KNOTS>>> {
 }
 
 fn stage() -> impl Strategy<Value = QuasiStatic> {
-    let parts = (hysteresis(), map(-20.0, 150.0), map(-20.0, 160.0), duhem(), loop_shift(), slow_gain(), creep());
-    parts.prop_map(|(model, gamma, phi, duhem, shift, gain, creep)| {
+    let parts = (
+        hysteresis(),
+        map(-20.0, 150.0),
+        map(-20.0, 160.0),
+        duhem(),
+        loop_shift(),
+        (relaxing_plays(), slow_gain()),
+        creep(),
+    );
+    parts.prop_map(|(model, gamma, phi, duhem, shift, (plays, gain), creep)| {
         let stage =
             QuasiStatic::new(&CompiledModel::new(&model)).with_input_map(gamma).with_output_map(phi).with_creep(creep);
         let stage = duhem.into_iter().fold(stage, QuasiStatic::with_duhem);
         let stage = shift.into_iter().fold(stage, QuasiStatic::with_loop_shift);
+        let stage = plays.into_iter().fold(stage, QuasiStatic::with_relaxing_plays);
         gain.into_iter().fold(stage, QuasiStatic::with_slow_gain)
     })
 }
@@ -330,6 +349,7 @@ fn every_part_of_a_stage_is_in_its_fingerprint() {
     let creep = |decay| CreepTerms::new(&[0.01], &[decay]).unwrap();
     let shift = |gain| LoopShiftTerms::new(0.0, 10.0, [gain, 0.0], 0.5, 0.9).unwrap();
     let slow = |kappa| SlowGainTerms::new(10.0, kappa, 0.0, 0.9).unwrap();
+    let plays = |weight| RelaxingPlayTerms::new(&[1.0], 0.0, &[0.9], &[vec![weight]]).unwrap();
     let duhem = |delta| Duhem::from_bouc_wen(1.0, 0.1, 1.0, delta).unwrap();
     let map = |top| PiecewiseLinearMap::new(&[0.0, 1.0], &[0.0, top]).unwrap();
     let stages = [
@@ -341,6 +361,8 @@ fn every_part_of_a_stage_is_in_its_fingerprint() {
         with_weight(1.0).with_loop_shift(shift(-2.0)),
         with_weight(1.0).with_slow_gain(slow(-0.3)),
         with_weight(1.0).with_slow_gain(slow(-0.2)),
+        with_weight(1.0).with_relaxing_plays(plays(0.1)),
+        with_weight(1.0).with_relaxing_plays(plays(0.2)),
         with_weight(1.0).with_duhem(duhem(1.0)),
         with_weight(1.0).with_duhem(duhem(2.0)),
         with_weight(1.0).with_input_map(map(2.0)),

@@ -196,7 +196,7 @@ impl StretchesUnderLaw<'_> {
     fn bounds(&self, terms: &Terms) -> Vec<(f64, f64)> {
         let (space, point) = (self.all.projection.space(), &self.all.fit.point);
         let mut bounds = self.law.bounds();
-        let used = space.shift().map_or_else(Vec::new, |shift| shift.used_by(terms.loop_shift));
+        let used = space.side().map_or_else(Vec::new, |side| side.used_by(terms.loop_shift));
         let first = bounds.len() - used.len();
         for (bound, used) in bounds[first..].iter_mut().zip(used) {
             *bound = if used { *bound } else { (0.0, 0.0) };

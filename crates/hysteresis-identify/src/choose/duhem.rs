@@ -289,7 +289,7 @@ fn begun_at(
         output_map: is_auto(asked.output_map),
         ..all
     };
-    let basis = options.weight_basis(Space::new(records, &options)?.shift_len());
+    let basis = options.weight_basis(Space::new(records, &options)?.sides());
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness: plays.smoothness };
     let Place { space, point } = near_plays(&problem, plays, start)?;
     let fit = {

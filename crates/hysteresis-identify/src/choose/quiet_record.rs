@@ -21,6 +21,7 @@ use crate::terms::dynamics::DynamicsModel;
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
 use crate::terms::operators::Thresholds;
+use crate::terms::relaxing_plays::RelaxingPlaysModel;
 use crate::terms::slow_gain::SlowGainModel;
 use crate::terms::weights::WeightLaw;
 use crate::uncertainty::root::{ColouredFit, Root};
@@ -126,6 +127,7 @@ fn of_one_record(asked: &Options) -> Options {
         smoothness: Setting::Fixed(0.0),
         creep: if asked.creep == CreepModel::Auto { CreepModel::SlowAndFast } else { asked.creep.clone() },
         loop_shift: LoopShiftModel::None,
+        relaxing_plays: RelaxingPlaysModel::None,
         slow_gain: SlowGainModel::None,
         duhem: DuhemModel::None,
         input_map: MapModel::None,

@@ -210,7 +210,7 @@ fn search_beside(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
     let space = beside(Space::new(records, options)?);
-    let basis = options.weight_basis(space.shift_len());
+    let basis = options.weight_basis(space.sides());
     let smoothness = options.given_smoothness();
     let space = begun_at_virgin_plays(records, options, space, &basis)?;
     let levels = levels(records, &space, &basis, smoothness, false)?;
@@ -274,7 +274,7 @@ fn with_linear_part(
     is_open: bool,
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
-    let basis = options.weight_basis(Space::new(records, &options)?.shift_len());
+    let basis = options.weight_basis(Space::new(records, &options)?.sides());
     let problem = JointProblem { records, options: &options, basis: &basis, smoothness: found.smoothness };
     if found.partial {
         let fit = problem.at_hysteresis(&found.fit)?;

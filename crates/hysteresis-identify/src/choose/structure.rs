@@ -46,9 +46,9 @@ impl StructureProblem<'_> {
     pub(crate) fn choose(&self) -> Result<Structure, Error> {
         let Self { records, asked, space, .. } = *self;
         let space = space.with_loop_shift(records, asked.loop_shift)?;
-        let shifts = space.shift_len();
+        let sides = space.sides();
         let laws = self.laws(&space)?;
-        let laws: Vec<_> = laws.iter().map(|options| (options, options.weight_basis(shifts))).collect();
+        let laws: Vec<_> = laws.iter().map(|options| (options, options.weight_basis(sides))).collect();
         let Some((_, widest)) = laws.last() else { return Ok(Structure::default()) };
         let usual = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { asked.given_smoothness() };
         let projection = rough(records, &space, widest, usual)?;
@@ -79,9 +79,8 @@ impl StructureProblem<'_> {
         }
         let with = |weights| Options { weights, ..asked.clone() };
         // Few samples are no reason to believe in the law of few unknowns.
-        enough(self.records, space, &with(WeightLaw::Free).weight_basis(space.shift_len()))?;
-        let is_borne =
-            |options: &Options| enough(self.records, space, &options.weight_basis(space.shift_len())).is_ok();
+        enough(self.records, space, &with(WeightLaw::Free).weight_basis(space.sides()))?;
+        let is_borne = |options: &Options| enough(self.records, space, &options.weight_basis(space.sides())).is_ok();
         Ok(LAWS.into_iter().map(with).filter(Options::is_law_of_its_own).filter(is_borne).collect())
     }
 
@@ -131,7 +130,7 @@ impl StructureProblem<'_> {
 
 /// The loop shifts to choose from, those of as many amplitudes together: none, one, two.
 fn shift_kinds(asked: LoopShiftModel, space: &Space) -> Vec<Vec<LoopShiftModel>> {
-    let Some(shift) = space.shift() else { return vec![vec![LoopShiftModel::None]] };
+    let Some(shift) = space.side() else { return vec![vec![LoopShiftModel::None]] };
     if asked != LoopShiftModel::Auto {
         return vec![vec![asked]];
     }
@@ -196,7 +195,7 @@ fn restructured(
         space = space.with_creep_amplitudes(structure.creep);
         options.creep = [CreepModel::UnderWay, CreepModel::Slow, CreepModel::SlowAndFast][structure.creep].clone();
     }
-    let basis = options.weight_basis(space.shift_len());
+    let basis = options.weight_basis(space.sides());
     // A map is linear about the weights: what suits those of a place that was fitted roughly may suit those that a
     // descent leads to no more.
     let is_open = asked.smoothness == Setting::Fit && space.has_map();
@@ -418,11 +417,11 @@ impl Choice<'_> {
         let judges_free_too = self.asked.weights == WeightLaw::Auto && options.weights == WeightLaw::Quadratic;
         let laws = [Some(options.weights), judges_free_too.then_some(WeightLaw::Free)].into_iter().flatten();
         let laws = laws.map(|weights| Options { weights, ..options.clone() });
-        let laws: Vec<_> = laws.map(|options| (options.weight_basis(space.shift_len()), options)).collect();
+        let laws: Vec<_> = laws.map(|options| (options.weight_basis(space.sides()), options)).collect();
         let (widest, _) = &laws[laws.len() - 1];
         // Few samples are no reason to believe in a law of few unknowns.
         let open = Options { weights: self.asked.weights, ..options.clone() };
-        if let Err(Error::TooFewSamples { .. }) = enough(self.records, &space, &open.weight_basis(space.shift_len())) {
+        if let Err(Error::TooFewSamples { .. }) = enough(self.records, &space, &open.weight_basis(space.sides())) {
             return Ok(false);
         }
         let projection = match rough(self.records, &space, widest, *smoothness) {

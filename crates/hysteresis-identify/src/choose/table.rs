@@ -15,6 +15,7 @@ use crate::terms::creep::CreepModel;
 use crate::terms::duhem::DuhemModel;
 use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::maps::MapModel;
+use crate::terms::relaxing_plays::RelaxingPlaysModel;
 use crate::terms::slow_gain::SlowGainModel;
 
 /// Where loops are all alike, one predicts the other with any term that fits: it must be of use to a fit that leaves so
@@ -22,7 +23,7 @@ use crate::terms::slow_gain::SlowGainModel;
 const LEAST_LEFT: f64 = 0.005;
 
 /// The terms. What makes a stage harder to read must gain a tenth of the error: more unknowns cost something.
-pub(crate) const TABLE: [Row; 9] = [
+pub(crate) const TABLE: [Row; 10] = [
     Row { terms: 1, is_costly: false, least_left: LEAST_LEFT, term: &Curves { in_front: true, behind: false } },
     Row { terms: 1, is_costly: false, least_left: LEAST_LEFT, term: &Curves { in_front: false, behind: true } },
     Row { terms: 1, is_costly: false, least_left: 0.0, term: &CoupledPlays },
@@ -31,6 +32,7 @@ pub(crate) const TABLE: [Row; 9] = [
     Row { terms: 0, is_costly: false, least_left: LEAST_LEFT, term: &NoDynamics },
     Row { terms: 2, is_costly: true, least_left: LEAST_LEFT, term: &Curves { in_front: true, behind: true } },
     Row { terms: 1, is_costly: true, least_left: LEAST_LEFT, term: &LagInFront },
+    Row { terms: 2, is_costly: true, least_left: LEAST_LEFT, term: &RelaxingPlays },
     Row { terms: 1, is_costly: true, least_left: LEAST_LEFT, term: &DynamicsBehindMap },
 ];
 
@@ -110,7 +112,7 @@ impl Term for CoupledPlays {
         }
         let options = from.options.with_coupled_plays();
         let space = space.with_coupled_plays(search.records, &options, point, &from.fit.weights);
-        let basis = options.weight_basis(space.shift_len());
+        let basis = options.weight_basis(space.sides());
         let Some(projection) = to_compare(rough(search.records, &space, &basis, search.smoothness))? else {
             return Ok(Vec::new());
         };
@@ -151,6 +153,39 @@ impl Term for SlowGainOfUsualTime {
         let (space, point) = space.with_slow_gain(slow_gain, point)?;
         let options = Options { slow_gain, ..from.options.clone() };
         Ok(vec![Variant { options, ..from.with(space, vec![point]) }])
+    }
+}
+
+/// Plays that relax, beside those that do not, and in place of creep that nobody asked for: with a threshold of 0 they
+/// are creep.
+struct RelaxingPlays;
+
+impl Term for RelaxingPlays {
+    fn is_open(&self, asked: &Options, _: &Options) -> bool {
+        asked.relaxing_plays == RelaxingPlaysModel::Auto
+    }
+
+    fn is_in(&self, one: &Candidate) -> bool {
+        one.place.space.relaxing().is_some()
+    }
+
+    fn variants(
+        &self,
+        search: &TermSearch<'_>,
+        from: &Candidate,
+        _: &mut SearchMonitor<'_>,
+    ) -> Result<Vec<Variant>, Error> {
+        if !self.is_open(search.asked, &from.options) || self.is_in(from) {
+            return Ok(Vec::new());
+        }
+        let Place { space, point } = &from.place;
+        let mut options = Options { relaxing_plays: RelaxingPlaysModel::Fit, ..from.options.clone() };
+        let (mut space, mut start) = (space.with_relaxing_plays(&options.relaxing_plays)?, *point);
+        if search.asked.creep == CreepModel::Auto {
+            options.creep = CreepModel::UnderWay;
+            (space, start) = space.with_creep(&options.creep, &start)?;
+        }
+        Ok(vec![Variant { options, ..from.with(space, vec![start]) }])
     }
 }
 
@@ -317,7 +352,7 @@ impl Term for DynamicsBehindMap {
         monitor.hold();
         let alone = from.options.hysteresis_alone();
         let plain_space = Space::new(search.records, &alone)?.with_maps_of(space);
-        let basis = alone.weight_basis(plain_space.shift_len());
+        let basis = alone.weight_basis(plain_space.sides());
         let lag = plain_space.nearest(Parameter::DeadTime, space.linear_part(point).lag());
         let projection = rough(search.records, &plain_space, &basis, search.smoothness)?;
         let start = point.with(Parameter::DeadTime, lag);

@@ -355,7 +355,7 @@ impl TermSearch<'_> {
         if starts_alone {
             starts.push(self.with_hysteresis_alone(&space, &options, &starts[0], monitor)?);
         }
-        let basis = options.weight_basis(space.shift_len());
+        let basis = options.weight_basis(space.sides());
         let projection = rough(self.records, &space, &basis, self.smoothness)?;
         let fit = best_attempt(&projection, &starts, passes, span, monitor)?;
         let terms =
@@ -379,8 +379,8 @@ impl TermSearch<'_> {
     ) -> Result<Option<CrossValidation>, Error> {
         let options = Options { loop_shift: LoopShiftModel::Auto, ..options.clone() };
         let space = space.with_loop_shift(self.records, options.loop_shift)?;
-        let Some(shift) = space.shift() else { return Ok(None) };
-        let basis = options.weight_basis(space.shift_len());
+        let Some(shift) = space.side() else { return Ok(None) };
+        let basis = options.weight_basis(space.sides());
         let projection = rough(self.records, &space, &basis, terms.smoothness)?;
         let fit = projection.fit(point, None);
         let stretches = Stretches::new(&projection, &fit);
@@ -399,7 +399,7 @@ impl TermSearch<'_> {
         fraction: f64,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<bool, Error> {
-        let basis = variant.options.weight_basis(variant.space.shift_len());
+        let basis = variant.options.weight_basis(variant.space.sides());
         let Ok(projection) = rough(self.records, &variant.space, &basis, self.smoothness) else { return Ok(false) };
         for start in &variant.starts {
             let (fit, linearised) = projection.at(start);
@@ -463,7 +463,7 @@ impl TermSearch<'_> {
             of_maps = of_maps.with_known(Parameter::InputOffset, point.get(Parameter::InputOffset));
         }
         let space = of_maps;
-        let basis = alone.weight_basis(space.shift_len());
+        let basis = alone.weight_basis(space.sides());
         let levels = levels(self.records, &space, &basis, self.smoothness, true)?;
         let alone = best_of_starts(&levels[0], &ROUNDS, Span { from: 0.0, to: 0.0 }, monitor)?.point;
         Ok(Parameter::of_hysteresis().fold(*point, |point, one| point.with(one, alone.get(one))))

@@ -12,6 +12,7 @@ use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
 use crate::terms::operators::ModelKind;
+use crate::terms::relaxing_plays::RelaxingPlaysModel;
 use crate::terms::slow_gain::SlowGainModel;
 use crate::terms::weights::WeightLaw;
 
@@ -97,6 +98,10 @@ impl Options {
         if !tires && self.slow_gain == SlowGainModel::Auto {
             resolved.slow_gain = SlowGainModel::None;
         }
+        let relaxes = bends && RelaxingPlaysModel::Fit.is_told(intervals.longest_record(), intervals.smallest());
+        if !relaxes && self.relaxing_plays == RelaxingPlaysModel::Auto {
+            resolved.relaxing_plays = RelaxingPlaysModel::None;
+        }
         for map in [&mut resolved.input_map, &mut resolved.output_map] {
             if !bends && *map == MapModel::Auto {
                 *map = MapModel::None;
@@ -131,6 +136,7 @@ impl Options {
             || self.loop_shift == LoopShiftModel::Auto
             || self.input_map != MapModel::None
             || self.output_map != MapModel::None
+            || self.relaxing_plays == RelaxingPlaysModel::Auto
             || self.slow_gain == SlowGainModel::Auto
             || self.leaves_lag_open()
     }

@@ -12,6 +12,8 @@ pub enum Extension {
     Creep,
     /// The centre of a loop moves with its amplitude.
     LoopShift,
+    /// Plays that relax: the width of a loop changes with its rate.
+    RelaxingPlays,
     /// The size of all loops changes while the drive cycles.
     SlowGain,
     /// Linear dynamics, and the amplifier beside them.
@@ -24,15 +26,16 @@ pub enum Extension {
 
 impl Extension {
     /// In the order in which they are tried.
-    pub(crate) const ALL: [Self; 6] =
-        [Self::Creep, Self::LoopShift, Self::SlowGain, Self::Dynamics, Self::Maps, Self::Duhem];
+    pub(crate) const ALL: [Self; 7] =
+        [Self::Creep, Self::LoopShift, Self::RelaxingPlays, Self::SlowGain, Self::Dynamics, Self::Maps, Self::Duhem];
 
-    /// Its name in lower case: "creep", "loop shift", "slow gain", "dynamics", "maps" or "duhem".
+    /// Its name in lower case: "creep", "loop shift", "relaxing plays", "slow gain", "dynamics", "maps" or "duhem".
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Creep => "creep",
             Self::LoopShift => "loop shift",
+            Self::RelaxingPlays => "relaxing plays",
             Self::SlowGain => "slow gain",
             Self::Dynamics => "dynamics",
             Self::Maps => "maps",

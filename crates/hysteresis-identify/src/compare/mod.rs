@@ -25,6 +25,7 @@ use crate::terms::dynamics::{AmplifierModel, DynamicsModel};
 use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
 use crate::terms::operators::{ModelKind, Thresholds};
+use crate::terms::relaxing_plays::RelaxingPlaysModel;
 use crate::terms::slow_gain::SlowGainModel;
 use crate::terms::weights::WeightLaw;
 
@@ -239,6 +240,7 @@ fn has(options: &Options, extension: Extension) -> bool {
     match extension {
         Extension::Creep => options.creep.has_terms() || options.creep == CreepModel::Auto,
         Extension::LoopShift => options.loop_shift != LoopShiftModel::None,
+        Extension::RelaxingPlays => options.relaxing_plays != RelaxingPlaysModel::None,
         Extension::SlowGain => options.slow_gain != SlowGainModel::None,
         Extension::Dynamics => {
             options.dynamics != DynamicsModel::None || matches!(options.amplifier, AmplifierModel::Bandwidth(_))
@@ -253,6 +255,7 @@ fn with(plain: &Options, extension: Extension, told: &Options) -> Options {
     match extension {
         Extension::Creep => Options { creep: told.creep.clone(), ..plain.clone() },
         Extension::LoopShift => Options { loop_shift: told.loop_shift, ..plain.clone() },
+        Extension::RelaxingPlays => Options { relaxing_plays: told.relaxing_plays.clone(), ..plain.clone() },
         Extension::SlowGain => Options { slow_gain: told.slow_gain, ..plain.clone() },
         Extension::Dynamics => Options { dynamics: told.dynamics, amplifier: told.amplifier, ..plain.clone() },
         Extension::Maps => Options { input_map: told.input_map, output_map: told.output_map, ..plain.clone() },
@@ -270,7 +273,8 @@ pub(crate) fn judged(records: &[Record<'_>], candidate: &Candidate, found: Found
     let validation = Stretches::new(&projection, &fit).under(&options, &basis).cross_validate(&terms);
     let kept = [
         (Extension::Creep, space.creep_amplitudes() > 0),
-        (Extension::LoopShift, space.shift_len() > 0 && !candidate.has_polynomial),
+        (Extension::LoopShift, space.side().is_some_and(|side| !side.filters.is_empty())),
+        (Extension::RelaxingPlays, space.relaxing().is_some()),
         (Extension::SlowGain, space.has_slow_gain()),
         (Extension::Dynamics, space.order().is_some() || space.has_amplifier()),
         (Extension::Maps, space.has_map()),

@@ -392,7 +392,7 @@ mod tests {
         };
         let far = OutputMap { bounds, reference: [0.01; 4].into() };
         let space = Space::new(&records, &options).unwrap().with_output_map(far);
-        let basis = options.weight_basis(space.shift_len());
+        let basis = options.weight_basis(space.sides());
         let problem = JointProblem { records: &records, options: &options, basis: &basis, smoothness: 0.0 };
         let point = space.starts()[0]
             .with(Parameter::OutputMap(1), -1.2)

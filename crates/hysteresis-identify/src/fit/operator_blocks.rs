@@ -8,9 +8,9 @@ use crate::algebra::eight::{LANES, Lanes, SimdLoop, copy_signals, dispatch, load
 use crate::fit::response::OperatorsAt;
 use crate::fit::tangent::{Slope, Tangent};
 use crate::terms::duhem::{DuhemTable, MOST_KNOTS};
-use crate::terms::loop_shift::{ShiftColumns, ShiftLane};
 use crate::terms::maps::{Curve, PathLane};
 use crate::terms::operators::{BLOCK, BankLanes, Runs, WeightLanes};
+use crate::terms::side_columns::{SideColumns, SideLane};
 use crate::terms::slow_gain::GainLane;
 
 /// Where the signals of a block are: the first eight at all samples, then the next.
@@ -33,10 +33,10 @@ pub(crate) struct Layout {
 
 impl Layout {
     fn new(tangent: &Tangent, derivatives: usize) -> Self {
-        let shifts = tangent.operators.shift.as_ref().map_or(0, ShiftColumns::len);
+        let sides = tangent.operators.side.as_ref().map_or(0, SideColumns::len);
         let (columns, operators) = (tangent.columns, tangent.operators.bank.len());
         let eights = operators.div_ceil(LANES);
-        let is_split = columns - shifts > operators;
+        let is_split = columns - sides > operators;
         let output = columns + if is_split { eights * LANES - operators } else { 0 };
         let known = output + if tangent.slopes.is_empty() { 0 } else { 1 + derivatives };
         let end = known + usize::from(tangent.operators.output_map.is_some() || tangent.operators.duhem.is_some());
@@ -86,7 +86,7 @@ struct Drive<'a> {
     input_offset: f64,
     xs: [f64; BLOCK],
     runs: Runs,
-    shift: Option<(ShiftLane<'a>, Vec<[f64; BLOCK]>)>,
+    side: Option<(SideLane<'a>, Vec<[f64; BLOCK]>)>,
     gain: Option<(GainLane, [f64; BLOCK])>,
 }
 
@@ -97,7 +97,7 @@ struct Bank<'a> {
     output_map: Option<&'a Curve>,
     /// Which of the drives it is shown, and which have its loop shift and its slow gain.
     drive: usize,
-    shift: usize,
+    side: usize,
     gain: usize,
     /// The operator beside the plays, and its output in the last block.
     duhem: Option<DuhemForward<MOST_KNOTS>>,
@@ -111,15 +111,15 @@ impl<'a> OperatorBlocks<'a> {
         let here = &tangent.operators;
         let mut drives = vec![Drive::new(here, dt, true, true)];
         let mut bank = |at: &'a OperatorsAt| {
-            let (is_same_drive, is_same_shift) =
-                (at.path == here.path && at.input_offset == here.input_offset, at.has_shift_of(here));
+            let (is_same_drive, is_same_side) =
+                (at.path == here.path && at.input_offset == here.input_offset, at.has_side_of(here));
             let is_same_gain = at.has_gain_of(here);
             let own = drives.len();
-            if !(is_same_drive && is_same_shift && is_same_gain) {
-                drives.push(Drive::new(at, dt, !is_same_shift, !is_same_gain));
+            if !(is_same_drive && is_same_side && is_same_gain) {
+                drives.push(Drive::new(at, dt, !is_same_side, !is_same_gain));
             }
             let place = |is_same: bool| if is_same { 0 } else { own };
-            let bank = Bank::new(at, &tangent.weights, place(is_same_drive), place(is_same_shift), place(is_same_gain));
+            let bank = Bank::new(at, &tangent.weights, place(is_same_drive), place(is_same_side), place(is_same_gain));
             Bank { has_same_plays: is_same_drive && at.bank == here.bank, ..bank }
         };
         let here = bank(here);
@@ -186,10 +186,10 @@ impl<'a> OperatorBlocks<'a> {
             set(signals, layout.known, &here.beside[..count]);
         }
         here.add_behind(drives, &mut self.output[..count]);
-        let shifts = layout.columns - layout.operators * if layout.is_split { 2 } else { 1 };
-        if let Some((_, values)) = &drives[0].shift {
+        let sides = layout.columns - layout.operators * if layout.is_split { 2 } else { 1 };
+        if let Some((_, values)) = &drives[0].side {
             for (number, values) in values.iter().enumerate() {
-                set(signals, layout.output - shifts + number, &values[..count]);
+                set(signals, layout.output - sides + number, &values[..count]);
             }
         }
         if let Some((_, gains)) = &drives[0].gain {
@@ -225,11 +225,11 @@ impl<'a> OperatorBlocks<'a> {
 }
 
 impl<'a> Drive<'a> {
-    fn new(at: &'a OperatorsAt, dt: f64, has_shift: bool, has_gain: bool) -> Self {
-        let columns = at.shift.as_ref().filter(|_| has_shift);
-        let shift = columns.map(|columns| (ShiftLane::new(columns, dt), vec![[0.0; BLOCK]; columns.len()]));
+    fn new(at: &'a OperatorsAt, dt: f64, has_side: bool, has_gain: bool) -> Self {
+        let columns = at.side.as_ref().filter(|_| has_side);
+        let side = columns.map(|columns| (SideLane::new(columns, dt), vec![[0.0; BLOCK]; columns.len()]));
         let gain = at.gain.as_ref().filter(|_| has_gain).map(|gain| (GainLane::new(gain, dt), [1.0; BLOCK]));
-        Self { path: at.path.lane(dt), input_offset: at.input_offset, xs: [0.0; BLOCK], runs: Runs::new(), shift, gain }
+        Self { path: at.path.lane(dt), input_offset: at.input_offset, xs: [0.0; BLOCK], runs: Runs::new(), side, gain }
     }
 
     fn take(&mut self, input: &[f64], samples: &[usize]) {
@@ -237,7 +237,7 @@ impl<'a> Drive<'a> {
         for ((k, x), sample) in self.xs.iter_mut().enumerate().zip(samples) {
             let u = input[*sample];
             *x = self.path.next(u) - self.input_offset;
-            if let Some((lane, columns)) = &mut self.shift {
+            if let Some((lane, columns)) = &mut self.side {
                 lane.next(self.path.voltage(u));
                 lane.write(columns.iter_mut().map(|column| &mut column[k]));
             }
@@ -251,14 +251,14 @@ impl<'a> Drive<'a> {
 
     /// Whether nothing has changed since the last block's last sample.
     fn stands_still(&self) -> bool {
-        self.runs.stand_still() && self.shift.is_none() && self.gain.is_none()
+        self.runs.stand_still() && self.side.is_none() && self.gain.is_none()
     }
 }
 
 impl<'a> Bank<'a> {
-    fn new(at: &'a OperatorsAt, weights: &'a [f64], drive: usize, shift: usize, gain: usize) -> Self {
-        let shifts = at.shift.as_ref().map_or(0, ShiftColumns::len);
-        let (weights, amplitudes) = weights.split_at(weights.len().saturating_sub(shifts));
+    fn new(at: &'a OperatorsAt, weights: &'a [f64], drive: usize, side: usize, gain: usize) -> Self {
+        let sides = at.side.as_ref().map_or(0, SideColumns::len);
+        let (weights, amplitudes) = weights.split_at(weights.len().saturating_sub(sides));
         let weights = WeightLanes::new(weights, at.bank.len());
         Self {
             lanes: BankLanes::new(&at.bank),
@@ -266,7 +266,7 @@ impl<'a> Bank<'a> {
             amplitudes,
             output_map: at.output_map.as_ref(),
             drive,
-            shift,
+            side,
             gain,
             duhem: at.duhem.as_ref().map(DuhemTable::stream),
             beside: [0.0; BLOCK],
@@ -307,7 +307,7 @@ impl<'a> Bank<'a> {
                 *sum = map.at(*sum).0;
             }
         }
-        if let Some((_, values)) = &drives[self.shift].shift {
+        if let Some((_, values)) = &drives[self.side].side {
             for (amplitude, values) in self.amplitudes.iter().zip(values) {
                 sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += amplitude * value);
             }

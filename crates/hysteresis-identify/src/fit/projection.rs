@@ -406,7 +406,7 @@ mod tests {
     }
 
     fn check_derivatives(records: &[Record<'_>], options: &Options, space: &Space) {
-        let basis = options.weight_basis(space.shift_len());
+        let basis = options.weight_basis(space.sides());
         let projection = Projection::new(records, space, &basis, 0.0, 1);
         let dt = space.intervals().of_record(0);
         let point = space.starts()[1]

@@ -9,9 +9,9 @@ use crate::fit::own_columns::underway;
 use crate::terms::creep::CreepBasis;
 use crate::terms::duhem::{DuhemTable, MOST_KNOTS};
 use crate::terms::dynamics::{DynamicsFilter, LinearPart, SampledPart};
-use crate::terms::loop_shift::{ShiftColumns, ShiftLane};
 use crate::terms::maps::{Curve, DrivePath, PathLane};
 use crate::terms::operators::{OperatorBank, max, min};
+use crate::terms::side_columns::{SideColumns, SideLane, Sides};
 use crate::terms::slow_gain::{GainAt, GainLane};
 
 /// The operators at a point with what the drive passes before them, the output map behind them, and the loop shift.
@@ -22,7 +22,7 @@ pub(crate) struct OperatorsAt {
     pub(crate) input_offset: f64,
     pub(crate) path: DrivePath,
     pub(crate) output_map: Option<Curve>,
-    pub(crate) shift: Option<ShiftColumns>,
+    pub(crate) side: Option<SideColumns>,
     #[cfg_attr(feature = "serde", serde(default))]
     pub(crate) gain: Option<GainAt>,
     #[cfg_attr(feature = "serde", serde(default))]
@@ -32,12 +32,17 @@ pub(crate) struct OperatorsAt {
 impl OperatorsAt {
     /// Operators and nothing else.
     pub(crate) fn alone(bank: OperatorBank, input_offset: f64) -> Self {
-        Self { bank, input_offset, path: DrivePath::default(), output_map: None, shift: None, gain: None, duhem: None }
+        Self { bank, input_offset, path: DrivePath::default(), output_map: None, side: None, gain: None, duhem: None }
+    }
+
+    /// How many columns there are beside the operators.
+    pub(crate) fn sides(&self) -> Sides {
+        self.side.as_ref().map_or_else(Sides::default, SideColumns::sides)
     }
 
     /// Whether they need no samples between turns and rows: a loop shift, a slow gain and an amplifier need all.
     pub(crate) fn need_turns_alone(&self) -> bool {
-        self.shift.is_none() && self.gain.is_none() && self.path.keeps_turns()
+        self.side.is_none() && self.gain.is_none() && self.path.keeps_turns()
     }
 
     /// Whether the slow gain is that of others: of the same voltage.
@@ -46,8 +51,8 @@ impl OperatorsAt {
     }
 
     /// Whether the loop shift is that of others: the same columns of the same voltage.
-    pub(crate) fn has_shift_of(&self, other: &Self) -> bool {
-        self.shift.is_none() || (self.shift == other.shift && self.path.bandwidth == other.path.bandwidth)
+    pub(crate) fn has_side_of(&self, other: &Self) -> bool {
+        self.side.is_none() || (self.side == other.side && self.path.bandwidth == other.path.bandwidth)
     }
 }
 
@@ -74,7 +79,7 @@ pub(crate) struct Regressor<'a> {
     before: Vec<f64>,
     path: PathLane<'a>,
     output_map: Option<&'a Curve>,
-    shift: Option<Shift<'a>>,
+    side: Option<Side<'a>>,
     gain: Option<Gain>,
     duhem: Option<Beside>,
 }
@@ -94,8 +99,8 @@ struct Gain {
 }
 
 /// The columns beside the operators, now and one sample earlier.
-struct Shift<'a> {
-    lane: ShiftLane<'a>,
+struct Side<'a> {
+    lane: SideLane<'a>,
     now: Vec<f64>,
     before: Vec<f64>,
 }
@@ -103,10 +108,10 @@ struct Shift<'a> {
 impl<'a> Regressor<'a> {
     /// The regressor before the record's first sample; `delay` in samples, not negative, `dt` in seconds.
     pub(crate) fn new(operators: &'a OperatorsAt, input: &'a [f64], delay: f64, dt: f64) -> Self {
-        let OperatorsAt { bank, input_offset, path, output_map, shift, gain, duhem } = operators;
-        let shift = shift.as_ref().map(|columns| {
+        let OperatorsAt { bank, input_offset, path, output_map, side, gain, duhem } = operators;
+        let side = side.as_ref().map(|columns| {
             let rest = vec![0.0; columns.len()];
-            Shift { lane: ShiftLane::new(columns, dt), now: rest.clone(), before: rest }
+            Side { lane: SideLane::new(columns, dt), now: rest.clone(), before: rest }
         });
         let gain = gain.as_ref().map(|at| Gain { lane: GainLane::new(at, dt), now: 1.0, before: 1.0 });
         let duhem = duhem.as_ref().map(|table| Beside { stream: table.stream(), now: 0.0, before: 0.0 });
@@ -128,7 +133,7 @@ impl<'a> Regressor<'a> {
             before,
             path,
             output_map,
-            shift,
+            side,
             gain,
             duhem,
         }
@@ -146,9 +151,9 @@ impl<'a> Regressor<'a> {
                 duhem.next(x);
                 duhem.before = duhem.now;
             }
-            if let Some(shift) = &mut self.shift {
-                shift.next(self.input[0]);
-                shift.before.copy_from_slice(&shift.now);
+            if let Some(side) = &mut self.side {
+                side.next(self.input[0]);
+                side.before.copy_from_slice(&side.now);
             }
             if let Some(gain) = &mut self.gain {
                 gain.next(self.input[0]);
@@ -164,8 +169,8 @@ impl<'a> Regressor<'a> {
             if let Some(duhem) = &mut self.duhem {
                 duhem.next(x);
             }
-            if let Some(shift) = &mut self.shift {
-                shift.next(self.path.voltage(self.input[seen]));
+            if let Some(side) = &mut self.side {
+                side.next(self.path.voltage(self.input[seen]));
             }
             if let Some(gain) = &mut self.gain {
                 gain.next(self.path.voltage(self.input[seen]));
@@ -174,8 +179,8 @@ impl<'a> Regressor<'a> {
         self.seen = Some(seen);
     }
 
-    fn shift_len(&self) -> usize {
-        self.shift.as_ref().map_or(0, |shift| shift.now.len())
+    fn side_len(&self) -> usize {
+        self.side.as_ref().map_or(0, |side| side.now.len())
     }
 
     /// The output for these weights, of which there may be one or two for each operator, and those of the loop shift:
@@ -187,10 +192,10 @@ impl<'a> Regressor<'a> {
             let (now, before) = self.both(weights);
             return interpolated(now, before, fraction);
         }
-        let shift = self.shifted(weights, |now, before| interpolated(now, before, fraction));
+        let side = self.beside(weights, |now, before| interpolated(now, before, fraction));
         let Some(map) = self.output_map else {
             // Behind a linear part that has the dead time there is nothing between samples: half of the work.
-            return shift
+            return side
                 + if fraction == 0.0 {
                     self.operators(weights, |now, _| now)
                 } else {
@@ -198,7 +203,7 @@ impl<'a> Regressor<'a> {
                 };
         };
         let (now, before) = (self.operators(weights, |now, _| now), self.operators(weights, |_, before| before));
-        shift + self.between(map.at(now).0, map.at(before).0)
+        side + self.between(map.at(now).0, map.at(before).0)
     }
 
     /// The output now and one sample earlier, without the dead time.
@@ -206,8 +211,8 @@ impl<'a> Regressor<'a> {
         let mapped = |sum: f64| self.output_map.map_or(sum, |map| map.at(sum).0);
         let (now, before) = (self.operators(weights, |now, _| now), self.operators(weights, |_, before| before));
         let (now, before) = (
-            mapped(now) + self.shifted(weights, |now, _| now),
-            mapped(before) + self.shifted(weights, |_, before| before),
+            mapped(now) + self.beside(weights, |now, _| now),
+            mapped(before) + self.beside(weights, |_, before| before),
         );
         let (gain_now, gain_before) = self.gain.as_ref().map_or((1.0, 1.0), |gain| (gain.now, gain.before));
         (gain_now * now, gain_before * before)
@@ -215,10 +220,10 @@ impl<'a> Regressor<'a> {
 
     /// The weighed sum of a value of every column of the loop shift.
     #[inline(always)]
-    fn shifted(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
-        let Some(shift) = &self.shift else { return 0.0 };
-        let amplitudes = &weights[weights.len() - shift.now.len()..];
-        let both = shift.now.iter().zip(&shift.before);
+    fn beside(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
+        let Some(side) = &self.side else { return 0.0 };
+        let amplitudes = &weights[weights.len() - side.now.len()..];
+        let both = side.now.iter().zip(&side.before);
         amplitudes.iter().zip(both).map(|(amplitude, (now, before))| amplitude * value(*now, *before)).sum()
     }
 
@@ -233,7 +238,7 @@ impl<'a> Regressor<'a> {
     #[inline(always)]
     fn plays(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
         let (now, before) = (&self.now, &self.before);
-        let (above, below) = weights[..weights.len() - self.shift_len()].split_at(now.len());
+        let (above, below) = weights[..weights.len() - self.side_len()].split_at(now.len());
         if below.is_empty() {
             return weighed(above, now, before, value);
         }
@@ -254,9 +259,9 @@ impl Regressor<'_> {
     /// without an output map, which is taken as linear about the output for the weights of `reference`.
     pub(crate) fn row(&mut self, reference: &[f64], row: &mut [f64]) -> f64 {
         let n = self.now.len();
-        let (row, shifts) = row.split_at_mut(row.len() - self.shift_len());
-        if let Some(shift) = &self.shift {
-            for ((place, now), before) in shifts.iter_mut().zip(&shift.now).zip(&shift.before) {
+        let (row, sides) = row.split_at_mut(row.len() - self.side_len());
+        if let Some(side) = &self.side {
+            for ((place, now), before) in sides.iter_mut().zip(&side.now).zip(&side.before) {
                 *place = self.between(*now, *before);
             }
         }
@@ -293,12 +298,12 @@ impl Regressor<'_> {
 
     /// The derivative of [`output`](Self::output) by the delay.
     pub(crate) fn slope_over_delay(&mut self, weights: &[f64]) -> f64 {
-        let shift = self.shifted(weights, |now, before| before - now);
+        let side = self.beside(weights, |now, before| before - now);
         let Some(map) = self.output_map else {
-            return shift + self.operators(weights, |now, before| before - now);
+            return side + self.operators(weights, |now, before| before - now);
         };
         let (now, before) = (self.operators(weights, |now, _| now), self.operators(weights, |_, before| before));
-        shift + map.at(before).0 - map.at(now).0
+        side + map.at(before).0 - map.at(now).0
     }
 }
 
@@ -316,7 +321,7 @@ impl Gain {
     }
 }
 
-impl Shift<'_> {
+impl Side<'_> {
     fn next(&mut self, u: f64) {
         std::mem::swap(&mut self.before, &mut self.now);
         self.lane.next(u);

@@ -336,7 +336,7 @@ mod tests {
             (at.with(Parameter::SlowGain, 0.1), with_gain),
         ];
         for (number, (point, space)) in spaces.iter().enumerate() {
-            let columns = plain.weight_basis(space.shift_len()).columns();
+            let columns = plain.weight_basis(space.sides()).columns();
             let weights: Vec<f64> = (1_u32..).take(columns).map(|i| 0.5 / f64::from(i)).collect();
             let point = point.with(Parameter::Creep(0), 0.02).with(Parameter::Creep(1), 0.03);
             let tangent = space.tangent(&point, columns, Some(&weights));

@@ -39,7 +39,7 @@ impl Survey {
         let thresholds = chain.operators.bank.thresholds().to_vec();
         // The operators alone, whether their weights are split or not.
         let tangent = Tangent {
-            operators: OperatorsAt { shift: None, gain: None, output_map: None, ..chain.operators.clone() },
+            operators: OperatorsAt { side: None, gain: None, output_map: None, ..chain.operators.clone() },
             linear: chain.linear.clone(),
             columns: thresholds.len(),
             weights: Vec::new(),

@@ -24,6 +24,7 @@ use crate::many::records::{ManyIdentifications, ManyRecords};
 use crate::many::search::{MOST_WEIGHTS, fit_each, fit_sharing};
 use crate::options::{Loss, Options, Setting};
 use crate::terms::duhem::DuhemModel;
+use crate::terms::side_columns::Sides;
 use crate::terms::weights::WeightLaw;
 use crate::threads::Shared;
 
@@ -80,7 +81,7 @@ pub fn identify_many(
     let mut shared = Shared::new(threads, progress);
     let options = settled(records, options, &mut shared)?;
     check_length(records, &options)?;
-    let is_shared = records.is_shared() && options.weight_basis(0).columns() <= MOST_WEIGHTS;
+    let is_shared = records.is_shared() && options.weight_basis(Sides::default()).columns() <= MOST_WEIGHTS;
     let actuators = if is_shared {
         fit_sharing(records, &options, &mut shared)?
     } else {
@@ -92,7 +93,7 @@ pub fn identify_many(
 /// What is wrong with the length of all records is said once.
 fn check_length(records: &ManyRecords<'_>, options: &Options) -> Result<(), Error> {
     let Some(record) = (0..records.actuators()).find_map(|m| records.record(m).ok()) else { return Ok(()) };
-    let (record, basis) = (std::slice::from_ref(&record), options.weight_basis(0));
+    let (record, basis) = (std::slice::from_ref(&record), options.weight_basis(Sides::default()));
     levels(record, &Space::new(record, options)?, &basis, 0.0, false).map(drop)
 }
 

@@ -32,6 +32,7 @@ use crate::records::course::Course;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::result::quality::Quality;
+use crate::terms::side_columns::Sides;
 use crate::terms::weights::WeightBasis;
 use crate::threads::{Shared, Underway};
 use crate::uncertainty::standard_errors::StandardErrors;
@@ -72,7 +73,7 @@ impl<'a> SharedDrive<'a> {
     /// What the drive of a record tells.
     fn new(record: &Record<'a>, options: &'a Options) -> Result<Self, Error> {
         let records = slice::from_ref(record);
-        let (space, basis) = (Space::new(records, options)?, options.weight_basis(0));
+        let (space, basis) = (Space::new(records, options)?, options.weight_basis(Sides::default()));
         let samples = record.fitted_samples();
         let unknowns = basis.freedom() + 1 + space.axes().len();
         let course = |rows: usize| Course::new(record, (samples / rows).max(1), 0);

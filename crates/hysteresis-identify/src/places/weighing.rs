@@ -19,6 +19,7 @@ use crate::places::rows::Rows;
 use crate::places::space::{PlacePoint, PlaceSpace};
 use crate::records::signal::{as_f64, mean, median, robust_deviation};
 use crate::terms::operators::Thresholds;
+use crate::terms::side_columns::Sides;
 use crate::terms::weights::{WeightBasis, WeightLaw, penalty};
 
 /// Constants of the two losses, for 95 % of the efficiency of least squares under normal noise.
@@ -282,7 +283,7 @@ impl Law {
         let thresholds = space.thresholds(point);
         let columns = thresholds.len();
         let has_identity = thresholds.first() == Some(&0.0);
-        let free = WeightBasis::new(WeightLaw::Free, &Thresholds::Given(thresholds.clone()), 0);
+        let free = WeightBasis::new(WeightLaw::Free, &Thresholds::Given(thresholds.clone()), Sides::default());
         let penalty = if smoothness > 0.0 { penalty(&free, &thresholds, smoothness * unit) } else { Mat::new() };
         Self { columns, linear: columns + space.beside, has_identity, penalty }
     }

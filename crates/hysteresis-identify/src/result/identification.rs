@@ -3,7 +3,9 @@
 use faer::Mat;
 use hysteresis_control::linear::{Creep, Dynamics, FirstOrder, LinearDynamics, Modes};
 use hysteresis_control::stage;
-use hysteresis_control::stage::{ErrorBand, Identified, LoopShift, SlowGain, Stage, StageParts, StageWarning};
+use hysteresis_control::stage::{
+    ErrorBand, Identified, LoopShift, RelaxingPlays, SlowGain, Stage, StageParts, StageWarning,
+};
 use hysteresis_core::{Duhem, MAX_KNOTS, Model, ModifiedPrandtlIshlinskii, PiecewiseLinearMap, Ratios};
 
 use crate::choose::cross_validation::CrossValidation;
@@ -45,6 +47,9 @@ pub struct Identification {
     /// The loop shift, if there is one.
     #[cfg_attr(feature = "serde", serde(with = "crate::saved::loop_shift"))]
     pub loop_shift: Option<LoopShift>,
+    /// The plays that relax, if there are any: thresholds and time constants of which none weighs anything are left out.
+    #[cfg_attr(feature = "serde", serde(default, with = "crate::saved::relaxing_plays"))]
+    pub relaxing_plays: Option<RelaxingPlays>,
     /// The slow gain, if there is one.
     #[cfg_attr(feature = "serde", serde(default, with = "crate::saved::slow_gain"))]
     pub slow_gain: Option<SlowGain>,
@@ -349,6 +354,7 @@ impl Identification {
         StageParts {
             creep: self.creep.clone(),
             loop_shift: self.loop_shift,
+            relaxing_plays: self.relaxing_plays.clone(),
             slow_gain: self.slow_gain,
             duhem: self.duhem().map(Box::new),
             dynamics: self.linear_dynamics(),

@@ -13,7 +13,6 @@ use crate::records::record::{Record, leaving_out};
 use crate::records::signal::{as_f64, bounds, bounds_of, turns};
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
-use crate::terms::loop_shift::ShiftColumns;
 use crate::terms::weights::{WeightBasis, penalised};
 
 /// The input turns round where it goes back by this share of its range.
@@ -105,7 +104,7 @@ impl Identification {
         if loops.len() < 2 {
             return Err(Error::TooFewLoops { got: loops.len() });
         }
-        let basis = self.options.weight_basis(self.chain.operators.shift.as_ref().map_or(0, ShiftColumns::len));
+        let basis = self.options.weight_basis(self.chain.operators.sides());
         let tangent = Tangent {
             operators: self.chain.operators.clone(),
             linear: self.chain.linear.clone(),

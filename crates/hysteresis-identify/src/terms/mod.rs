@@ -6,6 +6,7 @@
 //! | weights | `WeightLaw`, smoothness | none: they are linear | unknowns c, w = B c | `choose::structure` |
 //! | loop shift | `LoopShiftModel` | none: its amplitudes are linear | columns m and n | `choose::structure` |
 //! | creep | `CreepModel` | amplitudes | a filter behind the operators | `choose::told`, `choose::structure`, `choose::table` |
+//! | plays that relax | `RelaxingPlaysModel` | none: their weights are linear | columns of plays behind lags | `choose::table` |
 //! | slow gain | `SlowGainModel` | amplitude, time constant | a factor of all columns | `choose::table` |
 //! | Duhem operator | `DuhemModel` | amplitude, f+ and f- at its knots | a known output beside the columns | `choose::duhem` |
 //! | maps | `MapModel` | three coefficients each | a curve in front, or behind | `choose::table` |
@@ -22,5 +23,7 @@ pub(crate) mod dynamics;
 pub(crate) mod loop_shift;
 pub(crate) mod maps;
 pub(crate) mod operators;
+pub(crate) mod relaxing_plays;
+pub(crate) mod side_columns;
 pub(crate) mod slow_gain;
 pub(crate) mod weights;

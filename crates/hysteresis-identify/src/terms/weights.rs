@@ -1,13 +1,14 @@
 //! The weights of the operators: a law, w = B c with unknowns c >= 0, and how smooth they are asked to be.
 //!
 //! What enters linearly is this: weights in a cone, given by columns whose non-negative combinations it holds, and
-//! amplitudes of the loop shift of any sign. Rows below the triangle ask for small second differences.
+//! what stands beside them: amplitudes of the loop shift, of any sign, and weights of relaxing plays. Rows below the triangle ask for small second differences.
 
 use faer::{Mat, MatRef};
 
 use crate::algebra::factor::triangle_of;
 use crate::records::signal::as_f64;
 use crate::terms::operators::Thresholds;
+use crate::terms::side_columns::Sides;
 
 /// What the weights of the operators may be; never negative, and that of the identity at least a thousandth of the sum
 /// of all others, so that the model is invertible.
@@ -63,20 +64,20 @@ const LEAST_SLOPE: f64 = 1e-3;
 /// that are nowhere negative at i = 1..n-1. For split ones the weights are those above zero, then those below, and an
 /// operator of threshold zero, the identity, has one unknown for both.
 ///
-/// The amplitudes of the loop shift stand behind the weights, and behind their unknowns.
+/// Amplitudes of the loop shift and weights of relaxing plays stand behind the weights, and behind their unknowns.
 #[derive(Clone, Debug)]
 pub(crate) struct WeightBasis {
     operators: usize,
     has_identity: bool,
     split: bool,
-    shifts: usize,
+    sides: Sides,
     freedom: usize,
     basis: Option<Mat<f64>>,
 }
 
 impl WeightBasis {
-    /// `shifts` is how many columns the loop shift has.
-    pub(crate) fn new(law: WeightLaw, thresholds: &Thresholds, shifts: usize) -> Self {
+    /// `sides` is how many columns there are beside the operators.
+    pub(crate) fn new(law: WeightLaw, thresholds: &Thresholds, sides: Sides) -> Self {
         let n = thresholds.operators();
         let has_identity = match thresholds {
             Thresholds::Given(r) => r.first() == Some(&0.0),
@@ -93,7 +94,7 @@ impl WeightBasis {
             WeightLaw::Quadratic => n.min(4),
             WeightLaw::Split => 2 * n - usize::from(has_identity),
         };
-        Self { operators: n, has_identity, split, shifts, freedom: freedom + shifts, basis }
+        Self { operators: n, has_identity, split, sides, freedom: freedom + sides.len(), basis }
     }
 
     /// The same law with an identity that weighs at least [`LEAST_SLOPE`] of the others, if in these weights it weighs
@@ -110,7 +111,7 @@ impl WeightBasis {
         }
         let added = |i: usize, j: usize| if self.is_identity(i) { others(&|i| self.derivative(i, j)) } else { 0.0 };
         let of = |i, j| self.derivative(i, j) + added(i, j);
-        let basis = Mat::from_fn(self.weight_columns(), self.unknowns() - self.shifts, of);
+        let basis = Mat::from_fn(self.weight_columns(), self.unknowns() - self.sides.len(), of);
         Some(Self { basis: Some(basis), ..self.clone() })
     }
 
@@ -121,7 +122,7 @@ impl WeightBasis {
 
     /// How many weights and amplitudes there are: one column of the regressor each.
     pub(crate) fn columns(&self) -> usize {
-        self.weight_columns() + self.shifts
+        self.weight_columns() + self.sides.len()
     }
 
     fn weight_columns(&self) -> usize {
@@ -135,13 +136,14 @@ impl WeightBasis {
 
     /// How many unknowns there are.
     pub(crate) fn unknowns(&self) -> usize {
-        self.shifts + self.basis.as_ref().map_or(self.operators, Mat::ncols)
+        self.sides.len() + self.basis.as_ref().map_or(self.operators, Mat::ncols)
     }
 
     /// Between what each unknown is searched.
     pub(crate) fn bounds(&self) -> Vec<(f64, f64)> {
-        let weights = self.unknowns() - self.shifts;
-        let bound = |j: usize| (if j < weights { 0.0 } else { f64::NEG_INFINITY }, f64::INFINITY);
+        let weights = self.unknowns() - self.sides.len();
+        let has_sign = weights..weights + self.sides.of_any_sign;
+        let bound = |j: usize| (if has_sign.contains(&j) { f64::NEG_INFINITY } else { 0.0 }, f64::INFINITY);
         (0..self.unknowns()).map(bound).collect()
     }
 
@@ -184,7 +186,7 @@ impl WeightBasis {
         (above, self.split.then_some(below))
     }
 
-    /// The amplitudes of the loop shift.
+    /// What stands behind the weights: amplitudes of the loop shift, then weights of relaxing plays.
     pub(crate) fn amplitudes<'a>(&self, weights: &'a [f64]) -> &'a [f64] {
         &weights[self.weight_columns()..]
     }
@@ -193,11 +195,11 @@ impl WeightBasis {
     /// the same law.
     pub(crate) fn within(&self, wider: &Self) -> Option<Mat<f64>> {
         let row_of = |unknown: usize| (0..wider.weight_columns()).find(|i| wider.derivative(*i, unknown) != 0.0);
-        let columns = self.unknowns() - self.shifts;
+        let columns = self.unknowns() - self.sides.len();
         if self.split == wider.split && self.basis.is_none() == wider.basis.is_none() {
             return None;
         }
-        Some(Mat::from_fn(wider.unknowns() - wider.shifts, columns, |unknown, j| {
+        Some(Mat::from_fn(wider.unknowns() - wider.sides.len(), columns, |unknown, j| {
             row_of(unknown).map_or(0.0, |i| self.derivative(if self.split { i } else { i % self.operators }, j))
         }))
     }
@@ -313,7 +315,7 @@ mod tests_of_weight_basis {
     use super::*;
 
     fn law(weights: WeightLaw, n: usize) -> WeightBasis {
-        WeightBasis::new(weights, &Thresholds::Uniform(n), 0)
+        WeightBasis::new(weights, &Thresholds::Uniform(n), Sides::default())
     }
 
     proptest! {
@@ -364,14 +366,14 @@ mod tests_of_weight_basis {
             );
         }
         let thresholds = Thresholds::Given(vec![1.0, 2.0]);
-        let without = WeightBasis::new(WeightLaw::Auto, &thresholds, 0);
+        let without = WeightBasis::new(WeightLaw::Auto, &thresholds, Sides::default());
         assert!(without.with_least_slope(&[0.0, 1.0]).is_none());
     }
 
     #[test]
     fn amplitudes_stand_behind_the_weights() {
         let thresholds = Thresholds::Uniform(3);
-        let law = WeightBasis::new(WeightLaw::Split, &thresholds, 2);
+        let law = WeightBasis::new(WeightLaw::Split, &thresholds, Sides { of_any_sign: 2, non_negative: 0 });
         assert_eq!((law.columns(), law.unknowns(), law.freedom()), (8, 7, 7));
         let weights = law.weights(&[9.0, 1.0, 2.0, 3.0, 4.0, -5.0, 6.0]);
         assert_eq!(law.families(&weights), (&[9.0, 1.0, 2.0][..], Some(&[9.0, 3.0, 4.0][..])));
@@ -397,7 +399,7 @@ mod tests_of_smoothness {
     use super::*;
 
     fn of(weights: WeightLaw, thresholds: &[f64], unknowns: &[f64]) -> f64 {
-        let law = WeightBasis::new(weights, &Thresholds::Given(thresholds.to_vec()), 0);
+        let law = WeightBasis::new(weights, &Thresholds::Given(thresholds.to_vec()), Sides::default());
         let rows = penalty(&law, thresholds, 4.0);
         let value = |i: usize| unknowns.iter().enumerate().map(|(j, c)| rows[(i, j)] * c).sum::<f64>();
         (0..rows.nrows()).map(|i| value(i).powi(2)).sum()

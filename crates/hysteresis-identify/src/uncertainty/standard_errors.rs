@@ -8,6 +8,7 @@ use crate::fit::projection::ProjectedFit;
 use crate::fit::space::Space;
 use crate::fit::tangent::Tangent;
 use crate::records::signal::as_f64;
+use crate::terms::relaxing_plays::RelaxingColumns;
 use crate::terms::weights::WeightBasis;
 use crate::uncertainty::root::{Gradients, Quantity, Root};
 
@@ -60,6 +61,9 @@ pub struct StandardErrors {
     /// Of the amplitudes of the loop shift, in the unit of the output.
     #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
     pub loop_shift: Vec<f64>,
+    /// Of the weights of relaxing plays, a row for every time constant, in output unit per input unit.
+    #[cfg_attr(feature = "serde", serde(default, with = "hysteresis_control::stage::number"))]
+    pub relaxing_plays: Vec<Vec<f64>>,
     /// Of the amplitude of the slow gain, and of its time constant in seconds; zero without one.
     #[cfg_attr(feature = "serde", serde(default))]
     pub slow_gain: [f64; 2],
@@ -71,6 +75,7 @@ impl PartialEq for StandardErrors {
         let bits = |errors: &Self| {
             let lists = errors.weights.iter().chain(&errors.weights_negative).chain(&errors.creep);
             let lists = lists.chain(&errors.loop_shift).chain(errors.modes.iter().flatten());
+            let lists = lists.chain(errors.relaxing_plays.iter().flatten());
             let Self { input_offset, dead_time, frequency, damping, lag, .. } = errors;
             let single = [input_offset, dead_time, frequency, damping, lag];
             lists.chain(&errors.ratios).chain(&errors.slow_gain).chain(single).map(|e| e.to_bits()).collect::<Vec<_>>()
@@ -94,9 +99,15 @@ impl StandardErrors {
         // An identity weighs no less than it may.
         let is_inside = |i: usize| fit.weights[i] > 0.0 && !(basis.is_identity(i) && fit.unknowns[0] == 0.0);
         let weight = |i: usize| if is_inside(i) { of(Quantity::Weight(i)) } else { f64::NAN };
-        let weights: Vec<f64> = (0..fit.weights.len() - space.shift_len()).map(weight).collect();
+        let weights: Vec<f64> = (0..fit.weights.len() - space.sides().len()).map(weight).collect();
         let amplitude = |j: usize| of(Quantity::Weight(weights.len() + j));
-        let loop_shift = (0..space.shift_len()).map(amplitude).collect();
+        let shifts = space.sides().of_any_sign;
+        let loop_shift = (0..shifts).map(amplitude).collect();
+        // A weight of zero is at its bound.
+        let of_play = |k: usize| if fit.weights[weights.len() + k] > 0.0 { amplitude(k) } else { f64::NAN };
+        let in_use =
+            |columns: &RelaxingColumns| columns.in_use(&fit.weights[weights.len() + shifts..], |k| of_play(shifts + k));
+        let relaxing_plays = space.relaxing().map_or_else(Vec::new, in_use);
         let order = space.linear_part(&fit.point).in_order();
         let first = order.first().map_or(0, |(number, _)| *number);
         let of_mode = |number| [Quantity::Frequency(number), Quantity::Damping(number), Quantity::Gain(number)].map(of);
@@ -114,6 +125,7 @@ impl StandardErrors {
             lag: of(Quantity::Lag),
             creep: (0..space.creep_amplitudes()).map(|number| of(Quantity::Creep(number))).collect(),
             loop_shift,
+            relaxing_plays,
             slow_gain: [Quantity::SlowGain, Quantity::SlowGainTime].map(of),
         }
     }
@@ -128,7 +140,7 @@ impl StandardErrors {
 #[non_exhaustive]
 pub struct Covariance {
     /// The names, in the order of the rows: `weights[i]`, `weights_negative[i]`, `ra`, `rb`, `rc`, `input_offset`,
-    /// `dead_time`, `frequency`, `damping`, `creep[j]`, `slow_gain`, `slow_gain_time_constant`, and `output_offset` of
+    /// `dead_time`, `frequency`, `damping`, `creep[j]`, `loop_shift[j]`, `relaxing_plays[k]`, `slow_gain`, `slow_gain_time_constant`, and `output_offset` of
     /// the first record. Several modes have `frequency[k]`, `damping[k]` and `gain[k]`, from the lowest frequency up.
     pub parameters: Vec<String>,
     /// The covariance, row by row, in the units of the parameters.
@@ -160,9 +172,13 @@ impl Covariance {
 
 fn quantities(fit: &ProjectedFit, basis: &WeightBasis, space: &Space) -> Vec<(String, Quantity)> {
     let (above, _) = basis.families(&fit.weights);
-    let weights = fit.weights.len() - space.shift_len();
+    let weights = fit.weights.len() - space.sides().len();
+    let shifts = space.sides().of_any_sign;
     let weight = |i: usize| match (i.checked_sub(above.len()), i.checked_sub(weights)) {
-        (_, Some(amplitude)) => (format!("loop_shift[{amplitude}]"), Quantity::Weight(i)),
+        (_, Some(side)) => match side.checked_sub(shifts) {
+            Some(play) => (format!("relaxing_plays[{play}]"), Quantity::Weight(i)),
+            None => (format!("loop_shift[{side}]"), Quantity::Weight(i)),
+        },
         (None, _) => (format!("weights[{i}]"), Quantity::Weight(i)),
         (Some(below), _) => (format!("weights_negative[{below}]"), Quantity::Weight(i)),
     };

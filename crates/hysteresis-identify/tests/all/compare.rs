@@ -52,7 +52,7 @@ fn a_polynomial_beside_plays_predicts_what_it_made() {
     assert_eq!(found.simplest().name, "polynomial + plays");
     assert_eq!(polynomial.unknowns, conventional.unknowns + 2);
     let reasons: Vec<_> = found.omitted.iter().map(|(_, reason)| *reason).collect();
-    assert_eq!(reasons, [Omission::NoSamplingInterval; 5]);
+    assert_eq!(reasons, [Omission::NoSamplingInterval; 6]);
 }
 
 #[test]

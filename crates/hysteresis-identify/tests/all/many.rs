@@ -6,8 +6,8 @@ use crate::actuators::{decaying_triangle, noise, output, run};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, Ratios};
 use hysteresis_identify::{
     CreepModel, DuhemModel, DynamicsModel, Error, FindingCode, LoopShiftModel, ManyIdentifications, ManyRecords,
-    MapModel, Options, Order, RatiosModel, Record, RecordError, Setting, Thresholds, Verdict, WeightLaw, identify_many,
-    settled_options,
+    MapModel, Options, Order, RatiosModel, Record, RecordError, RelaxingPlaysModel, Setting, Thresholds, Verdict,
+    WeightLaw, identify_many, settled_options,
 };
 use proptest::prelude::*;
 
@@ -25,6 +25,7 @@ fn options() -> Options {
         dynamics: DynamicsModel::None,
         creep: CreepModel::None,
         loop_shift: LoopShiftModel::None,
+        relaxing_plays: RelaxingPlaysModel::None,
         duhem: DuhemModel::None,
         input_map: MapModel::None,
         output_map: MapModel::None,

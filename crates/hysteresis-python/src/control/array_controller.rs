@@ -38,7 +38,7 @@ use crate::stream::stream_arrays::{MadeOf, columns};
 /// A reference that is not finite (or beyond 1e100) holds all drives. A measurement that is not finite lets the
 /// integral rest: that of its actuator without a matrix, all of them with one. Feed-forward goes on.
 ///
-/// In an array of stages H_i^-1 inverts Duhem operator, maps, loop shift, slow gain and creep too, not the dynamics.
+/// In an array of stages H_i^-1 inverts Duhem operator, maps, loop shift, relaxing plays, slow gain and creep too, not the dynamics.
 /// These go on also while the drives stay. The controller counters what creeps in every motion and stop; only where
 /// drives stay, or limits or slew hold one back, may neighbours creep apart.
 ///

@@ -4,7 +4,7 @@ use std::fmt;
 
 use numpy::ndarray::{Dimension, IntoDimension, IxDyn};
 use numpy::npyffi::PY_ARRAY_API;
-use numpy::{PyArray, PyArray1, PyArrayMethods, PyReadonlyArray, PyReadonlyArray1, PyUntypedArrayMethods};
+use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -96,6 +96,11 @@ pub(crate) fn read_only(py: Python<'_>, values: impl Iterator<Item = f64>) -> Py
     flags.set_item(intern!(py, "write"), false)?;
     array.call_method(intern!(py, "setflags"), (), Some(&flags))?;
     Ok(array)
+}
+
+/// Rows of equal length as a new matrix that nobody can write to.
+pub(crate) fn matrix<'py>(py: Python<'py>, rows: &[Vec<f64>], columns: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    read_only(py, rows.iter().flatten().copied())?.reshape([rows.len(), columns])
 }
 
 /// One number for all, or an array of one for each.

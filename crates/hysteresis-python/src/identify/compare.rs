@@ -2,7 +2,7 @@
 
 use hysteresis_identify::{
     self as identification, AmplifierModel, CreepModel, DuhemModel, DynamicsModel, LoopShiftModel, Loss, MapModel,
-    ModesModel, Options, RatiosModel, Setting, SlowGainModel, Stop, WeightLaw,
+    ModesModel, Options, RatiosModel, RelaxingPlaysModel, Setting, SlowGainModel, Stop, WeightLaw,
 };
 use hysteresis_python_macros::{function, methods};
 use numpy::PyArray1;
@@ -246,7 +246,7 @@ impl Comparison {
 /// operators, weights, ratios, input_offset, dead_time, thresholds, smoothness, loss
 ///     As in `identify`, for every model. Plays have no ratios; for coupled plays "auto" is "fit". For split weights
 ///     plays have free ones. Glitches are those that the last model leaves.
-/// creep, loop_shift, slow_gain, dynamics, modes, amplifier, input_map, output_map, duhem
+/// creep, loop_shift, relaxing_plays, slow_gain, dynamics, modes, amplifier, input_map, output_map, duhem
 ///     As in `identify`, for the extensions. None leaves one out; modes and amplifier are those of the dynamics.
 /// skip : int or list of int
 ///     Leading samples of each record that set the memory but are not fitted, or a time such as "2s".
@@ -295,6 +295,7 @@ pub(crate) fn compare(
     #[py(field = "auto")] modes: ModesModel,
     #[py(field = "auto")] creep: CreepModel,
     #[py(field = "auto")] loop_shift: LoopShiftModel,
+    #[py(field = "auto")] relaxing_plays: RelaxingPlaysModel,
     #[py(field = "auto")] slow_gain: SlowGainModel,
     #[py(field = "auto")] duhem: DuhemModel,
     #[py(field = "auto")] amplifier: AmplifierModel,

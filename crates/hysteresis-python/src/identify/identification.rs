@@ -14,13 +14,14 @@ use super::options::loop_shift_name;
 use super::quality::{LeftOutLoop, Quality};
 use super::records::{GivenRecords, Interval, Skips, check_place};
 use crate::argument::Words;
-use crate::convert::arrays::read_only;
+use crate::convert::arrays::{matrix, read_only};
 use crate::convert::errors::{self, raise, record, unexpected, warn};
 use crate::linear::creep::Creep;
 use crate::linear::dynamics::dynamics_object;
 use crate::model::duhem::Duhem;
 use crate::model::models::object;
 use crate::stage::loop_shift::LoopShift;
+use crate::stage::relaxing_plays::RelaxingPlays;
 use crate::stage::slow_gain::SlowGain;
 use crate::stage::stage::{Stage, points};
 
@@ -101,6 +102,12 @@ impl Identification {
     #[getter]
     fn loop_shift(&self) -> Option<LoopShift> {
         self.found.loop_shift.map(LoopShift)
+    }
+
+    /// The plays that relax, if there are any. Thresholds and time constants of which none weighs anything are left out.
+    #[getter]
+    fn relaxing_plays(&self) -> Option<RelaxingPlays> {
+        self.found.relaxing_plays.clone().map(RelaxingPlays)
     }
 
     /// The slow gain, if there is one.
@@ -272,6 +279,13 @@ impl Identification {
     #[getter]
     fn loop_shift_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         read_only(py, self.found.standard_errors.loop_shift.iter().copied())
+    }
+
+    /// Standard errors of the weights of relaxing plays, a row for every time constant; NaN for weights of 0.
+    #[getter]
+    fn relaxing_plays_std<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let errors = &self.found.standard_errors.relaxing_plays;
+        matrix(py, errors, errors.first().map_or(0, Vec::len))
     }
 
     /// Standard errors of the amplitude of the slow gain and of its time constant in seconds; 0 for what was given.

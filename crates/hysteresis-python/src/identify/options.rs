@@ -4,7 +4,7 @@ use hysteresis_control::oscillator::tables;
 use hysteresis_core::Ratios;
 use hysteresis_identify::{
     AmplifierModel, CreepModel, DuhemModel, DuhemTable, DynamicsModel, LoopShiftModel, Loss, MapModel, ModelKind,
-    ModesModel, Order, RatiosModel, Setting, SlowGainModel, Thresholds, WeightLaw,
+    ModesModel, Order, RatiosModel, RelaxingPlaysModel, Setting, SlowGainModel, Thresholds, WeightLaw,
 };
 use hysteresis_python_macros::py;
 use pyo3::IntoPyObjectExt;
@@ -279,6 +279,25 @@ impl Argument<'_> for SlowGainModel {
         match value.extract() {
             Ok(time_constant) => Ok(Self::TimeConstant(time_constant)),
             Err(_) => Err(unexpected(name, "None, \"auto\", \"fit\" or a time constant in seconds", value)),
+        }
+    }
+}
+
+#[py("Literal['auto', 'fit'] | ArrayLike | None")]
+impl Argument<'_> for RelaxingPlaysModel {
+    const TAKES_NONE: bool = true;
+
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if value.is_none() {
+            Ok(Self::None)
+        } else if is_word(value, "auto") {
+            Ok(Self::Auto)
+        } else if is_word(value, "fit") {
+            Ok(Self::Fit)
+        } else if value.is_instance_of::<PyString>() {
+            Err(unexpected(name, "None, \"auto\", \"fit\" or time constants in seconds", value))
+        } else {
+            Ok(Self::TimeConstants(numbers(name, value)?))
         }
     }
 }

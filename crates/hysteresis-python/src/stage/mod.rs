@@ -6,6 +6,7 @@ pub(crate) mod files;
 pub(crate) mod loop_shift;
 mod multi_axis_design;
 pub(crate) mod multi_axis_stage;
+pub(crate) mod relaxing_plays;
 pub(crate) mod slow_gain;
 #[expect(clippy::module_inception, reason = "the class `Stage`")]
 pub(crate) mod stage;

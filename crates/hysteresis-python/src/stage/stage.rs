@@ -16,6 +16,7 @@ use pythonize::pythonize;
 
 use super::error_bounds::ErrorBounds;
 use super::loop_shift::LoopShift;
+use super::relaxing_plays::RelaxingPlays;
 use super::slow_gain::SlowGain;
 use super::temperature::{TemperatureTerm, added};
 use crate::argument::{Argument, Asked, Class};
@@ -58,8 +59,10 @@ use crate::trajectories::positions::samples;
 /// creep : Creep, optional
 /// loop_shift : LoopShift, optional
 ///     What motion of the drive adds behind the output map, in front of the creep.
+/// relaxing_plays : RelaxingPlays, optional
+///     Plays that relax, beside the loop shift: loops whose width depends on the rate.
 /// slow_gain : SlowGain, optional
-///     How the size of all loops changes while the drive cycles, behind the loop shift, in front of the creep.
+///     How the size of all loops changes while the drive cycles, behind loop shift and relaxing plays, in front of the creep.
 /// temperature : TemperatureTerm, optional
 ///     What a temperature adds behind all of it. What runs is at its reference.
 /// input_map, output_map : (array, array), optional
@@ -105,6 +108,7 @@ impl Stage {
         #[py(field, "Dynamics | Any | None" = None)] dynamics: Option<LinearDynamics>,
         #[py(field, "Creep | None" = None)] creep: Option<linear::Creep>,
         #[py(field, "LoopShift | None" = None)] loop_shift: Option<stage::LoopShift>,
+        #[py(field, "RelaxingPlays | None" = None)] relaxing_plays: Option<stage::RelaxingPlays>,
         #[py(field, "SlowGain | None" = None)] slow_gain: Option<stage::SlowGain>,
         #[py(field, "Duhem | None" = None)] duhem: Option<Box<core::Duhem<MAX_KNOTS>>>,
         #[py(field, "TemperatureTerm | None" = None)] temperature: Option<stage::TemperatureTerm>,
@@ -164,6 +168,12 @@ impl Stage {
     #[getter]
     fn loop_shift(&self) -> Option<LoopShift> {
         self.0.parts().loop_shift.map(LoopShift)
+    }
+
+    /// The plays that relax, or None.
+    #[getter]
+    fn relaxing_plays(&self) -> Option<RelaxingPlays> {
+        self.0.parts().relaxing_plays.clone().map(RelaxingPlays)
     }
 
     /// The slow gain, or None.
@@ -403,6 +413,7 @@ impl Stage {
         let amplifier = if parts.amplifier.is_some() { ", amplifier" } else { "" };
         let shift = if parts.loop_shift.is_some() { ", loop shift" } else { "" };
         let duhem = if parts.duhem.is_some() { ", Duhem operator" } else { "" };
+        let plays = if parts.relaxing_plays.is_some() { ", relaxing plays" } else { "" };
         let gain = if parts.slow_gain.is_some() { ", slow gain" } else { "" };
         let creep = if parts.creep.is_some() { ", creep" } else { "" };
         let temperature = if parts.temperature.is_some() { ", temperature" } else { "" };
@@ -413,7 +424,7 @@ impl Stage {
         let (operators, dead_time) = (self.0.model().operators(), 1e3 * parts.dead_time);
         format!(
             "<Stage: {operators} operators, {drive} to {position}{range}{amplifier}, {dynamics}, dead time {dead_time:.4} \
-             ms{duhem}{shift}{gain}{creep}{temperature}>"
+             ms{duhem}{shift}{plays}{gain}{creep}{temperature}>"
         )
     }
 
@@ -444,7 +455,7 @@ fn dictionary<'py>(py: Python<'py>, identified: &Identified) -> PyResult<Bound<'
 }
 
 /// The keywords of the constructor.
-const KEYWORDS: [&str; 14] = [
+const KEYWORDS: [&str; 15] = [
     "limits",
     "slew",
     "dead_time",
@@ -452,6 +463,7 @@ const KEYWORDS: [&str; 14] = [
     "dynamics",
     "creep",
     "loop_shift",
+    "relaxing_plays",
     "slow_gain",
     "duhem",
     "temperature",
@@ -496,6 +508,7 @@ pub(crate) struct StageKeywords {
     pub(crate) dynamics: Option<LinearDynamics>,
     pub(crate) creep: Option<linear::Creep>,
     pub(crate) loop_shift: Option<stage::LoopShift>,
+    pub(crate) relaxing_plays: Option<stage::RelaxingPlays>,
     pub(crate) slow_gain: Option<stage::SlowGain>,
     pub(crate) duhem: Option<Box<core::Duhem<MAX_KNOTS>>>,
     pub(crate) temperature: Option<stage::TemperatureTerm>,
@@ -517,6 +530,7 @@ impl StageKeywords {
             dynamics: self.dynamics.unwrap_or_else(LinearDynamics::none),
             creep: self.creep,
             loop_shift: self.loop_shift,
+            relaxing_plays: self.relaxing_plays,
             slow_gain: self.slow_gain,
             duhem: self.duhem,
             temperature: self.temperature,

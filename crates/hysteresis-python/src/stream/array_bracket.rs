@@ -22,7 +22,7 @@ use crate::stage::stage::Stage;
 /// How uncertain the outputs of many actuators are when their history is unknown: made by `array.bracket(limits)`.
 ///
 /// For each actuator what `Bracket` is for one, bit for bit. All weights must be 0 or more. Maps of stages are part of
-/// it, their loop shift, slow gain, creep and dynamics are not.
+/// it, their loop shift, relaxing plays, slow gain, creep and dynamics are not.
 ///
 /// Examples
 /// --------
@@ -177,7 +177,7 @@ fn without_time(array: &ActuatorArray) -> PyResult<Vec<QuasiStatic>> {
         OfKind::Stages(stages) => {
             let rigid = |stage: &Py<Stage>| {
                 let sampled = stage.get().0.quasi_static(1.0).map_err(raise)?;
-                Ok(sampled.without_creep().without_loop_shift().without_slow_gain())
+                Ok(sampled.at_once())
             };
             stages.iter().map(rigid).collect()
         }

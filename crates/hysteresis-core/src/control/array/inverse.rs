@@ -9,7 +9,7 @@ use crate::quasistatic::{QuasiStaticInverse, QuasiStaticState};
 use crate::stream::{Inverse, Look, StreamState};
 
 /// The inverse of an actuator in an [`ArrayController`](super::ArrayController): [`Inverse`], or [`QuasiStaticInverse`]
-/// where there are a Duhem operator, maps, loop shift, slow gain or creep beside the plays.
+/// where there are a Duhem operator, maps, loop shift, relaxing plays, slow gain or creep beside the plays.
 ///
 /// Only what the library has implements it: what is not shown is how the controller looks for a drive.
 ///

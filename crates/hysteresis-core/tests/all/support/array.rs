@@ -3,7 +3,7 @@
 use hysteresis_core::{
     ArrayController, ArrayInverse, ArrayOptions, ArraySample, CompiledModel, CreepTerms, Duhem, Inverse,
     LoopShiftTerms, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, QuasiStatic, QuasiStaticInverse, Ratios,
-    SlowGainTerms,
+    RelaxingPlayTerms, SlowGainTerms,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -29,7 +29,11 @@ pub(crate) fn stage(i: usize, soft: f64) -> QuasiStatic {
     match i % M {
         0 => stage.with_duhem(Duhem::from_bouc_wen(2e-3, 0.01, 0.9, 0.4).unwrap()),
         1 => stage.with_input_map(map([-1.2, 0.0, 2.0])).with_output_map(map([1.0, 0.0, -1.8])),
-        2 => stage.with_loop_shift(LoopShiftTerms::new(0.0, 500.0, [-0.05, 0.02], 0.5, 0.9).unwrap()),
+        2 => {
+            let plays = RelaxingPlayTerms::new(&[0.0, 90.0], 20.0, &[0.8, 0.99], &[vec![1e-4; 2], vec![2e-4; 2]]);
+            let shift = LoopShiftTerms::new(0.0, 500.0, [-0.05, 0.02], 0.5, 0.9).unwrap();
+            stage.with_loop_shift(shift).with_relaxing_plays(plays.unwrap())
+        }
         _ => {
             let gain = SlowGainTerms::new(500.0, -0.03, 0.0, 0.95).unwrap();
             stage.with_slow_gain(gain).with_duhem(Duhem::from_bouc_wen(-1e-3, 0.01, 0.9, 0.4).unwrap())

@@ -1,6 +1,8 @@
 //! Where the search may go: the parameters that enter the model nonlinearly, and the model at each of their points.
 //!
-//! Spaces are made from records and options, or from others: with more in them, or with less.
+//! Spaces are made from records and options here, from others in `changes`.
+
+mod changes;
 
 use std::sync::Arc;
 
@@ -9,21 +11,20 @@ use hysteresis_core::Ratios;
 
 use crate::error::Error;
 use crate::fit::own_columns::OwnColumns;
-use crate::fit::point::{
-    Axis, Parameter, Point, bandwidth_axis, creep_axes, duhem_axes, gain_axes, linear_axes, map_axes, mode_axes,
-    operator_axes,
-};
+use crate::fit::point::{Axis, Parameter, Point, duhem_axes, linear_axes, operator_axes};
 use crate::fit::response::OperatorsAt;
 use crate::fit::tangent::{Slope, Tangent};
 use crate::options::{Options, Setting};
 use crate::records::record::{Intervals, Record};
-use crate::terms::creep::{CreepBasis, CreepModel};
+use crate::terms::creep::CreepBasis;
 use crate::terms::duhem::{DuhemSpace, DuhemTable};
 use crate::terms::dynamics::{AmplifierModel, LinearPart, Mode, Order};
-use crate::terms::loop_shift::{LoopShiftModel, ShiftColumns};
+use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::{Curve, DrivePath, OutputMap};
-use crate::terms::operators::{OperatorBank, Placement, spread};
-use crate::terms::slow_gain::{GainAt, GainSpace, START, SlowGainModel};
+use crate::terms::operators::{OperatorBank, Placement};
+use crate::terms::relaxing_plays::RelaxingColumns;
+use crate::terms::side_columns::{SideColumns, Sides};
+use crate::terms::slow_gain::{GainAt, GainSpace};
 
 /// The step of a finite difference, in scales: far above rounding, far below any curvature.
 const DIFFERENCE_STEP: f64 = 1e-6;
@@ -37,7 +38,7 @@ pub(crate) struct Space {
     intervals: Intervals,
     dynamics: Option<Order>,
     creep: CreepBasis,
-    shift: Option<ShiftColumns>,
+    side: Option<SideColumns>,
     gain: Option<GainSpace>,
     duhem: Option<DuhemSpace>,
     /// How many modes there are beside the first.
@@ -66,7 +67,6 @@ impl Space {
         };
         let placement = Placement::new(records, options.has_plays(), &options.thresholds);
         let (low, high) = placement.bounds();
-        let shift = shift_columns(records, options.loop_shift, &intervals, (low, high))?;
         let mut axes = operator_axes(options, (low, high));
         let mut origin = Point::zero().with_ratios(options.known_ratios().unwrap_or(Ratios::PAPER));
         let offset = match options.input_offset {
@@ -75,6 +75,9 @@ impl Space {
             Setting::Fit => low + 0.5 * (high - low),
         };
         origin = origin.with(Parameter::InputOffset, offset);
+        let (longest, dt) = (intervals.longest_record(), intervals.smallest());
+        let relaxing = options.relaxing_plays.columns((low, high), offset, longest, dt)?;
+        let side = side_columns(records, options.loop_shift, relaxing, &intervals, (low, high))?;
         match options.dead_time {
             Setting::Fixed(dead_time) => origin = origin.with(Parameter::DeadTime, dead_time),
             Setting::Fit => {
@@ -107,7 +110,7 @@ impl Space {
             underway,
             creep,
             intervals,
-            shift,
+            side,
             gain: None,
             duhem,
             further_modes: 0,
@@ -142,14 +145,19 @@ impl Space {
         &self.underway
     }
 
-    /// The columns of the loop shift, if there are any.
-    pub(crate) fn shift(&self) -> Option<&ShiftColumns> {
-        self.shift.as_ref()
+    /// The columns beside the operators, if there are any.
+    pub(crate) fn side(&self) -> Option<&SideColumns> {
+        self.side.as_ref()
     }
 
-    /// How many columns the loop shift has.
-    pub(crate) fn shift_len(&self) -> usize {
-        self.shift.as_ref().map_or(0, ShiftColumns::len)
+    /// The columns of plays that relax, if there are any.
+    pub(crate) fn relaxing(&self) -> Option<&RelaxingColumns> {
+        self.side.as_ref()?.relaxing.as_ref()
+    }
+
+    /// How many columns there are beside the operators.
+    pub(crate) fn sides(&self) -> Sides {
+        self.side.as_ref().map_or_else(Sides::default, SideColumns::sides)
     }
 
     /// The same hysteresis with critically damped dynamics in place of its dead time, and no creep.
@@ -253,7 +261,7 @@ impl Space {
                 map: self.has_input_map.then(|| curve(self.placement.bounds(), Parameter::InputMap)),
             },
             output_map: self.output_map.as_ref().map(|map| curve(map.bounds, Parameter::OutputMap)),
-            shift: self.shift.clone(),
+            side: self.side.clone(),
             gain: self.slow_gain(point),
             duhem: self.duhem(point),
         }
@@ -334,8 +342,8 @@ impl Space {
     /// Weights about whose output an output map is linear, one for each column; none without such a map.
     fn reference(&self, columns: usize) -> Vec<f64> {
         let Some(map) = &self.output_map else { return Vec::new() };
-        let weights = map.reference.iter().cycle().take(columns - self.shift_len());
-        weights.copied().chain((0..self.shift_len()).map(|_| 0.0)).collect()
+        let weights = map.reference.iter().cycle().take(columns - self.sides().len());
+        weights.copied().chain((0..self.sides().len()).map(|_| 0.0)).collect()
     }
 
     /// The point moved by `step` along the axes, each within its bounds.
@@ -400,239 +408,20 @@ pub(crate) fn at_duhem(point: &Point, table: &DuhemTable) -> Point {
     })
 }
 
-/// The columns of a loop shift, limited to what the records have; none without seconds.
-fn shift_columns(
+/// The columns of plays that relax and of a loop shift, that limited to what the records have; none without seconds.
+fn side_columns(
     records: &[Record<'_>],
-    model: LoopShiftModel,
+    loop_shift: LoopShiftModel,
+    relaxing: Option<RelaxingColumns>,
     intervals: &Intervals,
     bounds: (f64, f64),
-) -> Result<Option<ShiftColumns>, Error> {
+) -> Result<Option<SideColumns>, Error> {
     if !intervals.are_seconds() {
         return Ok(None);
     }
-    let columns = model.columns(bounds, intervals.longest_record(), intervals.smallest())?;
+    let filters = loop_shift.filters(intervals.longest_record(), intervals.smallest())?;
     let inputs = records.iter().enumerate().map(|(place, record)| (record.input(), intervals.of_record(place)));
-    Ok(columns.map(|columns| columns.limited_by(inputs)))
-}
-
-impl Space {
-    /// The same with a parameter that is known.
-    pub(crate) fn with_known(&self, parameter: Parameter, value: f64) -> Self {
-        Self { axes: self.axes_but(|one| one == parameter), origin: self.origin.with(parameter, value), ..self.clone() }
-    }
-
-    /// The axes, without those of some parameters.
-    fn axes_but(&self, is_left_out: impl Fn(Parameter) -> bool) -> Vec<Axis> {
-        self.axes.iter().filter(|axis| !is_left_out(axis.parameter)).copied().collect()
-    }
-
-    /// The same with a dead time that is searched from 0 on.
-    pub(crate) fn without_lead(&self) -> Self {
-        let from_zero = |axis: &Axis| match axis.parameter {
-            Parameter::DeadTime => Axis { lower: axis.lower.max(0.0), ..*axis },
-            _ => *axis,
-        };
-        Self { axes: self.axes.iter().map(from_zero).collect(), ..self.clone() }
-    }
-
-    /// The same with the dynamics of a point, and the dead time and the amplifier beside them.
-    pub(crate) fn knowing_dynamics(&self, point: &Point) -> Self {
-        let dynamics = self.axes.iter().filter(|axis| axis.parameter.is_of_dynamics());
-        dynamics.fold(self.clone(), |space, axis| space.with_known(axis.parameter, point.get(axis.parameter)))
-    }
-
-    /// The same with nothing searched but the dynamics, and the dead time and the amplifier beside them. A dead time
-    /// that is not negative at `point` stays so.
-    pub(crate) fn searching_dynamics_alone(&self, point: &Point) -> Self {
-        let bounded = |axis: &Axis| {
-            let stays = axis.parameter == Parameter::DeadTime && point.get(Parameter::DeadTime) >= 0.0;
-            Axis { lower: if stays { axis.lower.max(0.0) } else { axis.lower }, ..*axis }
-        };
-        let axes = self.axes.iter().filter(|axis| axis.parameter.is_of_dynamics()).map(bounded).collect();
-        Self { axes, ..self.clone() }
-    }
-
-    /// The same with the dynamics of another space, known where they are known there.
-    pub(crate) fn with_dynamics_of(&self, other: &Self) -> Self {
-        let rest = self.axes.iter().filter(|axis| !axis.parameter.is_of_dynamics());
-        let of_dynamics = other.axes.iter().filter(|axis| axis.parameter.is_of_dynamics());
-        Self {
-            axes: rest.chain(of_dynamics).copied().collect(),
-            origin: self.origin.with_dynamics_of(&other.origin),
-            dynamics: other.dynamics,
-            further_modes: other.further_modes,
-            has_amplifier: other.has_amplifier,
-            unread: other.unread,
-            ..self.clone()
-        }
-    }
-
-    /// The same with the loop shift of other options; a space with powers has none.
-    pub(crate) fn with_loop_shift(&self, records: &[Record<'_>], loop_shift: LoopShiftModel) -> Result<Self, Error> {
-        if self.shift.as_ref().is_some_and(|columns| columns.powers > 0) {
-            return Ok(self.clone());
-        }
-        let shift = shift_columns(records, loop_shift, &self.intervals, self.placement.bounds())?;
-        Ok(Self { shift, ..self.clone() })
-    }
-
-    /// The same with other thresholds, about weights at those of this space.
-    pub(crate) fn with_thresholds(
-        &self,
-        records: &[Record<'_>],
-        options: &Options,
-        point: &Point,
-        weights: &[f64],
-    ) -> Self {
-        let there =
-            Self { placement: Placement::new(records, options.has_plays(), &options.thresholds), ..self.clone() };
-        let output_map = self.output_map.as_ref().map(|map| {
-            let [from, to] = [self, &there].map(|space| space.thresholds(point));
-            let families = self.weights_of_operators(weights).chunks(from.len());
-            OutputMap { reference: families.flat_map(|one| spread(one, &from, &to)).collect(), ..map.clone() }
-        });
-        Self { output_map, ..there }
-    }
-
-    /// The same with coupled plays in place of plays, about weights of these: ratios and input offset are searched.
-    pub(crate) fn with_coupled_plays(
-        &self,
-        records: &[Record<'_>],
-        options: &Options,
-        point: &Point,
-        weights: &[f64],
-    ) -> Self {
-        let there = self.with_thresholds(records, options, point, weights);
-        let axes = operator_axes(options, self.placement.bounds()).into_iter().chain(self.axes.iter().copied());
-        Self { axes: axes.collect(), fixed_ratios: options.known_ratios(), ..there }
-    }
-
-    /// The same with another Duhem operator, which is searched from there on.
-    pub(crate) fn with_duhem(&self, table: &DuhemTable) -> Self {
-        let mut axes = self.axes_but(Parameter::is_of_duhem);
-        axes.extend(duhem_axes(table.knots.len()));
-        let duhem = Some(DuhemSpace { knots: table.knots.clone(), scale: table.scale() });
-        Self { axes, origin: at_duhem(&self.origin, table), duhem, ..self.clone() }
-    }
-
-    /// The same with a mode more, which is searched.
-    pub(crate) fn with_mode(&self) -> Self {
-        let number = self.further_modes;
-        Self { further_modes: number + 1, ..self.with_axes(mode_axes(&self.intervals, number)) }
-    }
-
-    /// The same with the first mode alone.
-    pub(crate) fn with_one_mode(&self) -> Self {
-        Self { axes: self.axes_but(Parameter::is_of_further_mode), further_modes: 0, ..self.clone() }
-    }
-
-    /// The same without an amplifier.
-    pub(crate) fn without_amplifier(&self) -> Self {
-        Self { axes: self.axes_but(|one| one == Parameter::LogBandwidth), has_amplifier: false, ..self.clone() }
-    }
-
-    /// The same with an amplifier whose bandwidth is searched.
-    pub(crate) fn with_amplifier(&self) -> Self {
-        Self { has_amplifier: true, ..self.with_axes([bandwidth_axis(&self.intervals)]) }
-    }
-
-    /// The same with an input map that is searched.
-    pub(crate) fn with_input_map(&self) -> Self {
-        Self { has_input_map: true, ..self.with_axes(map_axes(Parameter::InputMap)) }
-    }
-
-    /// The same with an output map that is searched.
-    pub(crate) fn with_output_map(&self, map: OutputMap) -> Self {
-        Self { output_map: Some(map), ..self.with_axes(map_axes(Parameter::OutputMap)) }
-    }
-
-    /// The same without an input map.
-    pub(crate) fn without_input_map(&self) -> Self {
-        let axes = self.axes_but(|one| matches!(one, Parameter::InputMap(_)));
-        Self { axes, has_input_map: false, ..self.clone() }
-    }
-
-    /// The same without an output map.
-    pub(crate) fn without_output_map(&self) -> Self {
-        let axes = self.axes_but(|one| matches!(one, Parameter::OutputMap(_)));
-        Self { axes, output_map: None, ..self.clone() }
-    }
-
-    /// The same with its output map linear about weights, if it has one.
-    pub(crate) fn about(self, weights: &[f64]) -> Self {
-        let reference = self.weights_of_operators(weights).into();
-        Self { output_map: self.output_map.map(|map| OutputMap { reference, ..map }), ..self }
-    }
-
-    /// All weights but those of the loop shift, which stand last.
-    pub(crate) fn weights_of_operators<'w>(&self, weights: &'w [f64]) -> &'w [f64] {
-        &weights[..weights.len() - self.shift_len()]
-    }
-
-    pub(crate) fn has_output_map(&self) -> bool {
-        self.output_map.is_some()
-    }
-
-    pub(crate) fn has_input_map(&self) -> bool {
-        self.has_input_map
-    }
-
-    /// The same with the maps of another space.
-    pub(crate) fn with_maps_of(&self, other: &Self) -> Self {
-        let space = if other.has_input_map { self.with_input_map() } else { self.clone() };
-        other.output_map.iter().fold(space, |space, map| space.with_output_map(map.clone()))
-    }
-
-    fn with_axes(&self, more: impl IntoIterator<Item = Axis>) -> Self {
-        let mut space = self.clone();
-        space.axes.extend(more);
-        space
-    }
-
-    /// The same with square and cube of the drive, centred and scaled, beside the operators in place of a loop shift.
-    pub(crate) fn with_powers(&self) -> Self {
-        let (low, high) = self.placement.bounds();
-        let (center, half_range) = (0.5 * (low + high), 0.5 * (high - low));
-        let shift = (low < high).then_some(ShiftColumns { center, half_range, powers: 2, filters: Vec::new() });
-        Self { shift, ..self.clone() }
-    }
-
-    /// The same with a slow gain, if the model is one, and a point in it where the search of that begins.
-    pub(crate) fn with_slow_gain(&self, model: SlowGainModel, point: &Point) -> Result<(Self, Point), Error> {
-        let (longest, dt) = (self.intervals.longest_record(), self.intervals.smallest());
-        let Some(gain) = model.space(self.placement.bounds(), longest, dt)? else { return Ok((self.clone(), *point)) };
-        let point = point.with(Parameter::SlowGain, START).with(Parameter::SlowGainLogTime, gain.start.ln());
-        let space = self.with_axes(gain_axes(&gain));
-        Ok((Self { gain: Some(gain), ..space }, point))
-    }
-
-    pub(crate) fn has_amplifier(&self) -> bool {
-        self.has_amplifier
-    }
-
-    /// Whether there is a slow gain.
-    pub(crate) fn has_slow_gain(&self) -> bool {
-        self.gain.is_some()
-    }
-
-    /// The same with other creep, and a point in it that creeps alike.
-    pub(crate) fn with_creep(&self, creep: &CreepModel, point: &Point) -> Result<(Self, Point), Error> {
-        let basis = creep.basis(self.intervals.longest_record(), self.intervals.smallest())?;
-        let LinearPart { time_constants, amplitudes, .. } = self.linear_part(point);
-        let mut axes = self.axes_but(|one| matches!(one, Parameter::Creep(_)));
-        axes.extend(creep_axes(&basis, creep.largest()));
-        let gathered = basis.gathered(&time_constants, &amplitudes).into_iter().enumerate();
-        let point = gathered.fold(*point, |point, (number, amplitude)| {
-            point.with(Parameter::Creep(number), amplitude.clamp(0.0, creep.largest()))
-        });
-        Ok((Self { axes, creep: basis, ..self.clone() }, point))
-    }
-
-    /// The same with the first amplitudes of creep alone.
-    pub(crate) fn with_creep_amplitudes(&self, amplitudes: usize) -> Self {
-        let axes = self.axes_but(|one| matches!(one, Parameter::Creep(number) if number >= amplitudes));
-        Self { axes, creep: self.creep.first(amplitudes), ..self.clone() }
-    }
+    Ok(SideColumns::of(filters, relaxing, bounds).map(|columns| columns.limited_by(inputs)))
 }
 
 /// Where ratios are searched first.
