@@ -85,7 +85,7 @@ TRUTHS: dict[str, dict[str, Any]] = {
     "creep": {"creep": mh.plant.Creep.logarithmic(0.03, 0.1, 100.0, 6)},
     "loop shift": {"loop_shift": mh.plant.LoopShift(0.0, 80.0, (-4.0, 2.0), 0.1, 2.0)},
     "relaxing plays": {
-        "relaxing_plays": mh.plant.RelaxingPlays([12.0, 48.0], [0.1], [[0.012, 0.012]])
+        "relaxing_plays": mh.plant.RelaxingPlays([12.0, 48.0], [0.1], [[0.01, 0.01]])
     },
     "slow gain": {"slow_gain": mh.plant.SlowGain(80.0, -0.08, 0.0, 30.0)},
     "dynamics": {"dynamics": mh.plant.SecondOrder(12.0, 0.1)},
