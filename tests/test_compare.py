@@ -103,7 +103,8 @@ def test_an_extension_wins_where_it_is_the_truth(truth: str) -> None:
     dt, omitted = (SLOW, {}) if truth == "slow gain" else (DT, TOO_SHORT)
     # Its time constant lies between two of those that are tried by default.
     asked: dict[str, Any] = {"relaxing_plays": [0.1]} if truth == "relaxing plays" else {}
-    found = mh.compare(*stage_of(dt=dt, **TRUTHS[truth]), dt=dt, **asked, **FAST)
+    u, y = stage_of(dt=dt, **TRUTHS[truth])
+    found = mh.compare(u, y, **{"dt": dt, **asked, **FAST})
     rows = by_name(found)
     extensions = [f"modified + {name}" for name in TRUTHS if name not in omitted]
     assert list(rows) == [*SIMPLE, *extensions, "modified + all"]
