@@ -213,6 +213,16 @@ def test_one_column_may_be_a_trajectory(there: Path, clock: str | None) -> None:
     assert (there / "drive.csv").exists()
 
 
+def test_a_saved_stage_is_no_record(there: Path) -> None:
+    mh.Stage(actuator()).save("stage.json")
+    actuator().save("model.json")
+    for name, kind in (("stage.json", "stage"), ("model.json", "model")):
+        said = f"{name}: expected a record, got a saved {kind} of mpi_hyst"
+        assert_refused(run("look", name), there, names_in(there), said)
+        with pytest.raises(mh.io.ReadError, match=said):
+            mh.io.read(name)
+
+
 def test_settings_are_listed_but_not_read(there: Path) -> None:
     np.savez(there / "record.npz", u=DRIVE, pos=POSITION, gains=np.ones(3), note=np.array("x"))
     said = run("look", "record.npz").stdout

@@ -49,6 +49,11 @@ pub enum RecordError {
         /// The usual step of the times.
         got: f64,
     },
+    /// There is no sample at all.
+    Empty {
+        /// The name of the argument.
+        argument: &'static str,
+    },
     /// No sample is left to fit.
     Skip {
         /// The samples of the record.
@@ -101,6 +106,7 @@ impl RecordError {
     pub fn renamed(mut self, name: impl FnOnce(&'static str) -> &'static str) -> Self {
         if let Self::Length { argument, .. }
         | Self::NotFinite { argument, .. }
+        | Self::Empty { argument }
         | Self::Constant { argument, .. }
         | Self::SmallRange { argument, .. } = &mut self
         {
@@ -115,6 +121,7 @@ impl RecordError {
         match *self {
             Self::Length { argument, .. }
             | Self::NotFinite { argument, .. }
+            | Self::Empty { argument }
             | Self::Constant { argument, .. }
             | Self::SmallRange { argument, .. } => argument,
             Self::TimeOrder { .. } | Self::TimeStep { .. } => "times",
@@ -148,6 +155,7 @@ impl fmt::Display for RecordError {
                      leave the times out"
                 )
             }
+            Self::Empty { argument } => write!(f, "{argument}: expected samples, got none"),
             Self::Skip { samples, got } => {
                 write!(f, "skip: expected fewer than the {samples} samples of the record, got {got}")
             }

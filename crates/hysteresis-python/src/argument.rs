@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use hysteresis_python_macros::py;
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 use pyo3::{IntoPyObjectExt, PyClass};
 
 use crate::convert::errors::{not_converted, unexpected};
@@ -334,6 +335,8 @@ impl Argument<'_> for CountOrAuto {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         if arguments::is_word(value, "auto") {
             Ok(Self(None))
+        } else if value.is_instance_of::<PyString>() {
+            Err(unexpected(name, "a whole number or \"auto\"", value))
         } else {
             arguments::count(name, value).map(|count| Self(Some(count)))
         }

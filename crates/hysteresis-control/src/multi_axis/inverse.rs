@@ -45,6 +45,9 @@ pub struct Precompensation {
     pub drives: Vec<f64>,
     /// The rms difference between reference and positions of the model, from where it begins, for each position.
     pub missed: Vec<f64>,
+    /// By how much the reference begins elsewhere than the stage is, for each position: nothing can be driven before its
+    /// first sample, so that much is missed there.
+    pub begins_off: Vec<f64>,
     /// How many drives the limits held back.
     pub held_back: u64,
     /// How many passes were taken; [`converged`](Self::converged) says whether they came to an end.
@@ -252,6 +255,7 @@ impl MultiAxisStage {
         let gains = Gains::new(self, &sample, length).ok_or_else(singular)?;
         let start = Start::new(self, forward).ok_or_else(singular)?;
         let (positions, queries) = start.ringing_out(self, &sample, length);
+        let begins_off: Vec<f64> = reference.iter().zip(&positions).map(|(wanted, free)| wanted - free[0]).collect();
         let mut planner = RealFftPlanner::new();
         let wanted: Vec<Vec<f64>> =
             positions.iter().enumerate().map(|(i, free)| continued(reference, m, i, free)).collect();
@@ -266,7 +270,7 @@ impl MultiAxisStage {
                     .collect();
                 let held_back = options.limits.as_ref().map_or(0, |limits| hold(&mut drives, limits));
                 let missed = missed(start.forward, &drives, reference)?;
-                return Ok(Precompensation { drives, missed, held_back, sweeps: sweep, converged });
+                return Ok(Precompensation { drives, missed, begins_off, held_back, sweeps: sweep, converged });
             }
             v = self.beside(&start, &pass.queries, &queries, samples);
             before = pass.drives;

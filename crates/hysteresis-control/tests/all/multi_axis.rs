@@ -229,7 +229,9 @@ fn a_reference_begins_where_the_last_one_ended() {
         let far = found.drives.iter().zip(after).map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
         assert!(far < 0.01, "{parts} {cut} {far}");
         // As if it were at rest, it misses by all that lies between.
-        assert!(stage.precompensate(&whole[2 * cut..], &usual).unwrap().missed[0] > 0.01);
+        let at_rest = stage.precompensate(&whole[2 * cut..], &usual).unwrap();
+        assert!(at_rest.missed[0] > 0.01 && at_rest.begins_off[0].abs() > 0.1, "{:?}", at_rest.begins_off);
+        assert!(found.begins_off.iter().all(|off| off.abs() < 1e-3), "{:?}", found.begins_off);
     }
 }
 

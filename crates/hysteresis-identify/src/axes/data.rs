@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::error::{Error, RecordError};
+use crate::records::record::check_skip;
 use crate::records::signal::as_f64;
 
 /// A record of several drives and positions: rows of samples, one after the other, from rest.
@@ -112,9 +113,7 @@ fn check(record: &AxesRecord<'_>, m: usize, p: usize, skip: usize) -> Result<(),
     if record.y.len() != samples * p {
         return Err(RecordError::Length { argument: "y", expected: samples, got: record.y.len().div_ceil(p) });
     }
-    if skip >= samples {
-        return Err(RecordError::Skip { samples, got: skip });
-    }
+    check_skip("u", samples, skip)?;
     for (argument, signal, columns) in [("u", record.u, m), ("y", record.y, p)] {
         if let Some(place) = signal.iter().position(|value| !hysteresis_core::is_admissible(*value)) {
             return Err(RecordError::NotFinite { argument, index: place / columns, got: signal[place] });

@@ -16,7 +16,7 @@ use crate::terms::slow_gain::GainLane;
 /// Where the signals of a block are: the first eight at all samples, then the next.
 ///
 /// The columns of the operators begin at an eight, and those below zero at another; behind the last of them are those
-/// of the loop shift, and then, where there are derivatives, the output and its derivatives, and where there is an
+/// beside the operators, and then, where there are derivatives, the output and its derivatives, and where there is an
 /// output map, or a Duhem operator, what is known.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Layout {
@@ -80,7 +80,7 @@ pub(crate) struct OperatorBlocks<'a> {
     last: usize,
 }
 
-/// What the drive becomes before it reaches operators, and the loop shift, in a block.
+/// What the drive becomes before it reaches operators, and the columns beside them, in a block.
 struct Drive<'a> {
     path: PathLane<'a>,
     input_offset: f64,
@@ -95,7 +95,7 @@ struct Bank<'a> {
     weights: WeightLanes,
     amplitudes: &'a [f64],
     output_map: Option<&'a Curve>,
-    /// Which of the drives it is shown, and which have its loop shift and its slow gain.
+    /// Which of the drives it is shown, and which have its columns beside them and its slow gain.
     drive: usize,
     side: usize,
     gain: usize,
@@ -300,7 +300,7 @@ impl<'a> Bank<'a> {
         self.weights.sums(z, self.lanes.still(), sums);
     }
 
-    /// Makes outputs of the weighted sums of the operators: the output map, and the loop shift beside it.
+    /// Makes outputs of the weighted sums of the operators: the output map, and the columns beside it.
     fn add_behind(&self, drives: &[Drive<'_>], sums: &mut [f64]) {
         if let Some(map) = self.output_map {
             for sum in &mut *sums {

@@ -20,7 +20,7 @@ use crate::terms::weights::{WeightBasis, penalised, penalty};
 #[derive(Clone, Debug)]
 pub(crate) struct ProjectedFit {
     pub(crate) point: Point,
-    /// The unknowns c >= 0 of the weight law, and the amplitudes of the loop shift.
+    /// The unknowns c >= 0 of the weight law, and those of the columns beside the operators.
     pub(crate) unknowns: Vec<f64>,
     /// The weights that belong to them, and those amplitudes.
     pub(crate) weights: Vec<f64>,

@@ -1,6 +1,6 @@
 //! What a model puts out for an input, sample by sample: the plain loops that `rows` is compared with.
 //!
-//! Operators and loop shift first, from the virgin state; then creep, dynamics and dead time.
+//! Operators and the columns beside them first, from the virgin state; then creep, dynamics and dead time.
 
 use hysteresis_control::linear::Block;
 use hysteresis_core::{DuhemForward, Process};
@@ -14,7 +14,7 @@ use crate::terms::operators::{OperatorBank, max, min};
 use crate::terms::side_columns::{SideColumns, SideLane, Sides};
 use crate::terms::slow_gain::{GainAt, GainLane};
 
-/// The operators at a point with what the drive passes before them, the output map behind them, and the loop shift.
+/// The operators at a point with what the drive passes before them, the output map behind them, and the columns beside them.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct OperatorsAt {
@@ -40,7 +40,7 @@ impl OperatorsAt {
         self.side.as_ref().map_or_else(Sides::default, SideColumns::sides)
     }
 
-    /// Whether they need no samples between turns and rows: a loop shift, a slow gain and an amplifier need all.
+    /// Whether they need no samples between turns and rows: columns beside them, a slow gain and an amplifier need all.
     pub(crate) fn need_turns_alone(&self) -> bool {
         self.side.is_none() && self.gain.is_none() && self.path.keeps_turns()
     }
@@ -50,14 +50,14 @@ impl OperatorsAt {
         self.gain.is_none() || (self.gain == other.gain && self.path.bandwidth == other.path.bandwidth)
     }
 
-    /// Whether the loop shift is that of others: the same columns of the same voltage.
+    /// Whether the columns beside them are those of others: the same ones of the same voltage.
     pub(crate) fn has_side_of(&self, other: &Self) -> bool {
         self.side.is_none() || (self.side == other.side && self.path.bandwidth == other.path.bandwidth)
     }
 }
 
 /// The rows of one record: row k holds z_i(k - delay), i = 0..n-1, of the operators at u - `input_offset`, and the
-/// columns of the loop shift.
+/// columns beside the operators.
 ///
 /// Behind an output map phi the rows are those of phi(h) linearised: with h the output for the weights of reference,
 /// the columns are phi'(h) z_i, and phi(h) - phi'(h) h is known. Behind an amplifier and in front of dynamics, row k is
@@ -183,8 +183,8 @@ impl<'a> Regressor<'a> {
         self.side.as_ref().map_or(0, |side| side.now.len())
     }
 
-    /// The output for these weights, of which there may be one or two for each operator, and those of the loop shift:
-    /// their sum behind the output map, and the shift.
+    /// The output for these weights, of which there may be one or two for each operator, and those of the columns beside
+    /// them: their sum behind the output map, and what stands beside it.
     #[inline(always)]
     pub(crate) fn output(&mut self, weights: &[f64]) -> f64 {
         let fraction = self.fraction;
@@ -218,7 +218,7 @@ impl<'a> Regressor<'a> {
         (gain_now * now, gain_before * before)
     }
 
-    /// The weighed sum of a value of every column of the loop shift.
+    /// The weighed sum of a value of every column beside the operators.
     #[inline(always)]
     fn beside(&self, weights: &[f64], value: impl Fn(f64, f64) -> f64) -> f64 {
         let Some(side) = &self.side else { return 0.0 };
@@ -255,7 +255,7 @@ impl<'a> Regressor<'a> {
 #[cfg(test)]
 impl Regressor<'_> {
     /// Writes the row of the current sample: one column for each operator, or, in a row twice as long, one for its
-    /// output above zero and one for that below; then those of the loop shift. Returns what is known beside them: zero
+    /// output above zero and one for that below; then those beside them. Returns what is known beside them: zero
     /// without an output map, which is taken as linear about the output for the weights of `reference`.
     pub(crate) fn row(&mut self, reference: &[f64], row: &mut [f64]) -> f64 {
         let n = self.now.len();
@@ -364,7 +364,7 @@ pub(crate) fn response(
     through(linear, &hysteresis(operators, weights, input, 0.0, dt), dt)
 }
 
-/// The weighted sum of the operators' outputs from the virgin state, and the loop shift, `delay` samples later.
+/// The weighted sum of the operators' outputs from the virgin state, and what stands beside them, `delay` samples later.
 pub(crate) fn hysteresis(operators: &OperatorsAt, weights: &[f64], input: &[f64], delay: f64, dt: f64) -> Vec<f64> {
     let mut regressor = Regressor::new(operators, input, delay, dt);
     let next = |k| {
@@ -394,7 +394,7 @@ pub(crate) fn through(linear: &LinearPart, signal: &[f64], dt: f64) -> Vec<f64> 
     (0..signal.len()).map(reading).collect()
 }
 
-/// What predicts: the operators and the loop shift with their weights, and what follows them.
+/// What predicts: the operators and the columns beside them with their weights, and what follows them.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Chain {

@@ -6,7 +6,7 @@ use crate::error::{Error, RecordError};
 use crate::judge::finding::{Finding, Severity, Verdict};
 use crate::judge::finding_code::FindingCode;
 use crate::options::Options;
-use crate::records::record::{Record, check_finite, check_varies};
+use crate::records::record::{Record, check_finite, check_skip, check_varies};
 use crate::records::signal::bounds;
 
 /// Records of many actuators, equally long: one drive for all of them, or one for each.
@@ -39,9 +39,7 @@ impl<'a> ManyRecords<'a> {
     /// one.
     pub fn shared(input: &'a [f64], positions: &'a [f64], skip: usize) -> Result<Self, RecordError> {
         let samples = input.len();
-        if skip >= samples {
-            return Err(RecordError::Skip { samples, got: skip });
-        }
+        check_skip("input", samples, skip)?;
         check_finite("input", input)?;
         check_varies("input", bounds(&input[skip..]))?;
         Self::whole(input, positions, samples, skip, true)
@@ -54,9 +52,7 @@ impl<'a> ManyRecords<'a> {
     /// [`RecordError::Skip`] if nothing is left to fit; [`RecordError::Length`] unless there are as many inputs as
     /// positions, for whole actuators, and at least one.
     pub fn each(inputs: &'a [f64], positions: &'a [f64], samples: usize, skip: usize) -> Result<Self, RecordError> {
-        if skip >= samples {
-            return Err(RecordError::Skip { samples, got: skip });
-        }
+        check_skip("inputs", samples, skip)?;
         if inputs.len() != positions.len() {
             return Err(RecordError::Length { argument: "output", expected: inputs.len(), got: positions.len() });
         }

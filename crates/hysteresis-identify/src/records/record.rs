@@ -45,7 +45,7 @@ impl<'a> Record<'a> {
     /// A record of equally long `input` and `output`; the first `skip` samples are not fitted.
     ///
     /// # Errors
-    /// [`RecordError::Length`] for unequal lengths, [`RecordError::Skip`] if nothing is left to fit,
+    /// [`RecordError::Length`] for unequal lengths, [`RecordError::Empty`] without samples, [`RecordError::Skip`] if nothing is left to fit,
     /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100,
     /// [`RecordError::Constant`] if the fitted part of either signal is constant: it says nothing about weights, and
     /// a constant output is no base for an error in per cent, and [`RecordError::SmallRange`] if it varies by less than
@@ -54,9 +54,7 @@ impl<'a> Record<'a> {
         if output.len() != input.len() {
             return Err(RecordError::Length { argument: "output", expected: input.len(), got: output.len() });
         }
-        if skip >= input.len() {
-            return Err(RecordError::Skip { samples: input.len(), got: skip });
-        }
+        check_skip("input", input.len(), skip)?;
         for (argument, values) in [("input", input), ("output", output)] {
             check_finite(argument, values)?;
             check_varies(argument, bounds(&values[skip..]))?;
@@ -210,6 +208,15 @@ impl<'a> Record<'a> {
     /// Peak-to-peak of the fitted output.
     pub(crate) fn output_range(&self) -> f64 {
         self.output_range
+    }
+}
+
+/// Checks that there are samples, and that some are left to fit.
+pub(crate) fn check_skip(argument: &'static str, samples: usize, skip: usize) -> Result<(), RecordError> {
+    match samples {
+        0 => Err(RecordError::Empty { argument }),
+        _ if skip >= samples => Err(RecordError::Skip { samples, got: skip }),
+        _ => Ok(()),
     }
 }
 

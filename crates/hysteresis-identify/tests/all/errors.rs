@@ -28,7 +28,7 @@ fn records() {
     assert_eq!(error, RecordError::Length { argument: "output", expected: 2, got: 1 });
     assert_eq!(error.to_string(), "output: expected 2 samples, got 1");
     assert_eq!(refused(&[0.0, 1.0], &[0.0, 1.0], 2), RecordError::Skip { samples: 2, got: 2 });
-    assert_eq!(refused(&[], &[], 0), RecordError::Skip { samples: 0, got: 0 });
+    assert_eq!(refused(&[], &[], 0), RecordError::Empty { argument: "input" });
     for bad in [f64::NAN, f64::INFINITY, -1e101] {
         // Skipped samples move the operators, so they are checked like all others.
         let error = refused(&[bad, 0.0, 1.0], &[0.0, 0.0, 1.0], 1);

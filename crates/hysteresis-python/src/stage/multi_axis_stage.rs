@@ -319,7 +319,8 @@ impl MultiAxisStage {
     /// HeldBackWarning
     ///     If limits hold drives back: look at what is missed.
     /// UserWarning
-    ///     If drives still change after the last pass: look at what is missed.
+    ///     If drives still change after the last pass: look at what is missed. If the reference begins elsewhere than the
+    ///     stage is, by more than a hundredth of its span.
     ///
     /// Examples
     /// --------
@@ -359,6 +360,9 @@ impl MultiAxisStage {
         let found = self.0.precompensate(wanted.as_slice()?, &options).map_err(raise)?;
         if !found.converged {
             errors::warn(py, "precompensate: the drives still change after 150 passes; look at what the model misses")?;
+        }
+        if let Some(warning) = begins_elsewhere(wanted.as_slice()?, &found.begins_off) {
+            errors::warn(py, &warning)?;
         }
         errors::warn_held_back(py, found.held_back, found.drives.len(), "the limits")?;
         let drives = zeros(py, Dim([samples, p]))?;
@@ -404,6 +408,23 @@ impl MultiAxisStage {
             stage.dt()
         )
     }
+}
+
+/// What is said of a reference that begins elsewhere than the stage is.
+fn begins_elsewhere(reference: &[f64], begins_off: &[f64]) -> Option<String> {
+    /// As a share of the span of a position.
+    const NEAR: f64 = 0.01;
+    let p = begins_off.len();
+    let span = |i: usize| {
+        let column = || reference.iter().skip(i).step_by(p).copied();
+        column().fold(f64::NEG_INFINITY, f64::max) - column().fold(f64::INFINITY, f64::min)
+    };
+    let i = (0..p).find(|i| begins_off[*i].abs() > NEAR * span(*i))?;
+    let (wanted, stands) = (reference[i], reference[i] - begins_off[i]);
+    Some(format!(
+        "reference[0, {i}]: begins at {wanted:.4}, where the stage is at {stands:.4}: that is missed, and the drives jump; put the way \
+         there in front of the reference"
+    ))
 }
 
 impl MultiAxisStage {

@@ -5,6 +5,7 @@ Each file beside this one reads one family of formats into a table.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
@@ -62,6 +63,7 @@ FORMATS = (
            of_text=TextTable),
 )  # fmt: skip
 _MARK = b"\xef\xbb\xbf"
+_OURS = re.compile(rb'\s*\{[^[]*"schema":\s*"mpi_hyst/(\w+)/')
 _PICKLE = tuple(bytes([0x80, version]) for version in range(2, 6))
 
 
@@ -93,6 +95,10 @@ def opened_file(path: Path, options: TextOptions = PLAIN) -> Iterator[Table]:
         start = raw.peek(HEAD)
         if start.startswith(_PICKLE):
             raise ReadError(f"{path}: a pickle, which could run code when read; {known()}")
+        if (ours := _OURS.match(start)) is not None:
+            raise ReadError(
+                f"{path}: expected a record, got a saved {ours[1].decode()} of mpi_hyst"
+            )
         file, packed = unpacked(raw)
         found = recognise(head(str(path), file))
         if found.of_text is not None:

@@ -408,7 +408,8 @@ pub(crate) fn at_duhem(point: &Point, table: &DuhemTable) -> Point {
     })
 }
 
-/// The columns of plays that relax and of a loop shift, that limited to what the records have; none without seconds.
+/// The columns of plays that relax and of a loop shift, which is limited to what the records have; none without
+/// seconds.
 fn side_columns(
     records: &[Record<'_>],
     loop_shift: LoopShiftModel,
