@@ -26,6 +26,8 @@ FIXED: dict[str, dict[str, Any]] = {
     "smoothness": {"smoothness": 1e-3},
     "plays alone": {"duhem": None},
     "coupled plays": {"ratios": "fit"},
+    "relaxing plays": {"relaxing_plays": "fit"},
+    "no relaxing plays": {"relaxing_plays": None},
 }
 
 # Errors that are nothing, in % of the range, where the noise is 0.05.

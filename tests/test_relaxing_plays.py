@@ -154,7 +154,7 @@ def test_ranges_count_the_plays_and_the_bracket_leaves_them_out() -> None:
 
 
 def test_the_command_line_names_the_plays_and_needs_the_time() -> None:
-    assert linear_parts(stage()) == ["3 plays that relax, time constants 0.01000 to 0.2000 s"]
+    assert linear_parts(stage()) == ["3 plays that relax, time constants 0.01000 and 0.2000 s"]
     assert not is_static(stage()) and is_static(stage(relaxing_plays=None))
 
 
@@ -163,6 +163,7 @@ def test_the_command_line_names_the_plays_and_needs_the_time() -> None:
     [
         ({"thresholds": [1.0, 1.0]}, ValueError, "thresholds[1]: expected"),
         ({"thresholds": []}, ValueError, "thresholds: expected at least one number"),
+        ({"time_constants": []}, ValueError, "time_constants: expected at least one number"),
         ({"time_constants": [0.1, 0.0]}, ValueError, "time_constants[1]: expected"),
         ({"weights": [[0.1, 0.2]]}, ValueError, "weights: expected 2 elements"),
         ({"weights": [[0.1], [0.2]]}, ValueError, "weights: expected 2 elements"),

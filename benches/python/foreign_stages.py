@@ -12,7 +12,8 @@ the range and at the speeds of the record: two sums of sines, two kinds of trian
 
 `error` is the median of five rms errors of the true positions, each about its mean, as a share of
 the range. `baseline` is the least of five simple models that were fitted to the same record.
-`cover` is the share of noisy positions in the band of 95 %. `claimed` is the rms error that its
+`cover` is the share of noisy positions in the band of 95 %, which is moved by the mean of what is
+missed, as a record has an offset of its own. `claimed` is the rms error that its
 width stands for were it normal, over the true one, noise included. The last column names what was
 found beside plays, and the codes of red findings.
 """

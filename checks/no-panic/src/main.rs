@@ -10,8 +10,8 @@ use std::hint::black_box;
 use hysteresis_core::{
     AntiWindup, Biquad, Bracket, Command, CompiledModel, ControllerOptions, CreepTerms, Duhem, Error, FeedForward,
     Filter, Forward, HybridController, Inverse, Law, LoopShiftTerms, Mode, ModifiedPrandtlIshlinskii, Offsets,
-    PiecewiseLinearMap, Preview, Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios, Sections,
-    RelaxingPlayTerms, SlowGainTerms, StreamArray,
+    PiecewiseLinearMap, Preview, Process, QuasiStatic, QuasiStaticForward, QuasiStaticInverse, Ratios,
+    RelaxingPlayTerms, Sections, SlowGainTerms, StreamArray,
 };
 use no_panic::no_panic;
 
@@ -184,8 +184,11 @@ fn quasi_static(compiled: &CompiledModel, samples: &[f64]) -> Result<(), Error> 
     let stage = QuasiStatic::new(compiled).with_input_map(map()?).with_output_map(map()?).with_creep(creep);
     let gain = SlowGainTerms::new(500.0, -0.1, 0.0, 0.9)?;
     let plays = RelaxingPlayTerms::new(&[0.0, 90.0], 0.0, &[0.9, 0.99], &[vec![1e-4; 2], vec![2e-4; 2]])?;
-    let stage =
-        stage.with_loop_shift(shift).with_relaxing_plays(plays).with_slow_gain(gain).with_duhem(Duhem::from_bouc_wen(0.1, 0.02, 0.9, 0.4)?);
+    let stage = stage
+        .with_loop_shift(shift)
+        .with_relaxing_plays(plays)
+        .with_slow_gain(gain)
+        .with_duhem(Duhem::from_bouc_wen(0.1, 0.02, 0.9, 0.4)?);
     let (mut forward, mut inverse) = (stage.forward(), stage.inverse(Some((-500.0, 500.0)))?);
     let mut bracket = Bracket::new(compiled, (-500.0, 500.0))?;
     for sample in samples {

@@ -25,7 +25,7 @@ use crate::stage::{Error, Stage, StageBytes, StageState};
 use crate::stage_controller::StageControllerState;
 
 const MAGIC: [u8; 8] = *b"mpi_hyst";
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 const HEADER: usize = 14;
 const CHECKSUM: usize = 4;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);

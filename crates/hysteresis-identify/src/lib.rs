@@ -7,10 +7,10 @@
 //! ```
 //!
 //! z_i are plays, or coupled plays, at u - `input_offset`, z a Duhem operator there, s the loop shift, r plays that
-//! relax, g the slow gain, and G linear dynamics with a dead time. In front of all there may be an amplifier and a map, behind the hysteresis
-//! another map. Every record has its own output offset and starts from the virgin state. Weights and output offsets
-//! enter linearly and follow from non-negative least squares; everything else is searched, and which terms there are
-//! say stretches of the records that were not fitted. See [`identify`].
+//! relax, g the slow gain, and G linear dynamics with a dead time. In front of all there may be an amplifier and a map,
+//! behind the hysteresis another map. Every record has its own output offset and starts from the virgin state. Weights
+//! and output offsets enter linearly and follow from non-negative least squares; everything else is searched, and which
+//! terms there are say stretches of the records that were not fitted. See [`identify`].
 //!
 //! After G. Wang, G. Chen, H. Zhou, F. Bai, IEEE/CAA J. Autom. Sinica 4(4), 782-791, 2017, equations (4)-(6).
 //! Results are the same bits on every run on the same machine, on any number of threads.

@@ -488,10 +488,10 @@ def linear_parts(stage: mh.Stage) -> list[str]:
 
 def relaxing_plays(plays: mh.plant.RelaxingPlays) -> str:
     """Describe plays that relax by their number and their time constants."""
-    number, times = len(plays.thresholds), plays.time_constants
-    span = digits(times[0]) if len(times) == 1 else f"{digits(times[0])} to {digits(times[-1])}"
+    number, times = len(plays.thresholds), [digits(tau) for tau in plays.time_constants]
     kind = "play that relaxes" if number == 1 else "plays that relax"
-    return f"{number} {kind}, time constants {span} s"
+    few = " and ".join(times) if len(times) < 3 else f"{len(times)} from {times[0]} to {times[-1]}"
+    return f"{number} {kind}, time constant{'s' if len(times) > 1 else ''} {few} s"
 
 
 def _loop_shift(shift: mh.plant.LoopShift, unit: str) -> str:

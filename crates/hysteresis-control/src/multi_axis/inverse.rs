@@ -45,8 +45,8 @@ pub struct Precompensation {
     pub drives: Vec<f64>,
     /// The rms difference between reference and positions of the model, from where it begins, for each position.
     pub missed: Vec<f64>,
-    /// By how much the reference begins elsewhere than the stage is, for each position: nothing can be driven before its
-    /// first sample, so that much is missed there.
+    /// By how much the reference begins elsewhere than the stage is, for each position: nothing can be driven before
+    /// its first sample, so that much is missed there.
     pub begins_off: Vec<f64>,
     /// How many drives the limits held back.
     pub held_back: u64,

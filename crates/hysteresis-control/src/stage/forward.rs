@@ -12,8 +12,8 @@ use super::{Error, Stage, StageParts};
 use crate::checks::check_same;
 use crate::linear::{Block, LinearBlock, LinearDynamics, LinearState};
 
-/// The position of a stage, sample by sample: dead time, amplifier, maps, hysteresis, loop shift, relaxing plays, slow gain, creep and
-/// modes.
+/// The position of a stage, sample by sample: dead time, amplifier, maps, hysteresis, loop shift, relaxing plays, slow
+/// gain, creep and modes.
 ///
 /// [`step`](Process::step) returns the row y(k) of a record: the position at the moment at which u(k) is put out.
 /// [`advance`](Self::advance) returns the position one interval later, just before the next drive: what a controller
@@ -79,7 +79,8 @@ fn sub_steps(parts: &StageParts, dt: f64) -> u32 {
     (16.0 * radians).ceil().clamp(8.0, 64.0) as u32
 }
 
-/// Of amplifier, modes and dead time. Maps, hysteresis, loop shift, relaxing plays, slow gain and creep have their own in their state.
+/// Of amplifier, modes and dead time. Maps, hysteresis, loop shift, relaxing plays, slow gain and creep have their own
+/// in their state.
 fn fingerprint(parts: &StageParts) -> u64 {
     let modes = parts.dynamics.state_space();
     let mut fingerprint = Fingerprint::new();

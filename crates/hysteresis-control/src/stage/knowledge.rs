@@ -19,8 +19,8 @@ impl Stage {
     ///
     /// The lag of amplifier, dynamics and dead time together was identified: parts that change it are refused, as the
     /// dead time holds the lag of whatever was not fitted. Another hysteresis or map takes all that was identified with
-    /// it, another loop shift, relaxing plays, slow gain or other linear parts the errors and warnings. Any of these takes the error
-    /// band.
+    /// it, another loop shift, relaxing plays, slow gain or other linear parts the errors and warnings. Any of these
+    /// takes the error band.
     ///
     /// ```
     /// use hysteresis_control::stage::{Stage, StageParts};

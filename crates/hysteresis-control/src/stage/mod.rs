@@ -1,7 +1,8 @@
 //! A whole stage in one object: what the user has on the bench.
 //!
 //! ```text
-//! limits, D/A -> dead time -> amplifier -> input map -> hysteresis + Duhem -> output map -> loop shift + relaxing plays -> slow gain -> creep -> modes -> sensor
+//! limits, D/A -> dead time -> amplifier -> input map -> hysteresis + Duhem -> output map
+//!     -> loop shift + relaxing plays -> slow gain -> creep -> modes -> sensor
 //! ```
 //!
 //! Everything that runs is made from a [`Stage`]: its [forward model](Stage::forward), the exact
@@ -248,8 +249,8 @@ impl Stage {
         Ok(sampled)
     }
 
-    /// The exact inverse of maps, hysteresis, loop shift, relaxing plays, slow gain and creep, sample by sample, at rest at
-    /// [`rest_drive`](Self::rest_drive).
+    /// The exact inverse of maps, hysteresis, loop shift, relaxing plays, slow gain and creep, sample by sample, at
+    /// rest at [`rest_drive`](Self::rest_drive).
     ///
     /// Modes, amplifier and dead time are not part of it: [`precompensate`](Self::precompensate) leads through those.
     /// With the amplifier: [`inverse_behind_amplifier`](Self::inverse_behind_amplifier).
@@ -346,9 +347,9 @@ impl Stage {
     ///
     /// They are the ends of the slow loop over that range: maps, hysteresis and the static gain of the modes, at the
     /// low end after a stroke to the high one and the other way round. So the remanence is outside, though a stage that
-    /// was never driven begins there. A slow gain counts where it is worst. Creep and relaxing plays do so, too, at rest
-    /// at the other end, but take no more than a quarter of the loop from either end. What modes overshoot and what a loop shift
-    /// adds in motion do not count.
+    /// was never driven begins there. A slow gain counts where it is worst. Creep and relaxing plays do so, too, at
+    /// rest at the other end, but take no more than a quarter of the loop from either end. What modes overshoot and
+    /// what a loop shift adds in motion do not count.
     ///
     /// With a Duhem operator, whose loops need not close, it is what 32 loops over the range reach; None if they drift
     /// so far that nothing is reached in all of them. Minor loops at an end may take more.

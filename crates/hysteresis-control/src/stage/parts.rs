@@ -212,9 +212,9 @@ impl LoopShift {
 /// r = sum_j s_j
 /// ```
 ///
-/// One threshold of 0 is creep of the drive itself. The creep operators of K. Kuhnen, Eur. J. Control 9 (2003) 407-418,
-/// are kin: their thresholds lie within the lag. u, r_i and the origin are in the unit of the drive, v_ij in that of the
-/// position per unit of the drive, tau_j in seconds.
+/// One threshold of 0 is creep of the drive itself. The creep operators of P. Krejci and K. Kuhnen, IEE Proc. Control
+/// Theory Appl. 148 (2001) 185-192, are kin: their thresholds lie within the lag. u, r_i and the origin are in the unit
+/// of the drive, v_ij in that of the position per unit of the drive, tau_j in seconds.
 ///
 /// r follows from past drives alone, so the inverse stays exact sample by sample; [`RelaxingPlayTerms`] has the
 /// equations of the samples.
@@ -254,6 +254,9 @@ impl RelaxingPlays {
         time_constants: &[f64],
         weights: &[Vec<f64>],
     ) -> Result<Self, CoreError> {
+        if time_constants.is_empty() {
+            return Err(CoreError::whole("time_constants", None, "at least one number", 0));
+        }
         check_time_constants(time_constants)?;
         // All but the time constants is checked where it is used.
         RelaxingPlayTerms::new(thresholds, origin, &vec![0.0; time_constants.len()], weights)?;
@@ -324,7 +327,8 @@ impl RelaxingPlays {
 /// The slow gain: how the size of all loops changes while the drive cycles, and comes back at rest.
 ///
 /// Measured on piezo stacks: within a minute of cycling all loops become smaller by a few parts in a thousand. No model
-/// of Preisach's class has that. Behind output map, loop shift and relaxing plays, in front of the creep, the position h becomes v:
+/// of Preisach's class has that. Behind output map, loop shift and relaxing plays, in front of the creep, the position
+/// h becomes v:
 ///
 /// ```text
 /// x = u / half_range                       u: the drive at the input map

@@ -373,7 +373,7 @@ fn refusals_say_what_came() {
         (bytes[..bytes.len() - 1].to_vec(), "which end too early"),
         ([&bytes[..], b"\n"].concat(), "got 1 bytes too many"),
         (changed(8, 4).collect(), "got the state of a controller"),
-        (changed(9, 2).collect(), "got version 2 instead of 1: another release wrote it"),
+        (changed(9, 1).collect(), "got version 1 instead of 2: another release wrote it"),
         (changed(30, bytes[30] ^ 1).collect(), "got bytes that were changed: their checksum differs"),
     ];
     for (bytes, expected) in cases {

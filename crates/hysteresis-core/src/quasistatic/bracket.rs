@@ -56,7 +56,8 @@ impl Bracket {
         Self::of_stage(&QuasiStatic::new(model), limits)
     }
 
-    /// The same of a hysteresis between maps, what past drives add being left out: loop shift, relaxing plays, slow gain and creep.
+    /// The same of a hysteresis between maps, what past drives add being left out: loop shift, relaxing plays, slow
+    /// gain and creep.
     ///
     /// # Errors
     /// As for [`new`](Self::new), and [`Error::Whole`] for a stage with a Duhem operator: its z may drift from loop to

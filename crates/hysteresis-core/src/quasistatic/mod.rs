@@ -2,8 +2,8 @@
 //! exact inverse.
 //!
 //! gamma and phi are strictly monotone piecewise-linear maps, H is the hysteresis, z a Duhem operator beside it, s is
-//! the loop shift and what plays have relaxed by, g the slow gain, all from past drives, and creep adds slow first-order lags. Each part may
-//! be missing.
+//! the loop shift and what plays have relaxed by, g the slow gain, all from past drives, and creep adds slow
+//! first-order lags. Each part may be missing.
 
 mod beside;
 mod bracket;

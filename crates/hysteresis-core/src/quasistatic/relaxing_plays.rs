@@ -17,8 +17,8 @@ use crate::error::{Bound, Error, check_all_finite, check_between, check_finite, 
 /// the next sample: r(k) is known before u(k) is chosen, so the inverse is one subtraction.
 ///
 /// Thresholds and origin have the unit of the drive, weights v_ij that of the position per unit of the drive. One
-/// threshold of 0 is creep of the drive itself. The creep operators of K. Kuhnen, Eur. J. Control 9 (2003) 407-418, are
-/// kin: their thresholds lie within the lag.
+/// threshold of 0 is creep of the drive itself. The creep operators of P. Krejci and K. Kuhnen, IEE Proc. Control
+/// Theory Appl. 148 (2001) 185-192, are kin: their thresholds lie within the lag.
 ///
 /// ```
 /// use hysteresis_core::RelaxingPlayTerms;

@@ -1,4 +1,5 @@
-//! Laws of the stage without fast dynamics: maps, hysteresis, loop shift, relaxing plays, slow gain and creep, forward and inverse.
+//! Laws of the stage without fast dynamics: maps, hysteresis, loop shift, relaxing plays, slow gain and creep, forward
+//! and inverse.
 
 use hysteresis_core::{
     Bracket, CompiledModel, CreepTerms, Duhem, Error, LoopShiftTerms, MAX_KNOTS, ModifiedPrandtlIshlinskii, Offsets,

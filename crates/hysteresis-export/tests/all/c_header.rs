@@ -2,7 +2,7 @@
 
 use hysteresis_control::binary::Binary;
 use hysteresis_control::linear::SecondOrder;
-use hysteresis_control::stage::{PEAK_SENSITIVITY, Stage, StageParts, Units};
+use hysteresis_control::stage::{PEAK_SENSITIVITY, RelaxingPlays, Stage, StageParts, Units};
 use hysteresis_core::{Biquad, CoupledPlay, Duhem, ModifiedPrandtlIshlinskii, Offsets, PiecewiseLinearMap, Ratios};
 use hysteresis_export::{HeaderOptions, c_header};
 
@@ -72,15 +72,40 @@ fn an_operator_beside_the_others_has_its_tables() {
 }
 
 #[test]
+fn plays_that_relax_have_their_tables() {
+    let (thresholds, times) = ([0.0, 9.0, 30.0], [0.01, 0.3]);
+    let plays = RelaxingPlays::new(&thresholds, 4.0, &times, &[vec![0.01, 0.02, 0.0], vec![0.0, 0.03, 0.04]]).unwrap();
+    let stage = Stage::new(StageParts { relaxing_plays: Some(plays), ..parts() }).unwrap();
+    let header = header(&stage, None);
+    for count in ["RELAXING_PLAYS 3", "RELAXING_LAGS 2"] {
+        assert!(header.contains(&format!("#define AXIS_{count}\n")), "{header}");
+    }
+    assert_eq!(array(&header, "relaxing_thresholds"), thresholds);
+    assert_eq!(array(&header, "relaxing_origin"), [4.0]);
+    assert_eq!(array(&header, "relaxing_time_constants"), times);
+    assert_eq!(array(&header, "relaxing_weights"), [0.01, 0.02, 0.0, 0.0, 0.03, 0.04]);
+}
+
+#[test]
 fn what_the_stage_lacks_is_not_there() {
     let bare = StageParts { limits: None, output_map: None, ..parts() };
     let header = header(&Stage::new(bare).unwrap(), None);
-    for there in ["HAS_LIMITS", "HAS_SLEW", "OUTPUT_MAP_POINTS", "DUHEM_KNOTS", "HAS_SLOW_GAIN", "CREEP_TERMS"] {
+    for there in
+        ["HAS_LIMITS", "HAS_SLEW", "OUTPUT_MAP_POINTS", "DUHEM_KNOTS", "RELAXING_PLAYS", "HAS_SLOW_GAIN", "CREEP_TERMS"]
+    {
         assert!(header.contains(&format!("AXIS_{there} 0\n")), "{there}");
     }
-    for missing in
-        ["LIMIT_LOW", "AXIS_SLEW", "output_map_x", "duhem_", "slow_gain", "creep_amplitudes", "AXIS_DT", "AXIS_KP"]
-    {
+    for missing in [
+        "LIMIT_LOW",
+        "AXIS_SLEW",
+        "output_map_x",
+        "duhem_",
+        "relaxing_",
+        "slow_gain",
+        "creep_amplitudes",
+        "AXIS_DT",
+        "AXIS_KP",
+    ] {
         assert!(!header.contains(missing), "{missing}");
     }
 }

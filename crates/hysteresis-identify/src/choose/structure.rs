@@ -130,11 +130,11 @@ impl StructureProblem<'_> {
 
 /// The loop shifts to choose from, those of as many amplitudes together: none, one, two.
 fn shift_kinds(asked: LoopShiftModel, space: &Space) -> Vec<Vec<LoopShiftModel>> {
-    let Some(shift) = space.side() else { return vec![vec![LoopShiftModel::None]] };
+    let Some(side) = space.side() else { return vec![vec![LoopShiftModel::None]] };
     if asked != LoopShiftModel::Auto {
         return vec![vec![asked]];
     }
-    let of = |kind: fn(f64) -> LoopShiftModel| shift.filters.iter().map(|filter| kind(filter.time_constant)).collect();
+    let of = |kind: fn(f64) -> LoopShiftModel| side.filters.iter().map(|filter| kind(filter.time_constant)).collect();
     vec![vec![LoopShiftModel::None], of(LoopShiftModel::Square), of(LoopShiftModel::Both)]
 }
 

@@ -32,7 +32,7 @@ pub(crate) const TABLE: [Row; 10] = [
     Row { terms: 0, is_costly: false, least_left: LEAST_LEFT, term: &NoDynamics },
     Row { terms: 2, is_costly: true, least_left: LEAST_LEFT, term: &Curves { in_front: true, behind: true } },
     Row { terms: 1, is_costly: true, least_left: LEAST_LEFT, term: &LagInFront },
-    Row { terms: 2, is_costly: true, least_left: LEAST_LEFT, term: &RelaxingPlays },
+    Row { terms: 1, is_costly: true, least_left: LEAST_LEFT, term: &RelaxingPlays },
     Row { terms: 1, is_costly: true, least_left: LEAST_LEFT, term: &DynamicsBehindMap },
 ];
 

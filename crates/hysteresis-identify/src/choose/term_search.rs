@@ -379,13 +379,13 @@ impl TermSearch<'_> {
     ) -> Result<Option<CrossValidation>, Error> {
         let options = Options { loop_shift: LoopShiftModel::Auto, ..options.clone() };
         let space = space.with_loop_shift(self.records, options.loop_shift)?;
-        let Some(shift) = space.side() else { return Ok(None) };
+        let Some(side) = space.side() else { return Ok(None) };
         let basis = options.weight_basis(space.sides());
         let projection = rough(self.records, &space, &basis, terms.smoothness)?;
         let fit = projection.fit(point, None);
         let stretches = Stretches::new(&projection, &fit);
         let under = stretches.under(&options, &basis);
-        let of_one = shift.filters.iter().map(|filter| LoopShiftModel::Both(filter.time_constant));
+        let of_one = side.filters.iter().map(|filter| LoopShiftModel::Both(filter.time_constant));
         let kinds = of_one.chain([LoopShiftModel::Auto]);
         let tried: Vec<_> = kinds.map(|loop_shift| under.cross_validate(&Terms { loop_shift, ..*terms })).collect();
         Ok(CrossValidation::best(&tried).cloned())

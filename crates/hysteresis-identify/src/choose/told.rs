@@ -1,6 +1,7 @@
 //! Which terms the records can tell: what is left open is closed where they cannot.
 //!
-//! Loops that are all alike tell neither creep nor a loop shift nor a map from the shape of the loops.
+//! Loops that are all alike tell neither creep nor a loop shift nor a map from the shape of the loops, and they do not
+//! tell how their width depends on the rate.
 
 use crate::error::Error;
 use crate::options::{Options, Setting};
@@ -98,7 +99,9 @@ impl Options {
         if !tires && self.slow_gain == SlowGainModel::Auto {
             resolved.slow_gain = SlowGainModel::None;
         }
-        let relaxes = bends && RelaxingPlaysModel::Fit.is_told(intervals.longest_record(), intervals.smallest());
+        // Loops that are all alike are of one rate.
+        let relaxes = bends && variety.amplitudes;
+        let relaxes = relaxes && RelaxingPlaysModel::Fit.is_told(intervals.longest_record(), intervals.smallest());
         if !relaxes && self.relaxing_plays == RelaxingPlaysModel::Auto {
             resolved.relaxing_plays = RelaxingPlaysModel::None;
         }

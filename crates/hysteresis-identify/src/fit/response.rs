@@ -14,7 +14,8 @@ use crate::terms::operators::{OperatorBank, max, min};
 use crate::terms::side_columns::{SideColumns, SideLane, Sides};
 use crate::terms::slow_gain::{GainAt, GainLane};
 
-/// The operators at a point with what the drive passes before them, the output map behind them, and the columns beside them.
+/// The operators at a point with what the drive passes before them, the output map behind them, and the columns beside
+/// them.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct OperatorsAt {
@@ -183,8 +184,8 @@ impl<'a> Regressor<'a> {
         self.side.as_ref().map_or(0, |side| side.now.len())
     }
 
-    /// The output for these weights, of which there may be one or two for each operator, and those of the columns beside
-    /// them: their sum behind the output map, and what stands beside it.
+    /// The output for these weights, of which there may be one or two for each operator, and those of the columns
+    /// beside them: their sum behind the output map, and what stands beside it.
     #[inline(always)]
     pub(crate) fn output(&mut self, weights: &[f64]) -> f64 {
         let fraction = self.fraction;
@@ -364,7 +365,8 @@ pub(crate) fn response(
     through(linear, &hysteresis(operators, weights, input, 0.0, dt), dt)
 }
 
-/// The weighted sum of the operators' outputs from the virgin state, and what stands beside them, `delay` samples later.
+/// The weighted sum of the operators' outputs from the virgin state, and what stands beside them, `delay` samples
+/// later.
 pub(crate) fn hysteresis(operators: &OperatorsAt, weights: &[f64], input: &[f64], delay: f64, dt: f64) -> Vec<f64> {
     let mut regressor = Regressor::new(operators, input, delay, dt);
     let next = |k| {

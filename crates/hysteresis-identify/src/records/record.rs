@@ -45,10 +45,10 @@ impl<'a> Record<'a> {
     /// A record of equally long `input` and `output`; the first `skip` samples are not fitted.
     ///
     /// # Errors
-    /// [`RecordError::Length`] for unequal lengths, [`RecordError::Empty`] without samples, [`RecordError::Skip`] if nothing is left to fit,
-    /// [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100,
-    /// [`RecordError::Constant`] if the fitted part of either signal is constant: it says nothing about weights, and
-    /// a constant output is no base for an error in per cent, and [`RecordError::SmallRange`] if it varies by less than
+    /// [`RecordError::Length`] for unequal lengths, [`RecordError::Empty`] without samples, [`RecordError::Skip`] if
+    /// nothing is left to fit, [`RecordError::NotFinite`] for a NaN, an infinity or a magnitude beyond 1e100,
+    /// [`RecordError::Constant`] if the fitted part of either signal is constant: it says nothing about weights, and a
+    /// constant output is no base for an error in per cent, and [`RecordError::SmallRange`] if it varies by less than
     /// 1e-100.
     pub fn new(input: &'a [f64], output: &'a [f64], skip: usize) -> Result<Self, RecordError> {
         if output.len() != input.len() {

@@ -47,7 +47,8 @@ pub struct Identification {
     /// The loop shift, if there is one.
     #[cfg_attr(feature = "serde", serde(with = "crate::saved::loop_shift"))]
     pub loop_shift: Option<LoopShift>,
-    /// The plays that relax, if there are any: thresholds and time constants of which none weighs anything are left out.
+    /// The plays that relax, if there are any: thresholds and time constants of which none weighs anything are left
+    /// out.
     #[cfg_attr(feature = "serde", serde(default, with = "crate::saved::relaxing_plays"))]
     pub relaxing_plays: Option<RelaxingPlays>,
     /// The slow gain, if there is one.

@@ -7,8 +7,8 @@ use hysteresis_core::Error as CoreError;
 use crate::error::Error;
 use crate::records::signal::as_f64;
 
-/// The thresholds, as shares of half the range of the drive. More of them fit no better: what relaxes is a small part of
-/// the loop.
+/// The thresholds, as shares of half the range of the drive. More of them fit no better: what relaxes is a small part
+/// of the loop.
 const THRESHOLDS: [f64; 5] = [0.0, 0.06, 0.15, 0.3, 0.6];
 
 /// The time constants that are tried where none are given, in seconds: what is faster belongs to the dynamics.
@@ -44,8 +44,8 @@ pub enum RelaxingPlaysModel {
     /// interval.
     #[default]
     Auto,
-    /// Two time constants in a decade, from 1 ms to 100 s, but not below ten samples and not above a third of the longest
-    /// record.
+    /// Two time constants in a decade, from 1 ms to 100 s, but not below ten samples and not above a third of the
+    /// longest record.
     Fit,
     /// These time constants, in seconds: at most 12.
     TimeConstants(Vec<f64>),
@@ -138,6 +138,14 @@ impl RelaxingColumns {
         let (thresholds, time_constants) = self.of(&rows, &plays);
         let weights: Vec<Vec<f64>> = rows.iter().map(of_row).collect();
         Ok(Some(RelaxingPlays::new(&thresholds, self.origin, &time_constants, &weights)?))
+    }
+
+    /// What a column is called: its row and its place in the weights of [`plays`](Self::plays), which it must be in.
+    pub(crate) fn name_of(&self, weights: &[f64], column: usize) -> String {
+        let (rows, plays) = self.used(weights);
+        let (j, i) = (column / self.thresholds.len(), column % self.thresholds.len());
+        let before = |used: &[usize], number: usize| used.iter().filter(|one| **one < number).count();
+        format!("relaxing_plays[{},{}]", before(&rows, j), before(&plays, i))
     }
 
     /// A value of every column in the order of the weights of [`plays`](Self::plays).

@@ -1,5 +1,5 @@
-//! The columns beside the operators: powers of the drive, the loop shift, and plays that relax. All are linear in weights
-//! of their own, and stand behind the output map.
+//! The columns beside the operators: powers of the drive, the loop shift, and plays that relax. All are linear in
+//! weights of their own, and stand behind the output map.
 
 use crate::terms::loop_shift::{LoopShiftModel, Memory, ShiftFilter};
 use crate::terms::relaxing_plays::{RelaxingColumns, RelaxingLane};

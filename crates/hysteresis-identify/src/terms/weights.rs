@@ -1,8 +1,8 @@
 //! The weights of the operators: a law, w = B c with unknowns c >= 0, and how smooth they are asked to be.
 //!
 //! What enters linearly is this: weights in a cone, given by columns whose non-negative combinations it holds, and what
-//! stands beside them: amplitudes of the loop shift, of any sign, and weights of relaxing plays. Rows below the triangle
-//! ask for small second differences.
+//! stands beside them: amplitudes of the loop shift, of any sign, and weights of relaxing plays. Rows below the
+//! triangle ask for small second differences.
 
 use faer::{Mat, MatRef};
 

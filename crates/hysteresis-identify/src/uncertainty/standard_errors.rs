@@ -140,8 +140,9 @@ impl StandardErrors {
 #[non_exhaustive]
 pub struct Covariance {
     /// The names, in the order of the rows: `weights[i]`, `weights_negative[i]`, `ra`, `rb`, `rc`, `input_offset`,
-    /// `dead_time`, `frequency`, `damping`, `creep[j]`, `loop_shift[j]`, `relaxing_plays[k]`, `slow_gain`, `slow_gain_time_constant`, and `output_offset` of
-    /// the first record. Several modes have `frequency[k]`, `damping[k]` and `gain[k]`, from the lowest frequency up.
+    /// `dead_time`, `frequency`, `damping`, `creep[j]`, `loop_shift[j]`, `relaxing_plays[j,i]`, `slow_gain`,
+    /// `slow_gain_time_constant`, and `output_offset` of the first record. Several modes have `frequency[k]`,
+    /// `damping[k]` and `gain[k]`, from the lowest frequency up.
     pub parameters: Vec<String>,
     /// The covariance, row by row, in the units of the parameters.
     #[cfg_attr(feature = "serde", serde(with = "hysteresis_control::stage::number"))]
@@ -173,10 +174,14 @@ impl Covariance {
 fn quantities(fit: &ProjectedFit, basis: &WeightBasis, space: &Space) -> Vec<(String, Quantity)> {
     let (above, _) = basis.families(&fit.weights);
     let weights = fit.weights.len() - space.sides().len();
-    let shifts = space.sides().of_any_sign;
+    let (shifts, relaxing) = (space.sides().of_any_sign, space.relaxing());
+    let beside = &fit.weights[weights..];
     let weight = |i: usize| match (i.checked_sub(above.len()), i.checked_sub(weights)) {
         (_, Some(side)) => match side.checked_sub(shifts) {
-            Some(play) => (format!("relaxing_plays[{play}]"), Quantity::Weight(i)),
+            Some(column) => (
+                relaxing.map_or_else(String::new, |plays| plays.name_of(&beside[shifts..], column)),
+                Quantity::Weight(i),
+            ),
             None => (format!("loop_shift[{side}]"), Quantity::Weight(i)),
         },
         (None, _) => (format!("weights[{i}]"), Quantity::Weight(i)),

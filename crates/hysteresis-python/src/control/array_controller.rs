@@ -21,11 +21,11 @@ use crate::stream::stream_arrays::{MadeOf, columns};
 /// Feed-forward through the exact inverses of M actuators and an integral behind a reconstruction matrix, within limits
 /// at every sample: made by `array.controller(...)`.
 ///
-/// a(k) = a(k-1) + dt (ki e(k) - leak a(k-1)), e = R (sensor reference - measurement), target(k) = reference(k) + a(k) +
-/// bumpless(k), drive of actuator i = H_i^-1[target_i]. Reference, integral a and bumpless term are displacements. With a
-/// `reconstruction` matrix R of shape (M, S) the sensor reference is zero unless it is given, so the feedback brings the sensors
-/// to zero. Without one sensor i measures actuator i, and the sensor reference is the reference. ki and leak are per second:
-/// behind the exact inverse the loop is linear, so one gain suits all actuators.
+/// a(k) = a(k-1) + dt (ki e(k) - leak a(k-1)), e = R (sensor reference - measurement), target(k) = reference(k) + a(k)
+/// + bumpless(k), drive of actuator i = H_i^-1[target_i]. Reference, integral a and bumpless term are displacements.
+/// With a `reconstruction` matrix R of shape (M, S) the sensor reference is zero unless it is given, so the feedback
+/// brings the sensors to zero. Without one sensor i measures actuator i, and the sensor reference is the reference. ki
+/// and leak are per second: behind the exact inverse the loop is linear, so one gain suits all actuators.
 ///
 /// The drives are always finite, within their limits, and no farther than slew dt from the last ones. The inverses
 /// remember the drives that go out. Where limits hold an actuator back, its integral takes of its change what the
@@ -38,9 +38,9 @@ use crate::stream::stream_arrays::{MadeOf, columns};
 /// A reference that is not finite (or beyond 1e100) holds all drives. A measurement that is not finite lets the
 /// integral rest: that of its actuator without a matrix, all of them with one. Feed-forward goes on.
 ///
-/// In an array of stages H_i^-1 inverts Duhem operator, maps, loop shift, relaxing plays, slow gain and creep too, not the dynamics.
-/// These go on also while the drives stay. The controller counters what creeps in every motion and stop; only where
-/// drives stay, or limits or slew hold one back, may neighbours creep apart.
+/// In an array of stages H_i^-1 inverts Duhem operator, maps, loop shift, relaxing plays, slow gain and creep too, not
+/// the dynamics. These go on also while the drives stay. The controller counters what creeps in every motion and stop;
+/// only where drives stay, or limits or slew hold one back, may neighbours creep apart.
 ///
 /// Examples
 /// --------

@@ -65,10 +65,10 @@ impl ComparedModel {
         self.0.unknowns
     }
 
-    /// The extensions in it: "creep", "loop shift", "slow gain", "dynamics", "maps", "duhem". One that was "auto" is
-    /// there if cross-validation kept it.
+    /// The extensions in it: "creep", "loop shift", "relaxing plays", "slow gain", "dynamics", "maps", "duhem". One
+    /// that was "auto" is there if cross-validation kept it.
     #[getter]
-    #[py(-> "list[Literal['creep', 'loop shift', 'slow gain', 'dynamics', 'maps', 'duhem']]")]
+    #[py(-> "list[Literal['creep', 'loop shift', 'relaxing plays', 'slow gain', 'dynamics', 'maps', 'duhem']]")]
     fn kept(&self) -> Vec<&'static str> {
         self.0.kept.iter().map(|extension| extension.name()).collect()
     }
@@ -223,7 +223,7 @@ impl Comparison {
 /// | conventional | sum_i w_i p_i[u], p_i plays |
 /// | polynomial + plays | a_2 x^2 + a_3 x^3 + sum_i w_i p_i[u], x the drive scaled to -1 to 1 |
 /// | modified | sum_i w_i z_i[u], z_i coupled plays |
-/// | modified + creep, + loop shift, + slow gain, + dynamics, + maps, + duhem | the same with one extension |
+/// | modified + creep, + loop shift, + relaxing plays, + slow gain, + dynamics, + maps, + duhem | the same with one extension |
 /// | modified + all | with all extensions, as `identify` fits them |
 ///
 /// Weights are not negative. p_0 and z_0 are the identity, so w_0 is the linear term of the polynomial. Polynomial +

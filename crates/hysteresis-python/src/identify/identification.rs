@@ -104,7 +104,8 @@ impl Identification {
         self.found.loop_shift.map(LoopShift)
     }
 
-    /// The plays that relax, if there are any. Thresholds and time constants of which none weighs anything are left out.
+    /// The plays that relax, if there are any. Thresholds and time constants of which none weighs anything are left
+    /// out.
     #[getter]
     fn relaxing_plays(&self) -> Option<RelaxingPlays> {
         self.found.relaxing_plays.clone().map(RelaxingPlays)

@@ -16,10 +16,11 @@ use crate::convert::errors;
 
 /// Fits a model to measured records.
 ///
-/// y = output_offset + G[creep[g (sum_i w_i z_i + z + s)]], z_i the operators at u - input_offset, z the Duhem operator
-/// there, s the loop shift, g the slow gain, G the linear dynamics and a dead time; y(k) is read at the moment at which
-/// u(k) is put out. Weights are non-negative least squares, exact at every step of a search over everything else. Every
-/// record starts from the virgin state, at rest at its first input, and has its own output offset.
+/// y = output_offset + G[creep[g (sum_i w_i z_i + z + s + r)]], z_i the operators at u - input_offset, z the Duhem
+/// operator there, s the loop shift, r plays that relax, g the slow gain, G the linear dynamics and a dead time; y(k)
+/// is read at the moment at which u(k) is put out. Weights are non-negative least squares, exact at every step of a
+/// search over everything else. Every record starts from the virgin state, at rest at its first input, and has its own
+/// output offset.
 ///
 /// What is "auto" is left to cross-validation: stretches of the records are predicted from fits to the others, and the
 /// simplest model that predicts as well as the best stays.
@@ -34,8 +35,8 @@ use crate::convert::errors;
 ///     hysteresis can be fitted.
 /// times : array or list of arrays, optional
 ///     When every sample was taken, in seconds, for each record. They change no fit, and give no dt: a warning tells
-///     gaps and jitter. Times that do not increase are refused, and so are those whose usual step is more than a half
-///     of dt away from dt.
+///     gaps and jitter. Times that do not increase are refused, and so are those whose usual step differs from dt by
+///     more than 1 % and their jitter.
 /// model : "modified" or "conventional"
 ///     Coupled plays, or plays for comparison.
 /// weights : "auto", "free", "quadratic" or "split"
@@ -77,11 +78,13 @@ use crate::convert::errors;
 /// loop_shift : "auto", None or float
 ///     How far the centre of a loop moves with its amplitude, of this time constant in seconds: see `plant.LoopShift`.
 ///     It holds at the rates of the records only.
-/// relaxing_plays : "auto", None, "fit" or array
+/// relaxing_plays : "auto", None, "fit", float or array
 ///     Plays that follow within a time of their own, for loops whose width depends on the rate: see
-///     `plant.RelaxingPlays`. Their thresholds are five from 0 to 0.6 of half the range of u, their time constants the
-///     given ones in seconds, or two in a decade: from 1 ms (ten samples) to 100 s (a third of the longest record).
-///     "auto" has them where they lower the error of held-out stretches by a sixth.
+///     `plant.RelaxingPlays`. Their thresholds are five from 0 to 0.6 of half the range of u. Their time constants, in
+///     seconds, are the given ones; or, of "fit", about two in a decade, from 1 ms (ten samples) to 100 s (a third of
+///     the longest record). They are virgin where the search of the input offset begins: at the first drive of the
+///     first record, or at the `input_offset` that is given. "auto" has them in place of creep where loops are of
+///     several sizes and they lower the error of held-out stretches by a tenth.
 /// slow_gain : "auto", None, "fit" or float
 ///     How the size of all loops changes while the drive cycles, of this time constant in seconds, or of one that is
 ///     searched: see `plant.SlowGain`. About 30 s for piezo stacks; it is told by records that last at least as long.

@@ -283,7 +283,7 @@ impl Argument<'_> for SlowGainModel {
     }
 }
 
-#[py("Literal['auto', 'fit'] | ArrayLike | None")]
+#[py("Literal['auto', 'fit'] | float | ArrayLike | None")]
 impl Argument<'_> for RelaxingPlaysModel {
     const TAKES_NONE: bool = true;
 
@@ -296,6 +296,8 @@ impl Argument<'_> for RelaxingPlaysModel {
             Ok(Self::Fit)
         } else if value.is_instance_of::<PyString>() {
             Err(unexpected(name, "None, \"auto\", \"fit\" or time constants in seconds", value))
+        } else if let Ok(time_constant) = value.extract() {
+            Ok(Self::TimeConstants(vec![time_constant]))
         } else {
             Ok(Self::TimeConstants(numbers(name, value)?))
         }

@@ -319,8 +319,8 @@ impl MultiAxisStage {
     /// HeldBackWarning
     ///     If limits hold drives back: look at what is missed.
     /// UserWarning
-    ///     If drives still change after the last pass: look at what is missed. If the reference begins elsewhere than the
-    ///     stage is, by more than a hundredth of its span.
+    ///     If drives still change after the last pass: look at what is missed. If the reference begins elsewhere than
+    ///     the stage is, by more than a hundredth of its span.
     ///
     /// Examples
     /// --------

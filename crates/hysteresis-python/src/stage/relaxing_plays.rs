@@ -12,17 +12,17 @@ use crate::convert::objects::{Reduced, hash, keywords, reduce};
 
 /// Plays that relax: what makes loops wider or narrower at other rates of the drive u.
 ///
-/// Loops of plays alone are as wide at any speed. Where a part of the hysteresis follows within a time of its own, as in
-/// soft ferroelectrics, polymers and bearings, they are not. Behind the output map, beside the loop shift, the position
-/// gains r:
+/// Loops of plays alone are as wide at any speed. Where a part of the hysteresis follows within a time of its own, as
+/// in soft ferroelectrics, polymers and bearings, they are not. Behind the output map, beside the loop shift, the
+/// position gains r:
 ///
 /// z_i = P_ri[u - origin], a play that is virgin at the origin;
 /// tau_j s_j' = sum_i v_ij z_i - s_j;
 /// r = sum_j s_j.
 ///
-/// One threshold of 0 is creep of the drive itself. The creep operators of K. Kuhnen, Eur. J. Control 9 (2003) 407-418,
-/// are kin: their thresholds lie within the lag. r follows from past drives alone, so the inverse of the stage stays
-/// exact, sample by sample.
+/// One threshold of 0 is creep of the drive itself. The creep operators of P. Krejci and K. Kuhnen, IEE Proc. Control
+/// Theory Appl. 148 (2001) 185-192, are kin: their thresholds lie within the lag. r follows from past drives alone, so
+/// the inverse of the stage stays exact, sample by sample.
 ///
 /// Parameters
 /// ----------

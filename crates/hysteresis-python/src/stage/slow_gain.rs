@@ -11,7 +11,8 @@ use crate::convert::objects::{Reduced, hash, keywords, reduce};
 /// The slow gain: how the size of all loops changes while the drive u cycles, and comes back at rest.
 ///
 /// Measured on piezo stacks: within a minute of cycling all loops become smaller by a few parts in a thousand. No model
-/// of Preisach's class has that. Behind output map and loop shift, in front of the creep, the position h becomes v:
+/// of Preisach's class has that. Behind output map, loop shift and relaxing plays, in front of the creep,
+/// the position h becomes v:
 ///
 /// x = u / half_range;
 /// e = x - f, within -1 .. 1, where f follows x with the time constant tau / 4;

@@ -30,11 +30,11 @@ use crate::model::duhem::Duhem;
 use crate::model::models::ModifiedPrandtlIshlinskii;
 use crate::trajectories::positions::samples;
 
-/// A whole stage: limits, dead time, amplifier, hysteresis, loop shift, creep, modes and sensor noise in one
-/// object.
+/// A whole stage: limits, dead time, amplifier, hysteresis, loop shift, relaxing plays, slow gain, creep,
+/// modes and sensor noise in one object.
 ///
-/// limits -> dead time -> amplifier -> input map -> hysteresis + Duhem -> output map -> loop shift -> creep -> modes ->
-/// sensor
+/// limits -> dead time -> amplifier -> input map -> hysteresis + Duhem -> output map ->
+/// loop shift + relaxing plays -> slow gain -> creep -> modes -> sensor
 ///
 /// Made by `identify(...).stage`, by `load(path)`, or from its parts. Immutable. Everything that runs is made from it,
 /// so parameters, limits and times are stated once. Times are in seconds, frequencies in Hz.
@@ -54,7 +54,8 @@ use crate::trajectories::positions::samples;
 ///     and held, and a position that is read at t_k.
 /// amplifier_bandwidth : float, optional
 ///     Cut-off frequency in Hz of a first-order amplifier in front of the hysteresis.
-/// dynamics : FirstOrder, SecondOrder, Modes, StateSpace, a sequence of them in series, or an object of control or scipy
+/// dynamics : FirstOrder, SecondOrder, Modes, StateSpace, a sequence of them in series, or an object of control or
+/// scipy
 ///     The modes and lags behind the hysteresis; their static gain may differ from 1.
 /// creep : Creep, optional
 /// loop_shift : LoopShift, optional
@@ -62,7 +63,8 @@ use crate::trajectories::positions::samples;
 /// relaxing_plays : RelaxingPlays, optional
 ///     Plays that relax, beside the loop shift: loops whose width depends on the rate.
 /// slow_gain : SlowGain, optional
-///     How the size of all loops changes while the drive cycles, behind loop shift and relaxing plays, in front of the creep.
+///     How the size of all loops changes while the drive cycles, behind loop shift and relaxing plays, in front of the
+///     creep.
 /// temperature : TemperatureTerm, optional
 ///     What a temperature adds behind all of it. What runs is at its reference.
 /// input_map, output_map : (array, array), optional
@@ -280,8 +282,8 @@ impl Stage {
     /// The drives that move the stage along a reference: the position that is read at t_k is reference[k].
     ///
     /// The reference is led through the inverse of amplifier, modes and dead time, then sample by sample through the
-    /// exact inverse of creep, loop shift, maps and hysteresis. The stage begins at rest at the drive `start`, or where
-    /// `history` has left it.
+    /// exact inverse of creep, slow gain, relaxing plays, loop shift, maps and hysteresis. The stage begins at rest at
+    /// the drive `start`, or where `history` has left it.
     ///
     /// Parameters
     /// ----------
@@ -294,8 +296,8 @@ impl Stage {
     ///     The drive at which the stage has rested, virgin but for the way there; by default 0, or the limit nearest to
     ///     it.
     /// history : array of floats, optional
-    ///     The drives since that rest, oldest first, one per sampling interval: what hysteresis, loop shift and creep
-    ///     remember. After a full stroke these are its two ends and the drive of now, as in
+    ///     The drives since that rest, oldest first, one per sampling interval: what hysteresis, loop shift, relaxing
+    ///     plays, slow gain and creep remember. After a full stroke these are its two ends and the drive of now, as in
     ///     `history=[0.0, 150.0, 0.0]`.
     /// lead_in : float, optional
     ///     Seconds of a smooth way from there to the beginning of the reference, in front of the result. Without it the

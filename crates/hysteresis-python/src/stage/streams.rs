@@ -25,8 +25,8 @@ impl Stage {
         Ok(StageForward { stream: self.0.forward(dt).map_err(raise)?, stage: self.0.clone(), dt })
     }
 
-    /// The exact inverse of maps, hysteresis, loop shift and creep, sample by sample, at rest; `limits` must lie within
-    /// the stage's, by default `drive_range`.
+    /// The exact inverse of maps, hysteresis, loop shift, relaxing plays, slow gain and creep, sample by sample, at
+    /// rest; `limits` must lie within the stage's, by default `drive_range`.
     ///
     /// With `amplifier=True` that of the amplifier comes last, as its lag is in front of all: a target is then what
     /// amplifier and modes are to get, as `preview` makes it. The position is at what the lag makes of the targets, a
@@ -51,8 +51,8 @@ impl Stage {
         Ok(Bracket::made(slf.as_any(), slf.get().0.bracket(limits).map_err(raise)?))
     }
 
-    /// How uncertain the position is when the history between the limits is unknown, without loop shift, creep and
-    /// dynamics.
+    /// How uncertain the position is when the history between the limits is unknown, without loop shift,
+    /// relaxing plays, slow gain, creep and dynamics.
     fn bracket(
         slf: &Bound<'_, Self>,
         #[py("Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
@@ -87,8 +87,9 @@ pub(crate) struct StageForward {
 
 /// The exact inverse of a stage without its fast dynamics, sample by sample: made by `stage.inverse(dt)`.
 ///
-/// It inverts input map, hysteresis, output map, loop shift and creep, and with `amplifier=True` the amplifier in front
-/// of all. The drive never leaves the limits; a target out of reach puts it at a limit and sets `saturated`.
+/// It inverts input map, hysteresis, output map, loop shift, relaxing plays, slow gain and creep, and with
+/// `amplifier=True` the amplifier in front of all. The drive never leaves the limits; a target out of reach puts it at
+/// a limit and sets `saturated`.
 ///
 /// Examples
 /// --------

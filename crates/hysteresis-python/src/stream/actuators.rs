@@ -28,7 +28,7 @@ use crate::stage::stage::{Stage, checked_limits};
 /// Many actuators side by side, as in a deformable mirror: actuator m is models[m], with its own memory.
 ///
 /// Equal ones are kept once, so `[model] * 4096` costs little more than one. Stages are for actuators with a Duhem
-/// operator, maps, creep, loop shift or slow gain: what runs then goes by time, and asks for `dt`.
+/// operator, maps, creep, loop shift, relaxing plays or slow gain: what runs then goes by time, and asks for `dt`.
 ///
 /// Parameters
 /// ----------
