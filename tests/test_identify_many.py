@@ -22,7 +22,7 @@ SAMPLES = 500
 U = 60.0 + mh.signals.decaying_triangle(50.0, 1.0, cycles=5, rate=100)
 OPTIONS: dict[str, Any] = {"dt": DT, "operators": 5, "weights": "free", "smoothness": 0.0}
 ALONE: dict[str, Any] = {"dynamics": None, "creep": None, "loop_shift": None}
-ALONE |= {"input_map": None, "output_map": None}
+ALONE |= {"relaxing_plays": None, "input_map": None, "output_map": None}
 """What a single fit leaves out to be one of many."""
 
 

@@ -82,12 +82,15 @@ def test_creep_by_a_power_of_time_has_an_amplitude_for_every_decade() -> None:
     def off(found: mh.results.Identification) -> float:
         return float(np.std(found.predict(other, dt=dt) - position(other)))
 
-    found = mh.identify(u, y, dt=dt)
+    # Plays that relax do what such creep does, and 0.026 % is left.
+    alone: dict[str, Any] = {"dt": dt, "relaxing_plays": None}
+    found = mh.identify(u, y, **alone)
     assert found.creep is not None
     assert found.creep.time_constants.tolist() == [1.0, 10.0, 100.0]
     assert found.creep.amplitudes.tolist() == sorted(found.creep.amplitudes)
     # 0.036 and 0.166 % of the range were measured.
-    assert off(found) < 0.4 * off(mh.identify(u, y, dt=dt, creep="log"))
+    assert off(found) < 0.4 * off(mh.identify(u, y, creep="log", **alone))
+    assert off(mh.identify(u, y, dt=dt)) < 1.1 * off(found)
 
 
 HEATED = mh.PrandtlIshlinskii(np.r_[0.6, np.linspace(0.04, 0.005, 18)], np.linspace(0.0, 45.0, 19))

@@ -211,7 +211,7 @@ def test_a_reference_is_followed_by_the_plant() -> None:
     wanted = np.column_stack([soft * np.sin(30.0 * time), 0.6 * soft * np.sin(50.0 * time)])
 
     def missed(stage: mh.MultiAxisStage) -> Array:
-        reference = model.output_offset + wanted
+        reference = stage.output_offset + wanted
         drives, told = stage.precompensate(reference)
         assert (told < 5e-3 * wanted.std(axis=0)).all()
         error = plant(drives, hysteresis=True) - reference

@@ -4,6 +4,7 @@
 //! tell how their width depends on the rate.
 
 use crate::error::Error;
+use crate::judge::loops::tells_speeds;
 use crate::options::{Options, Setting};
 use crate::records::course::turns;
 use crate::records::record::{Intervals, Record};
@@ -99,8 +100,8 @@ impl Options {
         if !tires && self.slow_gain == SlowGainModel::Auto {
             resolved.slow_gain = SlowGainModel::None;
         }
-        // Loops that are all alike are of one rate.
-        let relaxes = bends && variety.amplitudes;
+        // At one speed a time is a way.
+        let relaxes = bends && variety.amplitudes && tells_speeds(records);
         let relaxes = relaxes && RelaxingPlaysModel::Fit.is_told(intervals.longest_record(), intervals.smallest());
         if !relaxes && self.relaxing_plays == RelaxingPlaysModel::Auto {
             resolved.relaxing_plays = RelaxingPlaysModel::None;

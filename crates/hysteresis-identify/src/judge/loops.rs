@@ -210,7 +210,35 @@ pub(crate) fn no_minor_loops(records: &[Record<'_>]) -> Option<Finding> {
 
 /// The drive goes from turn to turn at one speed and in one time.
 pub(crate) fn one_rate(records: &[Record<'_>]) -> Option<Finding> {
-    const LIMIT: f64 = 1.5;
+    let Rates { of_speed, speed, of_frequency, frequency } = rates(records)?;
+    let value = of_speed.max(of_frequency);
+    let time = if records.iter().all(|record| record.dt().is_some()) { "second" } else { "sample" };
+    let message = format!(
+        "the drive moves at one speed and over one range, at about {speed:.4} per {time} and {frequency:.4} loops per {time}: the records do \
+         not tell how hysteresis and gain depend on the rate, and no error that is given here holds at another one"
+    );
+    (value < ONE_RATE).then(|| Finding::new(FindingCode::RateDependenceNotTold, value, ONE_RATE, message))
+}
+
+/// Below this ratio of the largest to the smallest, speeds or frequencies are one.
+const ONE_RATE: f64 = 1.5;
+
+/// Whether the drive moves at several speeds, or rests: then what follows within a time of its own is told from what a
+/// longer way does.
+pub(crate) fn tells_speeds(records: &[Record<'_>]) -> bool {
+    rates(records).is_none_or(|rates| rates.of_speed >= ONE_RATE)
+}
+
+/// Speeds and frequencies of the drive from turn to turn: the largest, and its ratio to the smallest.
+struct Rates {
+    of_speed: f64,
+    speed: f64,
+    of_frequency: f64,
+    frequency: f64,
+}
+
+/// None where the drive rests for long, or nowhere turns round.
+fn rates(records: &[Record<'_>]) -> Option<Rates> {
     /// The share of the time in the slowest and in the fastest swings that may be anything: a beginning, an end, one
     /// odd loop.
     const ODD: f64 = 0.05;
@@ -239,13 +267,7 @@ pub(crate) fn one_rate(records: &[Record<'_>]) -> Option<Finding> {
     };
     let ((of_speed, speed), (of_frequency, frequency)) =
         (spread(|swing| swing.travel / swing.moving), spread(Swing::frequency));
-    let value = of_speed.max(of_frequency);
-    let time = if records.iter().all(|record| record.dt().is_some()) { "second" } else { "sample" };
-    let message = format!(
-        "the drive moves at one speed and over one range, at about {speed:.4} per {time} and {frequency:.4} loops per {time}: the records do \
-         not tell how hysteresis and gain depend on the rate, and no error that is given here holds at another one"
-    );
-    (value < LIMIT).then(|| Finding::new(FindingCode::RateDependenceNotTold, value, LIMIT, message))
+    Some(Rates { of_speed, speed, of_frequency, frequency })
 }
 
 /// The way of the drive from one turn to the next.

@@ -84,7 +84,8 @@ use crate::convert::errors;
 ///     seconds, are the given ones; or, of "fit", about two in a decade, from 1 ms (ten samples) to 100 s (a third of
 ///     the longest record). They are virgin where the search of the input offset begins: at the first drive of the
 ///     first record, or at the `input_offset` that is given. "auto" has them in place of creep where loops are of
-///     several sizes and they lower the error of held-out stretches by a tenth.
+///     several sizes, the drive moves at several speeds or rests, and they lower the error of held-out stretches by a
+///     tenth.
 /// slow_gain : "auto", None, "fit" or float
 ///     How the size of all loops changes while the drive cycles, of this time constant in seconds, or of one that is
 ///     searched: see `plant.SlowGain`. About 30 s for piezo stacks; it is told by records that last at least as long.
