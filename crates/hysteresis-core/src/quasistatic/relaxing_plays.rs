@@ -131,11 +131,11 @@ impl Relaxation {
     /// At rest at the origin.
     pub(super) fn new(terms: &RelaxingPlayTerms) -> Self {
         let held = |threshold: &f64| Held { threshold: *threshold, output: 0.0 };
-        let lag = |(decay, weights): (&f64, &Box<[f64]>)| Lag { decay: *decay, weights: weights.clone(), relaxed: 0.0 };
+        let lag = |(decay, weights): (&f64, &[f64])| Lag { decay: *decay, weights: weights.into(), relaxed: 0.0 };
         Self {
             origin: terms.origin,
             plays: terms.thresholds.iter().map(held).collect(),
-            lags: terms.decays.iter().zip(&terms.weights).map(lag).collect(),
+            lags: terms.decays.iter().zip(terms.weights()).map(lag).collect(),
         }
     }
 
