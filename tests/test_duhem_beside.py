@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import json
 import math
 import pickle
 from collections.abc import Callable
@@ -21,10 +20,20 @@ from law_stages import loops as loops_of
 from mpi_hyst._cli.stage import is_static
 from mpi_hyst._report.models import linear_parts
 from reference.duhem import Duhem
-from stack_stage import LIMITS, ROUNDING, drives, hysteresis, reference_model
+from stack_stage import (
+    DT,
+    LIMITS,
+    ROUNDING,
+    assert_a_file_keeps,
+    assert_forward_of_inverse_is_the_target,
+    assert_peek_tells_the_next_step,
+    assert_restored,
+    drives,
+    hysteresis,
+    reference_model,
+)
 from support import Array, parameter_of
 
-DT = 1e-3
 OFFSET = 10.0
 KNOTS, RISING, FALLING = [-30.0, 0.0, 30.0], [0.9, 0.5, 0.1], [0.1, 0.5, 0.7]
 MAPS: dict[str, Any] = {
@@ -49,18 +58,12 @@ def test_the_stage_is_its_equations(us: list[float]) -> None:
 @given(drives())
 def test_forward_of_inverse_is_the_target(us: list[float]) -> None:
     made = stage(creep=mh.plant.Creep([0.01, 0.02], [0.01, 1.0]), **MAPS)
-    targets = made.forward(DT).run(us)
-    reached = made.forward(DT).run(made.inverse(DT).run(targets))
-    np.testing.assert_allclose(reached, targets, rtol=0, atol=ROUNDING)
+    assert_forward_of_inverse_is_the_target(made, us)
 
 
 @given(drives())
 def test_peek_changes_nothing_and_tells_the_next_step(us: list[float]) -> None:
-    forward, inverse = stage(**MAPS).forward(DT), stage(**MAPS).inverse(DT)
-    for u in us:
-        ahead, position = forward.peek(u), forward.step(u)
-        assert ahead == position
-        assert inverse.peek(position) == inverse.step(position)
+    assert_peek_tells_the_next_step(stage(**MAPS), us)
 
 
 @given(drives(), st.integers(2, 5))
@@ -78,14 +81,7 @@ def test_a_restored_state_continues_bit_for_bit() -> None:
     shift = mh.plant.LoopShift(65.0, 85.0, (-6.0, 2.5), 0.05, 0.4)
     made = stage(loop_shift=shift, **MAPS)
     us = 60.0 + 60.0 * np.sin(0.05 * np.arange(300))
-    for stream in (made.forward(DT), made.inverse(DT)):
-        stream.run(us)
-        saved = json.loads(json.dumps(stream.state))
-        twins = [pickle.loads(pickle.dumps(stream)), copy.deepcopy(stream)]
-        expected = stream.run(us[::-1])
-        stream.state = saved
-        for other in (*twins, stream):
-            np.testing.assert_array_equal(other.run(us[::-1]), expected)
+    for stream, saved, other in assert_restored(made):
         # the last number says whether the drive rose
         wrong = copy.deepcopy(saved)
         inner = wrong["stream"].get("quasi_static", wrong["stream"])
@@ -94,7 +90,7 @@ def test_a_restored_state_continues_bit_for_bit() -> None:
             ValueError, match="1 where x rose last, or -1, as the last number, got 0"
         ):
             stream.state = wrong
-        np.testing.assert_array_equal(stream.run(us), twins[0].run(us))
+        np.testing.assert_array_equal(stream.run(us), other.run(us))
 
 
 def test_a_stage_keeps_its_operator(tmp_path: Path) -> None:
@@ -103,13 +99,7 @@ def test_a_stage_keeps_its_operator(tmp_path: Path) -> None:
     assert made.duhem.knots.tolist() == KNOTS and made.duhem.falling.tolist() == FALLING
     assert "Duhem operator" in repr(made) and "Duhem" not in repr(plays)
     assert made.replace(duhem=None) == plays != made
-    made.save(tmp_path / "stage.json")
-    assert mh.load(tmp_path / "stage.json") == made == pickle.loads(pickle.dumps(made))
-    written = json.loads((tmp_path / "stage.json").read_text())
-    assert written["schema"] == "mpi_hyst/stage/1"
-    del written["duhem"]
-    (tmp_path / "stage.json").write_text(json.dumps(written))
-    assert mh.load(tmp_path / "stage.json") == plays
+    assert_a_file_keeps(made, "duhem", tmp_path / "stage.json")
     # What is given is its parameters: a stage begins at rest.
     used = mh.Duhem(KNOTS, RISING, FALLING)
     used.step(100.0)

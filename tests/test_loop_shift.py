@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import copy
-import json
 import math
-import pickle
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +15,22 @@ from hypothesis import strategies as st
 from mpi_hyst._cli.stage import is_static
 from mpi_hyst._report.models import linear_parts
 from reference.loop_shift import LoopShift
-from reference.stages import ReferenceStage
-from stack_stage import LIMITS, ROUNDING, hysteresis, reference_model
-from support import Array, parameter_of
+from stack_stage import (
+    DT,
+    LIMITS,
+    MAPS,
+    ROUNDING,
+    assert_a_file_keeps,
+    assert_a_hold_in_parts_is_a_hold,
+    assert_forward_of_inverse_is_the_target,
+    assert_open_loop_follows_a_raster,
+    assert_peek_tells_the_next_step,
+    assert_restored,
+    hysteresis,
+    reference_model,
+)
+from support import parameter_of
 
-DT = 1e-3
-MAPS: dict[str, Any] = {
-    "input_map": ([-20.0, 40.0, 150.0], [-20.0, 45.0, 150.0]),
-    "output_map": ([-20.0, 60.0, 160.0], [-20.0, 55.0, 160.0]),
-}
 SHIFT = mh.plant.LoopShift(65.0, 85.0, (-6.0, 2.5), 0.05, 0.4)
 
 
@@ -79,9 +84,7 @@ def test_the_stage_is_its_equations(shift: mh.plant.LoopShift, us: list[float]) 
 @given(shifts(), drives())
 def test_forward_of_inverse_is_the_target(shift: mh.plant.LoopShift, us: list[float]) -> None:
     made = stage(loop_shift=shift, creep=mh.plant.Creep([0.01, 0.02], [0.01, 1.0]), **MAPS)
-    targets = made.forward(DT).run(us)
-    reached = made.forward(DT).run(made.inverse(DT).run(targets))
-    np.testing.assert_allclose(reached, targets, rtol=0, atol=ROUNDING)
+    assert_forward_of_inverse_is_the_target(made, us)
 
 
 @given(shifts(), drives(), drives())
@@ -101,31 +104,18 @@ def test_peek_changes_nothing_and_tells_the_next_step(
     shift: mh.plant.LoopShift, us: list[float]
 ) -> None:
     made = stage(loop_shift=shift, **MAPS)
-    forward, inverse = made.forward(DT), made.inverse(DT)
-    for u in us:
-        ahead, position = forward.peek(u), forward.step(u)
-        assert ahead == position
-        assert inverse.peek(position) == inverse.step(position)
+    assert_peek_tells_the_next_step(made, us)
 
 
 @given(shifts(), drives())
 def test_a_hold_in_parts_is_a_hold(shift: mh.plant.LoopShift, us: list[float]) -> None:
     made = stage(loop_shift=shift)
-    parts = made.forward(DT / 4).run(np.repeat(us, 4))[::4]
-    np.testing.assert_allclose(parts, made.forward(DT).run(us), rtol=0, atol=ROUNDING)
+    assert_a_hold_in_parts_is_a_hold(made, us)
 
 
 def test_a_restored_state_continues_bit_for_bit() -> None:
     made = stage(creep=mh.plant.Creep([0.01], [0.5]), **MAPS)
-    us = 60.0 + 60.0 * np.sin(0.05 * np.arange(300))
-    for stream in (made.forward(DT), made.inverse(DT)):
-        stream.run(us)
-        saved = json.loads(json.dumps(stream.state))
-        twins = [pickle.loads(pickle.dumps(stream)), copy.deepcopy(stream)]
-        expected = stream.run(us[::-1])
-        stream.state = saved
-        for other in (*twins, stream):
-            np.testing.assert_array_equal(other.run(us[::-1]), expected)
+    assert_restored(made)
 
 
 def test_a_state_from_before_there_was_a_loop_shift_loads() -> None:
@@ -149,20 +139,12 @@ def test_a_slow_cycle_moves_the_centre_by_the_mean_square() -> None:
 
 
 def test_open_loop_follows_a_raster_of_a_stage_that_is_written_apart() -> None:
-    dt, t = 1e-4, 1e-4 * np.arange(10_000)
-    raster: Array = 70.0 * 2.0 * np.abs((t * 10.0 + 0.5) % 1.0 - 0.5)
-    creep = mh.plant.Creep.logarithmic(0.012, 0.01, 100.0, 8)
-    mode = mh.plant.SecondOrder(800.0, 0.02)
-    made = stage(limits=(-30.0, 150.0), dynamics=mode, creep=creep, dead_time=dt)
-    terms = list(zip(creep.amplitudes, creep.time_constants, strict=True))
-    moved = twin(SHIFT, dt)
-    moved.settle(0.0)
-    truth = ReferenceStage(
-        reference_model(), 800.0, 0.02, creep=terms, delay=1, dt=dt, loop_shift=moved
-    )
-    error = np.array(truth.run(made.precompensate(raster, dt).tolist())) - raster
-    # As much as without a shift: 0.02 % of the stroke of 100 um.
-    assert np.sqrt(np.mean(error**2)) < 2e-4 * 100.0
+    def moved(dt: float) -> dict[str, Any]:
+        shift = twin(SHIFT, dt)
+        shift.settle(0.0)
+        return {"loop_shift": shift}
+
+    assert_open_loop_follows_a_raster(stage, moved)
 
 
 def test_a_stage_keeps_its_shift(tmp_path: Path) -> None:
@@ -171,17 +153,10 @@ def test_a_stage_keeps_its_shift(tmp_path: Path) -> None:
     assert "loop shift" in repr(made) and "loop shift" not in repr(stage(loop_shift=None))
     assert made.replace(loop_shift=None) == stage(loop_shift=None) != made
     assert made.replace(dead_time=DT).loop_shift == SHIFT
-    made.save(tmp_path / "stage.json")
-    assert mh.load(tmp_path / "stage.json") == made == pickle.loads(pickle.dumps(made))
-    written = json.loads((tmp_path / "stage.json").read_text())
-    assert written["schema"] == "mpi_hyst/stage/1"
-    assert written["loop_shift"] == {
+    assert assert_a_file_keeps(made, "loop_shift", tmp_path / "stage.json") == {
         **{"center": 65.0, "half_range": 85.0, "amplitudes": [-6.0, 2.5]},
         **{"time_constant": 0.05, "limit": 0.4},
     }
-    del written["loop_shift"]
-    (tmp_path / "stage.json").write_text(json.dumps(written))
-    assert mh.load(tmp_path / "stage.json") == made.replace(loop_shift=None)
 
 
 def test_the_bracket_leaves_the_shift_out() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import json
 import math
 import pickle
 from pathlib import Path
@@ -17,15 +15,23 @@ from hypothesis import strategies as st
 from mpi_hyst._cli.stage import is_static
 from mpi_hyst._report.models import linear_parts
 from reference.relaxing_plays import RelaxingPlays
-from reference.stages import ReferenceStage
-from stack_stage import LIMITS, ROUNDING, drives, hysteresis, reference_model
+from stack_stage import (
+    DT,
+    LIMITS,
+    MAPS,
+    ROUNDING,
+    assert_a_file_keeps,
+    assert_a_hold_in_parts_is_a_hold,
+    assert_forward_of_inverse_is_the_target,
+    assert_open_loop_follows_a_raster,
+    assert_peek_tells_the_next_step,
+    assert_restored,
+    drives,
+    hysteresis,
+    reference_model,
+)
 from support import Array, parameter_of
 
-DT = 1e-3
-MAPS: dict[str, Any] = {
-    "input_map": ([-20.0, 40.0, 150.0], [-20.0, 45.0, 150.0]),
-    "output_map": ([-20.0, 60.0, 160.0], [-20.0, 55.0, 160.0]),
-}
 PLAYS = mh.plant.RelaxingPlays(
     [0.0, 12.0, 30.0], [0.01, 0.2], [[0.01, 0.03, 0.02], [0.0, 0.02, 0.02]], origin=10.0
 )
@@ -68,9 +74,7 @@ def test_the_stage_is_its_equations(plays: mh.plant.RelaxingPlays, us: list[floa
 def test_forward_of_inverse_is_the_target(plays: mh.plant.RelaxingPlays, us: list[float]) -> None:
     creep = mh.plant.Creep([0.01, 0.02], [0.01, 1.0])
     made = stage(relaxing_plays=plays, creep=creep, loop_shift=SHIFT, **MAPS)
-    targets = made.forward(DT).run(us)
-    reached = made.forward(DT).run(made.inverse(DT).run(targets))
-    np.testing.assert_allclose(reached, targets, rtol=0, atol=ROUNDING)
+    assert_forward_of_inverse_is_the_target(made, us)
 
 
 @given(all_plays(), drives())
@@ -78,47 +82,23 @@ def test_peek_changes_nothing_and_tells_the_next_step(
     plays: mh.plant.RelaxingPlays, us: list[float]
 ) -> None:
     made = stage(relaxing_plays=plays, loop_shift=SHIFT, **MAPS)
-    forward, inverse = made.forward(DT), made.inverse(DT)
-    for u in us:
-        ahead, position = forward.peek(u), forward.step(u)
-        assert ahead == position
-        assert inverse.peek(position) == inverse.step(position)
+    assert_peek_tells_the_next_step(made, us)
 
 
 @given(all_plays(), drives())
 def test_a_hold_in_parts_is_a_hold(plays: mh.plant.RelaxingPlays, us: list[float]) -> None:
     made = stage(relaxing_plays=plays)
-    parts = made.forward(DT / 4).run(np.repeat(us, 4))[::4]
-    np.testing.assert_allclose(parts, made.forward(DT).run(us), rtol=0, atol=ROUNDING)
+    assert_a_hold_in_parts_is_a_hold(made, us)
 
 
 @pytest.mark.parametrize("shift", [None, SHIFT])
 def test_a_restored_state_continues_bit_for_bit(shift: mh.plant.LoopShift | None) -> None:
     made = stage(creep=mh.plant.Creep([0.01], [0.5]), loop_shift=shift, **MAPS)
-    us = 60.0 + 60.0 * np.sin(0.05 * np.arange(300))
-    for stream in (made.forward(DT), made.inverse(DT)):
-        stream.run(us)
-        saved = json.loads(json.dumps(stream.state))
-        twins = [pickle.loads(pickle.dumps(stream)), copy.deepcopy(stream)]
-        expected = stream.run(us[::-1])
-        stream.state = saved
-        for other in (*twins, stream):
-            np.testing.assert_array_equal(other.run(us[::-1]), expected)
+    assert_restored(made)
 
 
 def test_open_loop_follows_a_raster_of_a_stage_that_is_written_apart() -> None:
-    dt, t = 1e-4, 1e-4 * np.arange(10_000)
-    raster: Array = 70.0 * 2.0 * np.abs((t * 10.0 + 0.5) % 1.0 - 0.5)
-    creep = mh.plant.Creep.logarithmic(0.012, 0.01, 100.0, 8)
-    mode = mh.plant.SecondOrder(800.0, 0.02)
-    made = stage(limits=(-30.0, 150.0), dynamics=mode, creep=creep, dead_time=dt)
-    terms = list(zip(creep.amplitudes, creep.time_constants, strict=True))
-    truth = ReferenceStage(
-        reference_model(), 800.0, 0.02, creep=terms, delay=1, dt=dt, relaxing=twin(PLAYS, dt)
-    )
-    error = np.array(truth.run(made.precompensate(raster, dt).tolist())) - raster
-    # As much as without plays that relax: 0.02 % of the stroke of 100 um.
-    assert np.sqrt(np.mean(error**2)) < 2e-4 * 100.0
+    assert_open_loop_follows_a_raster(stage, lambda dt: {"relaxing": twin(PLAYS, dt)})
 
 
 def test_a_stage_keeps_its_plays(tmp_path: Path) -> None:
@@ -127,13 +107,7 @@ def test_a_stage_keeps_its_plays(tmp_path: Path) -> None:
     assert "relaxing plays" in repr(made)
     assert "relaxing plays" not in repr(stage(relaxing_plays=None))
     assert made.replace(relaxing_plays=None) == stage(relaxing_plays=None) != made
-    made.save(tmp_path / "stage.json")
-    assert mh.load(tmp_path / "stage.json") == made == pickle.loads(pickle.dumps(made))
-    written = json.loads((tmp_path / "stage.json").read_text())
-    assert written["schema"] == "mpi_hyst/stage/1"
-    del written["relaxing_plays"]
-    (tmp_path / "stage.json").write_text(json.dumps(written))
-    assert mh.load(tmp_path / "stage.json") == made.replace(relaxing_plays=None)
+    assert_a_file_keeps(made, "relaxing_plays", tmp_path / "stage.json")
 
 
 def test_ranges_count_the_plays_and_the_bracket_leaves_them_out() -> None:

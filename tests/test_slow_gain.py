@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import json
 import math
 import pickle
 from pathlib import Path
@@ -17,15 +15,23 @@ from hypothesis import strategies as st
 from mpi_hyst._cli.stage import is_static
 from mpi_hyst._report.models import linear_parts
 from reference.slow_gain import SlowGain
-from reference.stages import ReferenceStage
-from stack_stage import LIMITS, ROUNDING, drives, hysteresis, reference_model
+from stack_stage import (
+    DT,
+    LIMITS,
+    MAPS,
+    ROUNDING,
+    assert_a_file_keeps,
+    assert_a_hold_in_parts_is_a_hold,
+    assert_forward_of_inverse_is_the_target,
+    assert_open_loop_follows_a_raster,
+    assert_peek_tells_the_next_step,
+    assert_restored,
+    drives,
+    hysteresis,
+    reference_model,
+)
 from support import Array, parameter_of
 
-DT = 1e-3
-MAPS: dict[str, Any] = {
-    "input_map": ([-20.0, 40.0, 150.0], [-20.0, 45.0, 150.0]),
-    "output_map": ([-20.0, 60.0, 160.0], [-20.0, 55.0, 160.0]),
-}
 GAIN = mh.plant.SlowGain(85.0, -0.04, 30.0, 0.5)
 SHIFT = mh.plant.LoopShift(65.0, 85.0, (-6.0, 2.5), 0.05, 0.4)
 
@@ -62,9 +68,7 @@ def test_the_stage_is_its_equations(gain: mh.plant.SlowGain, us: list[float]) ->
 def test_forward_of_inverse_is_the_target(gain: mh.plant.SlowGain, us: list[float]) -> None:
     creep = mh.plant.Creep([0.01, 0.02], [0.01, 1.0])
     made = stage(slow_gain=gain, creep=creep, loop_shift=SHIFT, **MAPS)
-    targets = made.forward(DT).run(us)
-    reached = made.forward(DT).run(made.inverse(DT).run(targets))
-    np.testing.assert_allclose(reached, targets, rtol=0, atol=ROUNDING)
+    assert_forward_of_inverse_is_the_target(made, us)
 
 
 @given(gains(), drives())
@@ -72,47 +76,23 @@ def test_peek_changes_nothing_and_tells_the_next_step(
     gain: mh.plant.SlowGain, us: list[float]
 ) -> None:
     made = stage(slow_gain=gain, loop_shift=SHIFT, **MAPS)
-    forward, inverse = made.forward(DT), made.inverse(DT)
-    for u in us:
-        ahead, position = forward.peek(u), forward.step(u)
-        assert ahead == position
-        assert inverse.peek(position) == inverse.step(position)
+    assert_peek_tells_the_next_step(made, us)
 
 
 @given(gains(), drives())
 def test_a_hold_in_parts_is_a_hold(gain: mh.plant.SlowGain, us: list[float]) -> None:
     made = stage(slow_gain=gain)
-    parts = made.forward(DT / 4).run(np.repeat(us, 4))[::4]
-    np.testing.assert_allclose(parts, made.forward(DT).run(us), rtol=0, atol=ROUNDING)
+    assert_a_hold_in_parts_is_a_hold(made, us)
 
 
 @pytest.mark.parametrize("shift", [None, SHIFT])
 def test_a_restored_state_continues_bit_for_bit(shift: mh.plant.LoopShift | None) -> None:
     made = stage(creep=mh.plant.Creep([0.01], [0.5]), loop_shift=shift, **MAPS)
-    us = 60.0 + 60.0 * np.sin(0.05 * np.arange(300))
-    for stream in (made.forward(DT), made.inverse(DT)):
-        stream.run(us)
-        saved = json.loads(json.dumps(stream.state))
-        twins = [pickle.loads(pickle.dumps(stream)), copy.deepcopy(stream)]
-        expected = stream.run(us[::-1])
-        stream.state = saved
-        for other in (*twins, stream):
-            np.testing.assert_array_equal(other.run(us[::-1]), expected)
+    assert_restored(made)
 
 
 def test_open_loop_follows_a_raster_of_a_stage_that_is_written_apart() -> None:
-    dt, t = 1e-4, 1e-4 * np.arange(10_000)
-    raster: Array = 70.0 * 2.0 * np.abs((t * 10.0 + 0.5) % 1.0 - 0.5)
-    creep = mh.plant.Creep.logarithmic(0.012, 0.01, 100.0, 8)
-    mode = mh.plant.SecondOrder(800.0, 0.02)
-    made = stage(limits=(-30.0, 150.0), dynamics=mode, creep=creep, dead_time=dt)
-    terms = list(zip(creep.amplitudes, creep.time_constants, strict=True))
-    truth = ReferenceStage(
-        reference_model(), 800.0, 0.02, creep=terms, delay=1, dt=dt, slow_gain=twin(GAIN, dt)
-    )
-    error = np.array(truth.run(made.precompensate(raster, dt).tolist())) - raster
-    # As much as without a slow gain: 0.02 % of the stroke of 100 um.
-    assert np.sqrt(np.mean(error**2)) < 2e-4 * 100.0
+    assert_open_loop_follows_a_raster(stage, lambda dt: {"slow_gain": twin(GAIN, dt)})
 
 
 def test_a_stage_keeps_its_gain(tmp_path: Path) -> None:
@@ -120,13 +100,7 @@ def test_a_stage_keeps_its_gain(tmp_path: Path) -> None:
     assert made.slow_gain == GAIN and stage(slow_gain=None).slow_gain is None
     assert "slow gain" in repr(made) and "slow gain" not in repr(stage(slow_gain=None))
     assert made.replace(slow_gain=None) == stage(slow_gain=None) != made
-    made.save(tmp_path / "stage.json")
-    assert mh.load(tmp_path / "stage.json") == made == pickle.loads(pickle.dumps(made))
-    written = json.loads((tmp_path / "stage.json").read_text())
-    assert written["schema"] == "mpi_hyst/stage/1"
-    del written["slow_gain"]
-    (tmp_path / "stage.json").write_text(json.dumps(written))
-    assert mh.load(tmp_path / "stage.json") == made.replace(slow_gain=None)
+    assert_a_file_keeps(made, "slow_gain", tmp_path / "stage.json")
 
 
 def test_ranges_count_the_gain_and_the_bracket_leaves_it_out() -> None:
