@@ -115,7 +115,12 @@ impl Play {
     /// # Errors
     /// [`Error::Domain`] unless `r` is finite and not negative.
     pub fn new(r: f64) -> Result<Self, Error> {
-        Ok(Self { r: check_non_negative("r", None, r)? })
+        Self::indexed("r", None, r)
+    }
+
+    /// [`new`](Self::new) for a threshold of another name, so that an error says it.
+    pub(crate) fn indexed(parameter: &'static str, index: Option<usize>, r: f64) -> Result<Self, Error> {
+        Ok(Self { r: check_non_negative(parameter, index, r)? })
     }
 
     /// The threshold r.

@@ -280,9 +280,7 @@ fn loop_shift(space: &Space, basis: &WeightBasis, fit: &ProjectedFit) -> Result<
 
 /// The plays that relax, if any weighs something.
 fn relaxing_plays(space: &Space, basis: &WeightBasis, fit: &ProjectedFit) -> Result<Option<RelaxingPlays>, Error> {
-    let Some(columns) = space.relaxing() else { return Ok(None) };
-    let beside = basis.amplitudes(&fit.weights);
-    columns.plays(&beside[space.sides().of_any_sign..])
+    space.relaxing().map_or(Ok(None), |columns| columns.plays(basis.relaxing(&fit.weights)))
 }
 
 /// The slow gain, if there is one: about the position at which the hysteresis puts out nothing.

@@ -315,9 +315,8 @@ const LOOPS: usize = 32;
 
 impl Stage {
     /// The lowest and the highest slope dy/du, creep and relaxing plays at their end included, and a slow gain wherever
-    /// it may be. A loop
-    /// shift does not change it: the newest drive does not enter it, and at its end it is 0. A Duhem operator counts
-    /// between its knots: beyond them its f goes on as it was.
+    /// it may be. A loop shift does not change it: the newest drive does not enter it, and at its end it is 0. A Duhem
+    /// operator counts between its knots: beyond them its f goes on as it was.
     #[must_use]
     pub fn slope_range(&self) -> (f64, f64) {
         let (mut low, mut high) = self.model.slope_range();

@@ -1,5 +1,5 @@
-//! What past drives leave for the next sample, known before its drive is: a loop that has
-//! shifted, plays that have relaxed, and a gain.
+//! What past drives leave for the next sample, known before its drive is: a loop that has shifted, plays that have
+//! relaxed, and a gain.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;

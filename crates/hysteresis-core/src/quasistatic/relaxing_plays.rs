@@ -1,7 +1,8 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use crate::error::{Bound, Error, check_all_finite, check_between, check_finite, check_length, check_non_negative};
+use crate::error::{Bound, Error, check_all_finite, check_between, check_finite, check_length};
+use crate::operator::{Operator, Play};
 
 /// Plays that relax, at the samples: r(k) = sum_j s_j(k), added to the position behind the output map.
 ///
@@ -23,12 +24,13 @@ use crate::error::{Bound, Error, check_all_finite, check_between, check_finite, 
 /// ```
 /// use hysteresis_core::RelaxingPlayTerms;
 /// let plays = RelaxingPlayTerms::new(&[0.0, 20.0], 0.0, &[0.9, 0.99], &[vec![0.01, 0.02], vec![0.0, 0.03]])?;
-/// assert_eq!((plays.thresholds(), plays.decays()), (&[0.0, 20.0][..], &[0.9, 0.99][..]));
+/// assert_eq!(plays.decays(), [0.9, 0.99]);
+/// assert!(plays.thresholds().eq([0.0, 20.0]));
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct RelaxingPlayTerms {
-    thresholds: Box<[f64]>,
+    plays: Box<[Play]>,
     origin: f64,
     decays: Box<[f64]>,
     /// v_ij, a row for every lag.
@@ -43,11 +45,10 @@ pub(super) struct Relaxation {
     lags: Box<[Lag]>,
 }
 
-/// One play.
+/// A play and z_i.
 #[derive(Clone, Copy, Debug)]
 struct Held {
-    threshold: f64,
-    /// z_i
+    play: Play,
     output: f64,
 }
 
@@ -74,14 +75,14 @@ impl RelaxingPlayTerms {
                 return Err(Error::whole(parameter, None, "at least one number", 0));
             }
         }
-        let mut before = None;
+        let mut plays: Vec<Play> = Vec::with_capacity(thresholds.len());
         for (index, threshold) in thresholds.iter().enumerate() {
-            let (index, got) = (Some(index), check_non_negative("thresholds", Some(index), *threshold)?);
-            if let Some(limit) = before.filter(|before| got <= *before) {
-                let expected = Bound::Above { what: "the one before", limit };
-                return Err(Error::Domain { parameter: "thresholds", index, expected, got });
+            let play = Play::indexed("thresholds", Some(index), *threshold)?;
+            if let Some(limit) = plays.last().map(Play::r).filter(|before| play.r() <= *before) {
+                let (index, expected) = (Some(index), Bound::Above { what: "the one before", limit });
+                return Err(Error::Domain { parameter: "thresholds", index, expected, got: play.r() });
             }
-            before = Some(got);
+            plays.push(play);
         }
         check_finite("origin", None, origin)?;
         for (index, decay) in decays.iter().enumerate() {
@@ -93,13 +94,12 @@ impl RelaxingPlayTerms {
             check_all_finite("weights", row)?;
         }
         let weights = weights.iter().map(|row| row.as_slice().into()).collect();
-        Ok(Self { thresholds: thresholds.into(), origin, decays: decays.into(), weights })
+        Ok(Self { plays: plays.into(), origin, decays: decays.into(), weights })
     }
 
     /// r_i.
-    #[must_use]
-    pub fn thresholds(&self) -> &[f64] {
-        &self.thresholds
+    pub fn thresholds(&self) -> impl ExactSizeIterator<Item = f64> {
+        self.plays.iter().map(Play::r)
     }
 
     /// The drive at which all plays are virgin.
@@ -121,20 +121,20 @@ impl RelaxingPlayTerms {
 
     /// All parameters in one row.
     pub(super) fn numbers(&self) -> impl Iterator<Item = f64> {
-        let origin = core::iter::once(&self.origin);
         let rows = self.weights.iter().flat_map(|row| row.iter());
-        self.thresholds.iter().chain(origin).chain(&self.decays).chain(rows).copied()
+        let others = core::iter::once(&self.origin).chain(&self.decays).chain(rows);
+        self.thresholds().chain(others.copied())
     }
 }
 
 impl Relaxation {
     /// At rest at the origin.
     pub(super) fn new(terms: &RelaxingPlayTerms) -> Self {
-        let held = |threshold: &f64| Held { threshold: *threshold, output: 0.0 };
+        let held = |play: &Play| Held { play: *play, output: 0.0 };
         let lag = |(decay, weights): (&f64, &[f64])| Lag { decay: *decay, weights: weights.into(), relaxed: 0.0 };
         Self {
             origin: terms.origin,
-            plays: terms.thresholds.iter().map(held).collect(),
+            plays: terms.plays.iter().map(held).collect(),
             lags: terms.decays.iter().zip(terms.weights()).map(lag).collect(),
         }
     }
@@ -157,8 +157,8 @@ impl Relaxation {
     #[inline]
     fn move_plays(&mut self, drive: f64) {
         let x = drive - self.origin;
-        for play in &mut self.plays {
-            play.output = play.output.max(x - play.threshold).min(x + play.threshold);
+        for held in &mut self.plays {
+            held.output = held.play.next(held.output, x);
         }
     }
 

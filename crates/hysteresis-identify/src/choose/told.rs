@@ -101,8 +101,10 @@ impl Options {
             resolved.slow_gain = SlowGainModel::None;
         }
         // At one speed a time is a way.
-        let relaxes = bends && variety.amplitudes && tells_speeds(records);
-        let relaxes = relaxes && RelaxingPlaysModel::Fit.is_told(intervals.longest_record(), intervals.smallest());
+        let relaxes = bends
+            && variety.amplitudes
+            && tells_speeds(records)
+            && RelaxingPlaysModel::Fit.is_told(intervals.longest_record(), intervals.smallest());
         if !relaxes && self.relaxing_plays == RelaxingPlaysModel::Auto {
             resolved.relaxing_plays = RelaxingPlaysModel::None;
         }

@@ -10,7 +10,7 @@ use crate::fit::tangent::{Slope, Tangent};
 use crate::terms::duhem::{DuhemTable, MOST_KNOTS};
 use crate::terms::maps::{Curve, PathLane};
 use crate::terms::operators::{BLOCK, BankLanes, Runs, WeightLanes};
-use crate::terms::side_columns::{SideColumns, SideLane};
+use crate::terms::side_columns::SideLane;
 use crate::terms::slow_gain::GainLane;
 
 /// Where the signals of a block are: the first eight at all samples, then the next.
@@ -33,7 +33,7 @@ pub(crate) struct Layout {
 
 impl Layout {
     fn new(tangent: &Tangent, derivatives: usize) -> Self {
-        let sides = tangent.operators.side.as_ref().map_or(0, SideColumns::len);
+        let sides = tangent.operators.sides().len();
         let (columns, operators) = (tangent.columns, tangent.operators.bank.len());
         let eights = operators.div_ceil(LANES);
         let is_split = columns - sides > operators;
@@ -257,7 +257,7 @@ impl<'a> Drive<'a> {
 
 impl<'a> Bank<'a> {
     fn new(at: &'a OperatorsAt, weights: &'a [f64], drive: usize, side: usize, gain: usize) -> Self {
-        let sides = at.side.as_ref().map_or(0, SideColumns::len);
+        let sides = at.sides().len();
         let (weights, amplitudes) = weights.split_at(weights.len().saturating_sub(sides));
         let weights = WeightLanes::new(weights, at.bank.len());
         Self {

@@ -2,10 +2,11 @@
 //! columns beside the operators.
 
 use hysteresis_control::stage::RelaxingPlays;
-use hysteresis_core::Error as CoreError;
+use hysteresis_core::{Error as CoreError, Ratios};
 
 use crate::error::Error;
 use crate::records::signal::as_f64;
+use crate::terms::operators::OperatorBank;
 
 /// The thresholds, as shares of half the range of the drive. More of them fit no better: what relaxes is a small part
 /// of the loop.
@@ -135,7 +136,8 @@ impl RelaxingColumns {
             return Ok(None);
         }
         let of_row = |j: &usize| plays.iter().map(|i| weights[j * self.thresholds.len() + i]).collect();
-        let (thresholds, time_constants) = self.of(&rows, &plays);
+        let thresholds: Vec<f64> = plays.iter().map(|i| self.thresholds[*i]).collect();
+        let time_constants: Vec<f64> = rows.iter().map(|j| self.time_constants[*j]).collect();
         let weights: Vec<Vec<f64>> = rows.iter().map(of_row).collect();
         Ok(Some(RelaxingPlays::new(&thresholds, self.origin, &time_constants, &weights)?))
     }
@@ -162,27 +164,33 @@ impl RelaxingColumns {
         let plays = (0..count).filter(|i| (0..self.time_constants.len()).any(|j| weighs(j, *i)));
         (rows.collect(), plays.collect())
     }
-
-    fn of(&self, rows: &[usize], plays: &[usize]) -> (Vec<f64>, Vec<f64>) {
-        (plays.iter().map(|i| self.thresholds[*i]).collect(), rows.iter().map(|j| self.time_constants[*j]).collect())
-    }
 }
 
 /// The columns along one record, sample by sample; at rest before its first.
-pub(crate) struct RelaxingLane<'a> {
-    at: &'a RelaxingColumns,
+pub(crate) struct RelaxingLane {
+    origin: f64,
+    bank: OperatorBank,
     decays: Vec<f64>,
-    /// z_i of the newest sample, once there is one.
+    /// z_i of the newest sample, once there is one, and of the one before.
     plays: Vec<f64>,
+    before: Vec<f64>,
     is_at_rest: bool,
     /// What of every z_i has relaxed, time constant by time constant.
     relaxed: Vec<f64>,
 }
 
-impl<'a> RelaxingLane<'a> {
-    pub(crate) fn new(at: &'a RelaxingColumns, dt: f64) -> Self {
-        let decays = at.time_constants.iter().map(|tau| (-dt / tau).exp()).collect();
-        Self { at, decays, plays: vec![0.0; at.thresholds.len()], is_at_rest: true, relaxed: vec![0.0; at.len()] }
+impl RelaxingLane {
+    pub(crate) fn new(at: &RelaxingColumns, dt: f64) -> Self {
+        let rest = vec![0.0; at.thresholds.len()];
+        Self {
+            origin: at.origin,
+            bank: OperatorBank::from_ratios(&at.thresholds, Ratios::PLAY),
+            decays: at.time_constants.iter().map(|tau| (-dt / tau).exp()).collect(),
+            plays: rest.clone(),
+            before: rest,
+            is_at_rest: true,
+            relaxed: vec![0.0; at.len()],
+        }
     }
 
     /// Goes on to the next sample.
@@ -196,10 +204,8 @@ impl<'a> RelaxingLane<'a> {
                 }
             }
         }
-        let x = u - self.at.origin;
-        for (play, threshold) in self.plays.iter_mut().zip(&self.at.thresholds) {
-            *play = play.max(x - threshold).min(x + threshold);
-        }
+        std::mem::swap(&mut self.before, &mut self.plays);
+        self.bank.next(&self.before, u - self.origin, &mut self.plays);
         if is_first {
             self.relaxed.chunks_exact_mut(count).for_each(|row| row.copy_from_slice(&self.plays));
         }
@@ -214,7 +220,7 @@ impl<'a> RelaxingLane<'a> {
 #[cfg(test)]
 mod tests {
     use hysteresis_control::stage::{Stage, StageParts};
-    use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process, Ratios};
+    use hysteresis_core::{ModifiedPrandtlIshlinskii, Offsets, Process};
 
     use super::*;
 

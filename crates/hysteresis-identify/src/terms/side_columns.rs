@@ -93,7 +93,7 @@ impl SideColumns {
 pub(crate) struct SideLane<'a> {
     columns: &'a SideColumns,
     memories: Vec<Memory>,
-    relaxing: Option<RelaxingLane<'a>>,
+    relaxing: Option<RelaxingLane>,
     /// The newest sample, once there is one.
     x: f64,
     is_at_rest: bool,

@@ -187,9 +187,18 @@ impl WeightBasis {
         (above, self.split.then_some(below))
     }
 
-    /// What stands behind the weights: amplitudes of the loop shift, then weights of relaxing plays.
+    /// The amplitudes of the loop shift.
     pub(crate) fn amplitudes<'a>(&self, weights: &'a [f64]) -> &'a [f64] {
-        &weights[self.weight_columns()..]
+        self.beside(weights).0
+    }
+
+    /// The weights of relaxing plays.
+    pub(crate) fn relaxing<'a>(&self, weights: &'a [f64]) -> &'a [f64] {
+        self.beside(weights).1
+    }
+
+    fn beside<'a>(&self, weights: &'a [f64]) -> (&'a [f64], &'a [f64]) {
+        weights[self.weight_columns()..].split_at(self.sides.of_any_sign)
     }
 
     /// The columns of these unknowns from those of a wider law: each of them as a sum of the wider law's; none if it is

@@ -103,10 +103,8 @@ impl StandardErrors {
         let amplitude = |j: usize| of(Quantity::Weight(weights.len() + j));
         let shifts = space.sides().of_any_sign;
         let loop_shift = (0..shifts).map(amplitude).collect();
-        // A weight of zero is at its bound.
-        let of_play = |k: usize| if fit.weights[weights.len() + k] > 0.0 { amplitude(k) } else { f64::NAN };
-        let in_use =
-            |columns: &RelaxingColumns| columns.in_use(&fit.weights[weights.len() + shifts..], |k| of_play(shifts + k));
+        let of_play = |k: usize| weight(weights.len() + shifts + k);
+        let in_use = |columns: &RelaxingColumns| columns.in_use(basis.relaxing(&fit.weights), of_play);
         let relaxing_plays = space.relaxing().map_or_else(Vec::new, in_use);
         let order = space.linear_part(&fit.point).in_order();
         let first = order.first().map_or(0, |(number, _)| *number);
@@ -174,14 +172,14 @@ impl Covariance {
 fn quantities(fit: &ProjectedFit, basis: &WeightBasis, space: &Space) -> Vec<(String, Quantity)> {
     let (above, _) = basis.families(&fit.weights);
     let weights = fit.weights.len() - space.sides().len();
-    let (shifts, relaxing) = (space.sides().of_any_sign, space.relaxing());
-    let beside = &fit.weights[weights..];
+    let shifts = space.sides().of_any_sign;
+    let name_of = |column| {
+        let name = |plays: &RelaxingColumns| plays.name_of(basis.relaxing(&fit.weights), column);
+        space.relaxing().map_or_else(String::new, name)
+    };
     let weight = |i: usize| match (i.checked_sub(above.len()), i.checked_sub(weights)) {
         (_, Some(side)) => match side.checked_sub(shifts) {
-            Some(column) => (
-                relaxing.map_or_else(String::new, |plays| plays.name_of(&beside[shifts..], column)),
-                Quantity::Weight(i),
-            ),
+            Some(column) => (name_of(column), Quantity::Weight(i)),
             None => (format!("loop_shift[{side}]"), Quantity::Weight(i)),
         },
         (None, _) => (format!("weights[{i}]"), Quantity::Weight(i)),

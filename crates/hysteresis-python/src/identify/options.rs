@@ -219,19 +219,22 @@ fn order(name: &str, expected: &str, order: &Bound<'_, PyAny>) -> PyResult<Order
     }
 }
 
+/// What None or a word stands for; none where it is neither.
+fn of_word<T, const N: usize>(value: &Bound<'_, PyAny>, none: T, words: [(&str, T); N]) -> Option<T> {
+    if value.is_none() {
+        return Some(none);
+    }
+    words.into_iter().find(|(word, _)| is_word(value, word)).map(|(_, model)| model)
+}
+
 #[py("Literal['auto', 'log'] | int | ArrayLike | None")]
 impl Argument<'_> for CreepModel {
     const TAKES_NONE: bool = true;
 
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if value.is_none() {
-            return Ok(Self::None);
-        }
-        if is_word(value, "auto") {
-            return Ok(Self::Auto);
-        }
-        if is_word(value, "log") {
-            return Ok(Self::Logarithmic { terms: None });
+        let log = Self::Logarithmic { terms: None };
+        if let Some(model) = of_word(value, Self::None, [("auto", Self::Auto), ("log", log)]) {
+            return Ok(model);
         }
         if value.is_instance_of::<PyString>() {
             let expected = "None, \"auto\", \"log\", a number of terms, or their time constants";
@@ -249,11 +252,8 @@ impl Argument<'_> for LoopShiftModel {
     const TAKES_NONE: bool = true;
 
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if value.is_none() {
-            return Ok(Self::None);
-        }
-        if is_word(value, "auto") {
-            return Ok(Self::Auto);
+        if let Some(model) = of_word(value, Self::None, [("auto", Self::Auto)]) {
+            return Ok(model);
         }
         match value.extract() {
             Ok(time_constant) => Ok(Self::Both(time_constant)),
@@ -267,14 +267,8 @@ impl Argument<'_> for SlowGainModel {
     const TAKES_NONE: bool = true;
 
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if value.is_none() {
-            return Ok(Self::None);
-        }
-        if is_word(value, "auto") {
-            return Ok(Self::Auto);
-        }
-        if is_word(value, "fit") {
-            return Ok(Self::Fit);
+        if let Some(model) = of_word(value, Self::None, [("auto", Self::Auto), ("fit", Self::Fit)]) {
+            return Ok(model);
         }
         match value.extract() {
             Ok(time_constant) => Ok(Self::TimeConstant(time_constant)),
@@ -288,19 +282,14 @@ impl Argument<'_> for RelaxingPlaysModel {
     const TAKES_NONE: bool = true;
 
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if value.is_none() {
-            Ok(Self::None)
-        } else if is_word(value, "auto") {
-            Ok(Self::Auto)
-        } else if is_word(value, "fit") {
-            Ok(Self::Fit)
-        } else if value.is_instance_of::<PyString>() {
-            Err(unexpected(name, "None, \"auto\", \"fit\" or time constants in seconds", value))
-        } else if let Ok(time_constant) = value.extract() {
-            Ok(Self::TimeConstants(vec![time_constant]))
-        } else {
-            Ok(Self::TimeConstants(numbers(name, value)?))
+        if let Some(model) = of_word(value, Self::None, [("auto", Self::Auto), ("fit", Self::Fit)]) {
+            return Ok(model);
         }
+        if value.is_instance_of::<PyString>() {
+            return Err(unexpected(name, "None, \"auto\", \"fit\" or time constants in seconds", value));
+        }
+        let one = value.extract().map(|time_constant| vec![time_constant]);
+        Ok(Self::TimeConstants(one.or_else(|_| numbers(name, value))?))
     }
 }
 
@@ -309,18 +298,13 @@ impl Argument<'_> for DuhemModel {
     const TAKES_NONE: bool = true;
 
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if value.is_none() {
-            Ok(Self::None)
-        } else if is_word(value, "auto") {
-            Ok(Self::Auto)
-        } else if is_word(value, "fit") {
-            Ok(Self::Fit)
-        } else {
-            let duhem =
-                value.cast::<Duhem>().map_err(|_| unexpected(name, "None, \"auto\", \"fit\" or a mh.Duhem", value))?;
-            let [knots, rising, falling] = tables(shared(duhem)?.0.duhem());
-            Ok(Self::Near(DuhemTable { knots, rising, falling }))
+        if let Some(model) = of_word(value, Self::None, [("auto", Self::Auto), ("fit", Self::Fit)]) {
+            return Ok(model);
         }
+        let duhem =
+            value.cast::<Duhem>().map_err(|_| unexpected(name, "None, \"auto\", \"fit\" or a mh.Duhem", value))?;
+        let [knots, rising, falling] = tables(shared(duhem)?.0.duhem());
+        Ok(Self::Near(DuhemTable { knots, rising, falling }))
     }
 }
 
@@ -329,11 +313,8 @@ impl Argument<'_> for AmplifierModel {
     const TAKES_NONE: bool = true;
 
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if value.is_none() {
-            return Ok(Self::None);
-        }
-        if is_word(value, "auto") {
-            return Ok(Self::Auto);
+        if let Some(model) = of_word(value, Self::None, [("auto", Self::Auto)]) {
+            return Ok(model);
         }
         match value.extract() {
             Ok(bandwidth) => Ok(Self::Bandwidth(bandwidth)),
@@ -347,15 +328,8 @@ impl Argument<'_> for MapModel {
     const TAKES_NONE: bool = true;
 
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if value.is_none() {
-            Ok(Self::None)
-        } else if is_word(value, "auto") {
-            Ok(Self::Auto)
-        } else if is_word(value, "smooth") {
-            Ok(Self::Smooth)
-        } else {
-            Err(unexpected(name, "None, \"auto\" or \"smooth\"", value))
-        }
+        let known = of_word(value, Self::None, [("auto", Self::Auto), ("smooth", Self::Smooth)]);
+        known.ok_or_else(|| unexpected(name, "None, \"auto\" or \"smooth\"", value))
     }
 }
 

@@ -75,9 +75,7 @@ impl Space {
             Setting::Fit => low + 0.5 * (high - low),
         };
         origin = origin.with(Parameter::InputOffset, offset);
-        let (longest, dt) = (intervals.longest_record(), intervals.smallest());
-        let relaxing = options.relaxing_plays.columns((low, high), offset, longest, dt)?;
-        let side = side_columns(records, options.loop_shift, relaxing, &intervals, (low, high))?;
+        let side = side_columns(records, options.loop_shift, None, &intervals, (low, high))?;
         match options.dead_time {
             Setting::Fixed(dead_time) => origin = origin.with(Parameter::DeadTime, dead_time),
             Setting::Fit => {
@@ -122,7 +120,7 @@ impl Space {
             unread: if searches_negative { 2 } else { 0 },
         };
         let (space, origin) = space.with_slow_gain(options.slow_gain, space.origin())?;
-        Ok(Self { origin, ..space })
+        Self { origin, ..space }.with_relaxing_plays(&options.relaxing_plays)
     }
 
     /// What every record has of its own.
