@@ -243,7 +243,7 @@ proptest! {
 /// Bytes with a header and a checksum as they should be, written apart from the code under test.
 fn sealed(kind: u8, content: &[u8]) -> Vec<u8> {
     let length = u32::try_from(content.len()).unwrap().to_le_bytes();
-    let mut bytes = [b"mpi_hyst".as_slice(), &[kind, 1], &length, content].concat();
+    let mut bytes = [b"mpi_hyst".as_slice(), &[kind, 2], &length, content].concat();
     let mut crc = u32::MAX;
     for byte in &bytes {
         crc ^= u32::from(*byte);
