@@ -29,7 +29,7 @@ RUNNER := target/tools/gungraun-$(GUNGRAUN)/bin/gungraun-runner
 
 .DEFAULT_GOAL := help
 .PHONY: help demo package test test-rust test-python test-random coverage lint lint-rust lint-python bench bench-time bench-quick bench-instructions bench-latency \
-	bench-check bench-reference bench-brief bench-python bench-identify bench-many bench-load-cells bench-places bench-foreign bench-read bench-benchmarks capi fmu wheel wheel-try wheel-audit sdist-try lowest crates semver workflow licences realtime firmware header soak \
+	bench-check bench-reference bench-brief bench-python bench-identify bench-many bench-load-cells bench-places bench-foreign bench-random-cases bench-read bench-benchmarks capi fmu wheel wheel-try wheel-audit sdist-try lowest crates semver workflow licences realtime firmware header soak \
 	fuzz mutants audit sbom kill-saves full-disk picture docs linkcheck linkcheck-web format clean
 # Nothing else may run while something is timed.
 .NOTPARALLEL:
@@ -195,6 +195,9 @@ bench-places: $(PACKAGE) $(TOOLS) ## where a stage is that was identified withou
 
 bench-foreign: $(PACKAGE) $(TOOLS) ## what is left of the error on stages of other physics, beside simple models: about ten minutes; FOREIGN="--records triangles" for a part
 	PYTHONPATH=tests $(BIN)/python benches/python/foreign_stages.py $(FOREIGN)
+
+bench-random-cases: $(PACKAGE) $(TOOLS) ## whether verdicts and promised errors hold on random records of these stages: about twenty minutes; RANDOM_CASES="--cases 20" for some
+	PYTHONPATH=tests $(BIN)/python benches/python/random_cases.py $(RANDOM_CASES)
 
 bench-read: $(PACKAGE) $(TOOLS) ## time and memory of reading a CSV of 1 GB beside polars; READ="--size 0.3" for 0.3 GB
 	$(BIN)/python benches/python/read.py $(READ)

@@ -275,6 +275,16 @@ def test_there_are_none_where_there_is_nothing_to_relax() -> None:
     assert plays is None or plays.weights.sum() < 0.01
 
 
+def test_a_position_that_relaxes_while_the_drive_rests_is_no_monitor_at_its_end() -> None:
+    # The rest is at the lowest drive, where the position still has a tenth of its range to go.
+    u = np.concatenate([rates(), np.linspace(30.0, 0.0, 50), np.zeros(1500)])
+    y = relaxing_apart(u)
+    y += 5e-4 * np.ptp(y) * np.random.default_rng(1).standard_normal(u.size)
+    found = mh.identify(u, y, dt=DT, creep=None)
+    assert found.relaxing_plays is not None
+    assert not {"clipped_input", "stuck_input"} & {one.code for one in found.warnings}
+
+
 def test_wrong_requests_are_named() -> None:
     u = rates()
     y = hysteresis().forward().run(u)

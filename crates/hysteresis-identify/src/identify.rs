@@ -99,7 +99,9 @@ pub fn identify(
         }
         monitor.hold();
     }
-    fit(records, &asked, &mut monitor)
+    let found = fit(records, &asked, &mut monitor)?;
+    let terms_tried = [options.closed_in(&asked), found.terms_tried].concat();
+    Ok(Identification { terms_tried, ..found })
 }
 
 /// Searches, and judges what was found.
@@ -138,7 +140,17 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
     let no_inverse = without_inverse(&found.fit, &found.basis);
     let colour = found.problem(records).colour(&found.fit);
     let Found {
-        fit: found, options, smoothness, basis, operators_tried, structure, linear, told_alone, partial, ..
+        fit: found,
+        options,
+        smoothness,
+        basis,
+        operators_tried,
+        structure,
+        linear,
+        told_alone,
+        trials,
+        partial,
+        ..
     } = found;
     let rows = found.rows(records);
     let JointFit { space, fit, linearised } = found;
@@ -197,6 +209,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         relaxing_plays: relaxing_plays(&space, &basis, &fit)?,
         slow_gain: slow_gain(&space, &fit, &chain)?,
         weights: options.weights,
+        terms_tried: trials,
         smoothness,
         weights_validation: structure.weights_tried,
         cross_validation: operators_tried,

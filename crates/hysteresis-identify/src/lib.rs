@@ -62,6 +62,7 @@ pub use axes::{
     identify_axes,
 };
 pub use choose::cross_validation::CrossValidation;
+pub use choose::trial::{TermTrial, TrialJudge, TrialOutcome};
 pub use compare::compare;
 pub use compare::comparison::{ComparedModel, Comparison, Extension, Omission};
 pub use error::{Error, RecordError};

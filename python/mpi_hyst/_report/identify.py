@@ -23,11 +23,13 @@ from mpi_hyst._report.records import (
 )
 from mpi_hyst._report.summary import (
     ERROR,
+    TRIED,
     choices,
     findings_rows,
     has_plays,
     parameters,
     pooled,
+    terms_tried,
     title,
     value_of_dead_time,
     verdict_banner,
@@ -99,6 +101,7 @@ def report(
         left_out=_left_out(left_out, task) if left_out else None,
         uncertainty=_uncertainty(found, alike) if alike else None,
         choices=choices(found),
+        terms_tried=(TRIED, tried) if (tried := terms_tried(found)) else None,
         error=ERROR,
         **_model(result),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -45,6 +46,7 @@ def summary(
         parts.append(f"{choice.sentence}\n\n{table}")
     if made:
         parts[-1] += f"\n  {ERROR}"
+    parts += _tried_in_short(found)
     if left_out:
         fitted_rms, left_rms = (in_unit(value, unit, 3) for value in pooled(left_out))
         parts.append(
@@ -327,6 +329,63 @@ def choices(found: mh.results.Identification) -> list[Choice]:
         ),
     ]
     return [choice for choice in made if choice.candidates]
+
+
+OUTCOMES = {
+    "better": "better: the search went on with it",
+    "beaten": "better, but another term is better still",
+    "not_better": "too little, or no more than chance",
+    "too_small": "told, but it explains too little of what is left",
+    "not_promising": "not fitted: the derivatives promise too little",
+    "stands_for_other": "stands for something else there",
+    "not_told": "not told from a loop shift or a drift",
+    "cannot_be_told": "not tried: these records cannot tell it",
+    "little_left": "not tried: loops are all alike, and the fit leaves little",
+    "not_fitted": "the records do not bear it",
+    "needless": "left out again: not needed",
+}
+"""What came of a term that was tried."""
+
+
+TRIED = ["term", "beside", "gain", "asked", "what came of it"]
+
+
+def terms_tried(found: mh.results.Identification) -> list[list[str]]:
+    """Return a row for every term that was tried, as `TRIED` heads it."""
+
+    def gain(judge: str, value: float | None) -> str:
+        if value is None:
+            return ""
+        if judge == "evidence":
+            return f"evidence {value:.0f}"
+        return f"error {100.0 * (1.0 / value - 1.0):+.0f} %"
+
+    def row(one: dict[str, Any]) -> list[str]:
+        judge, outcome = one["judged_by"], one["outcome"]
+        is_tried = outcome not in ("cannot_be_told", "little_left")
+        asked = gain(judge, one["needed"]) if is_tried else ""
+        beside = ", ".join(one["beside"])
+        return [one["term"], beside, gain(judge, one["gain"]), asked, OUTCOMES[outcome]]
+
+    return list(map(row, found.terms_tried))
+
+
+def _tried_in_short(found: mh.results.Identification) -> list[str]:
+    """Return which terms were tried, and which were not; the report says what each gained."""
+
+    def names(*outcomes: str, without: bool = False) -> str:
+        tried = found.terms_tried
+        named = [one["term"] for one in tried if (one["outcome"] in outcomes) is not without]
+        return ", ".join(dict.fromkeys(named))
+
+    lines = []
+    if tried := names("cannot_be_told", "little_left", without=True):
+        lines.append(f"terms tried: {tried} (what each gained: terms_tried, and the report)")
+    if untold := names("cannot_be_told"):
+        lines.append(f"terms that these records cannot tell: {untold}")
+    if left := names("little_left"):
+        lines.append(f"terms not tried, as loops are all alike and the fit leaves little: {left}")
+    return ["\n".join(lines)] if lines else []
 
 
 def _terms(creep: int, shift: str) -> str:

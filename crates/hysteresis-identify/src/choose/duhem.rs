@@ -12,6 +12,7 @@ use crate::choose::found::{Found, LinearEvidence, Place};
 use crate::choose::structure::with_structure;
 use crate::choose::term_search::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::told::Variety;
+use crate::choose::trial::{TermTrial, TrialOutcome};
 use crate::error::Error;
 use crate::fit::descent::best_attempt;
 use crate::fit::joint::{Attempts, JointFit, JointProblem};
@@ -33,6 +34,9 @@ use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
 use crate::terms::operators::ModelKind;
 use crate::terms::weights::WeightBasis;
+
+/// How results call it.
+const NAME: &str = "Duhem operator";
 
 /// What plays leave below this share of the range, rms, no other family is asked to explain, nor white noise.
 const LEAST_LEFT: f64 = 3e-4;
@@ -89,23 +93,40 @@ pub(crate) fn with_duhem(
         return Ok(plays);
     }
     let must_gain = if is_forced { None } else { must_gain(records, &plays) };
+    let place = plays.trials.len();
+    let left = |plays: Found, outcome| {
+        let of_time = must_gain.unwrap_or(MUST_GAIN_OF_LIKE_LOOPS);
+        plays.with_trial(place, TermTrial::by_stretches(NAME, of_time, outcome))
+    };
     if !is_forced && must_gain.is_none() {
-        return Ok(plays);
+        return Ok(left(plays, TrialOutcome::NotTold));
     }
     monitor.hold();
     let best = match best_of_directions(records, asked, &plays, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
         best => best?,
     };
-    let Some((found, predicts)) = best else { return Ok(plays) };
-    let is_chosen = match must_gain {
-        Some(must_gain) => {
-            is_told(records, &plays, &found) && is_better(&predicts, &validated(records, &plays)?, must_gain)
-        }
-        None => found.fit.fit.squares < plays.fit.fit.squares,
+    let (found, predicts) = match best {
+        Ok(best) => best,
+        Err(_) if is_forced => return Ok(plays),
+        Err(outcome) => return Ok(left(plays, outcome)),
+    };
+    let Some(must_gain) = must_gain else {
+        let is_chosen = found.fit.fit.squares < plays.fit.fit.squares;
+        return Ok(if is_chosen { found } else { Found { partial: found.partial, ..plays } });
+    };
+    let without = validated(records, &plays)?;
+    let outcome = if !is_told(records, &plays, &found) {
+        TrialOutcome::NotTold
+    } else if is_better(&predicts, &without, must_gain) {
+        TrialOutcome::Better
+    } else {
+        TrialOutcome::NotBetter
     };
     let partial = found.partial;
-    Ok(if is_chosen { found } else { Found { partial, ..plays } })
+    let chosen = if outcome == TrialOutcome::Better { found } else { Found { partial, ..plays } };
+    let trial = TermTrial::by_stretches(NAME, must_gain, outcome);
+    Ok(chosen.with_trial(place, trial.with_gain(without.typical_error() / predicts.typical_error())))
 }
 
 /// Whether an operator is more than one of many that follow loops of one size: the right one leaves their noise.
@@ -119,14 +140,14 @@ fn is_told(records: &[Record<'_>], plays: &Found, found: &Found) -> bool {
     misfit(found) <= noise.max(TOLD * misfit(plays))
 }
 
-/// With an operator that rises or one that falls, whichever predicts better, and how that predicts; none where neither
-/// leaves an inverse, or promises anything.
+/// With an operator that rises or one that falls, whichever predicts better, and how that predicts; else why there is
+/// none.
 fn best_of_directions(
     records: &[Record<'_>],
     asked: &Options,
     plays: &Found,
     monitor: &mut SearchMonitor<'_>,
-) -> Result<Option<(Found, CrossValidation)>, Error> {
+) -> Result<Result<(Found, CrossValidation), TrialOutcome>, Error> {
     let begun = begun(records, asked, plays, monitor)?;
     let mut directions = best_shapes(records, &begun)?;
     directions.retain(|direction| asked.duhem == DuhemModel::Fit || direction.promise >= MUST_PROMISE);
@@ -136,7 +157,7 @@ fn best_of_directions(
             // What was stopped on its way is compared with nothing.
             Ok(Found { partial: true, .. }) | Err(Error::Interrupted) if monitor.keeps_best() => {
                 let stopped = |(found, predicts)| (Found { partial: true, ..found }, predicts);
-                return best.map(stopped).map_or(Err(Error::Interrupted), |best| Ok(Some(best)));
+                return best.map(stopped).map_or(Err(Error::Interrupted), |best| Ok(Ok(best)));
             }
             found => found?,
         };
@@ -148,7 +169,8 @@ fn best_of_directions(
             best = Some((found, predicts));
         }
     }
-    Ok(best)
+    let promises = !directions.is_empty();
+    Ok(best.ok_or(if promises { TrialOutcome::StandsForOther } else { TrialOutcome::NotPromising }))
 }
 
 /// Whether the position rises with the drive everywhere, so that there is an inverse: an operator may fall, but by less

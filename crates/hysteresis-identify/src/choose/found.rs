@@ -1,6 +1,7 @@
 //! What a search has found, with what was chosen and what the records said of it.
 
 use crate::choose::cross_validation::CrossValidation;
+use crate::choose::trial::TermTrial;
 use crate::error::Error;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::point::Point;
@@ -29,6 +30,8 @@ pub(crate) struct Found {
     pub(crate) told_alone: Option<ToldAlone>,
     /// Whether coupled plays predict better than these plays: then everything is to be sought with them.
     pub(crate) needs_coupling: bool,
+    /// Which terms were tried on the way, and why they were taken or left.
+    pub(crate) trials: Vec<TermTrial>,
     /// A map that may be there, though none is chosen.
     pub(crate) untold_map: Option<UntoldMap>,
     pub(crate) partial: bool,
@@ -44,6 +47,18 @@ impl Found {
     /// something else.
     pub(crate) fn leads(&self, asked: &Options) -> bool {
         asked.dynamics == DynamicsModel::Auto && self.fit.leads()
+    }
+
+    /// The same after trials that came before all others.
+    pub(crate) fn after(mut self, mut before: Vec<TermTrial>) -> Self {
+        before.append(&mut self.trials);
+        Self { trials: before, ..self }
+    }
+
+    /// The same with a trial at a place of the list.
+    pub(crate) fn with_trial(mut self, place: usize, trial: TermTrial) -> Self {
+        self.trials.insert(place, trial);
+        self
     }
 
     /// What is searched in the records with everything chosen.
@@ -76,6 +91,8 @@ pub(crate) struct LinearEvidence {
     pub(crate) too_little: Option<(f64, f64)>,
     /// Where fewer modes were found than were asked for.
     pub(crate) untold_modes: Option<UntoldModes>,
+    /// Which of its terms were tried.
+    pub(crate) trials: Vec<TermTrial>,
 }
 
 /// Modes that the records do not tell.

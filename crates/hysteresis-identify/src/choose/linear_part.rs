@@ -4,6 +4,7 @@
 use core::f64::consts::TAU;
 
 use crate::choose::found::{LinearEvidence, UntoldModes};
+use crate::choose::trial::{TermTrial, TrialOutcome};
 use crate::error::Error;
 use crate::fit::joint::{Attempts, JointFit, JointProblem, MIN_NEGATIVE_SAMPLES};
 use crate::fit::point::{Parameter, Point};
@@ -112,8 +113,10 @@ impl JointSearch<'_> {
         }
         monitor.begin(part);
         let with = self.problem.with_amplifier(&found, monitor)?;
-        let evidence = self.evidence(&found, &with);
-        if evidence >= self.needed_evidence(&with) && !with.has_amplifier_at_bound() {
+        let judged = (self.evidence(&found, &with), self.needed_evidence(&with));
+        let outcome = outcome(judged.0 >= judged.1, !with.has_amplifier_at_bound());
+        linear.trials.push(TermTrial::by_evidence("amplifier", judged, outcome));
+        if outcome == TrialOutcome::Better {
             return Ok(with);
         }
         linear.amplifier_instead = (with.dead_time_samples() - found.dead_time_samples()).abs();
@@ -136,8 +139,16 @@ impl JointSearch<'_> {
             let with = if found.fit.is_exact() { None } else { self.problem.with_mode(&found, wanted, monitor)? };
             let told = with.as_ref().filter(|with| with.has_distinct_modes());
             let evidence = told.map_or(0.0, |with| self.evidence_for_mode(&found, with));
+            let is_worth_it = with.as_ref().is_some_and(|with| self.is_worth_a_mode(&found, with));
+            let outcome = match evidence >= needed {
+                true if is_worth_it => TrialOutcome::Better,
+                true => TrialOutcome::TooSmall,
+                false => TrialOutcome::NotBetter,
+            };
+            let name = format!("mode number {}", number + 1);
+            linear.trials.push(TermTrial::by_evidence(&name, (evidence, needed), outcome));
             match with {
-                Some(with) if evidence >= needed && self.is_worth_a_mode(&found, &with) => found = with,
+                Some(with) if outcome == TrialOutcome::Better => found = with,
                 _ => {
                     let is_asked = matches!(modes, ModesModel::Number(_));
                     linear.untold_modes = is_asked.then_some(UntoldModes { asked: modes.most(), evidence, needed });
@@ -195,13 +206,17 @@ impl JointSearch<'_> {
         monitor.begin(Span { from: 0.7, to: 0.8 });
         let without = self.problem.without_dynamics(&fit, monitor)?;
         let fit = if without.fit.objective < fit.fit.objective { self.again(fit, &without, monitor)? } else { fit };
-        let is_told = self.evidence(&without, &fit) >= self.needed_evidence(&fit);
-        let is_kept = is_told && is_inside(&fit);
+        let judged = (self.evidence(&without, &fit), self.needed_evidence(&fit));
+        let (is_told, is_kept) = (judged.0 >= judged.1, judged.0 >= judged.1 && is_inside(&fit));
+        let outcome = outcome(is_told, is_inside(&fit));
+        linear.trials.push(TermTrial::by_evidence("dynamics of second order", judged, outcome));
         let is_overdamped = fit.fit.point.get(Parameter::LogDamping) > 0.0;
         let lag = if is_told && is_overdamped { self.lag_if_told(&without, monitor)? } else { None };
         match lag {
             Some(lag) if !is_kept || self.evidence(&lag.fit, &fit) < self.needed_evidence(&fit) => {
                 (linear.dead_time_error, linear.amplifier_instead) = (lag.error, 0.0);
+                let judged = (self.evidence(&without, &lag.fit), self.needed_evidence(&lag.fit));
+                linear.trials.push(TermTrial::by_evidence("lag of first order", judged, TrialOutcome::Better));
                 Ok(lag.fit)
             }
             _ if is_kept => Ok(fit),
@@ -308,6 +323,15 @@ pub(crate) fn to_compare<T>(found: Result<T, Error>) -> Result<Option<T>, Error>
     match found {
         Err(Error::Interrupted) => Err(Error::Interrupted),
         found => Ok(found.ok()),
+    }
+}
+
+/// What came of a term of the linear part: whether its evidence is enough, and whether it lies within its bounds.
+fn outcome(is_told: bool, is_inside: bool) -> TrialOutcome {
+    match (is_told, is_inside) {
+        (false, _) => TrialOutcome::NotBetter,
+        (true, false) => TrialOutcome::StandsForOther,
+        (true, true) => TrialOutcome::Better,
     }
 }
 

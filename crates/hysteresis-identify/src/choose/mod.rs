@@ -21,3 +21,4 @@ pub(crate) mod structure;
 pub(crate) mod table;
 pub(crate) mod term_search;
 pub(crate) mod told;
+pub(crate) mod trial;

@@ -66,7 +66,8 @@ pub(crate) fn anew(
     monitor.enter(SearchStage::Scan);
     let found = search(monitor)?;
     let is_worse = found.partial && before.fit.fit.objective < found.fit.fit.objective;
-    Ok(if is_worse && !before.fit.leads() { Found { partial: true, ..before } } else { found })
+    let keeps_before = is_worse && !before.fit.leads();
+    Ok(if keeps_before { Found { partial: true, ..before } } else { found.after(before.trials) })
 }
 
 /// The same with the plays, and the Duhem operator if there is a first one, that are asked for.
@@ -234,6 +235,7 @@ fn search_beside(
         linear: None,
         told_alone: None,
         needs_coupling: false,
+        trials: Vec::new(),
         untold_map: None,
         partial,
     })
@@ -280,7 +282,8 @@ fn with_linear_part(
         let fit = problem.at_hysteresis(&found.fit)?;
         return Ok(Found { fit, options, basis, linear: Some(LinearEvidence::default()), ..found });
     }
-    let FoundJoint { fit, linear, partial } = search_joint(problem, found.fit, is_open, monitor)?;
+    let FoundJoint { fit, mut linear, partial } = search_joint(problem, found.fit, is_open, monitor)?;
+    let trials = std::mem::take(&mut linear.trials);
     options.dynamics = fit.space.order().map_or(DynamicsModel::None, DynamicsModel::Order);
-    Ok(Found { fit, options, basis, linear: Some(linear), partial, ..found })
+    Ok(Found { fit, options, basis, linear: Some(linear), trials, partial, ..found })
 }

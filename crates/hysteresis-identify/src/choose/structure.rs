@@ -162,10 +162,11 @@ pub(crate) fn with_structure(
         Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
         chosen => chosen?,
     };
-    let Some(Chosen { candidate: Candidate { options, place, linear, .. }, untold }) = chosen else {
+    let Some(Chosen { candidate: Candidate { options, place, linear, .. }, untold, trials }) = chosen else {
         let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
         return restructured(records, asked, found, place, monitor);
     };
+    let found = Found { trials: [found.trials, trials].concat(), ..found };
     if search.needs_coupling(&options) {
         return Ok(Found { needs_coupling: true, ..found });
     }

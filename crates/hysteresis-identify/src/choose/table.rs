@@ -46,6 +46,10 @@ fn is_inside(one: &Candidate, parameter: Parameter) -> bool {
 struct CreepOfEveryDecade;
 
 impl Term for CreepOfEveryDecade {
+    fn name(&self) -> &'static str {
+        "creep of every decade"
+    }
+
     fn is_open(&self, asked: &Options, options: &Options) -> bool {
         asked.creep == CreepModel::Auto && options.creep == CreepModel::SlowAndFast
     }
@@ -86,6 +90,10 @@ struct CoupledPlays;
 const STARTS_OF_COUPLED_PLAYS: usize = 6;
 
 impl Term for CoupledPlays {
+    fn name(&self) -> &'static str {
+        "coupled plays"
+    }
+
     fn is_open(&self, _: &Options, options: &Options) -> bool {
         options.chooses_coupling()
     }
@@ -128,6 +136,10 @@ impl Term for CoupledPlays {
 struct SlowGainOfUsualTime;
 
 impl Term for SlowGainOfUsualTime {
+    fn name(&self) -> &'static str {
+        "slow gain"
+    }
+
     fn is_open(&self, asked: &Options, _: &Options) -> bool {
         asked.slow_gain == SlowGainModel::Auto
     }
@@ -161,6 +173,10 @@ impl Term for SlowGainOfUsualTime {
 struct RelaxingPlays;
 
 impl Term for RelaxingPlays {
+    fn name(&self) -> &'static str {
+        "relaxing plays"
+    }
+
     fn is_open(&self, asked: &Options, _: &Options) -> bool {
         asked.relaxing_plays == RelaxingPlaysModel::Auto
     }
@@ -197,6 +213,14 @@ struct Curves {
 }
 
 impl Term for Curves {
+    fn name(&self) -> &'static str {
+        match (self.in_front, self.behind) {
+            (true, false) => "input map",
+            (true, true) => "both maps",
+            _ => "output map",
+        }
+    }
+
     fn is_open(&self, asked: &Options, _: &Options) -> bool {
         (!self.in_front || asked.input_map == MapModel::Auto) && (!self.behind || asked.output_map == MapModel::Auto)
     }
@@ -233,6 +257,10 @@ impl Term for Curves {
 struct NoDynamics;
 
 impl Term for NoDynamics {
+    fn name(&self) -> &'static str {
+        "no dynamics"
+    }
+
     /// Those of the linear part stay where nothing else is open.
     fn is_open(&self, _: &Options, _: &Options) -> bool {
         false
@@ -271,6 +299,10 @@ impl Term for NoDynamics {
 struct LagInFront;
 
 impl Term for LagInFront {
+    fn name(&self) -> &'static str {
+        "lag in front"
+    }
+
     fn is_open(&self, asked: &Options, _: &Options) -> bool {
         asked.leaves_lag_open()
     }
@@ -310,6 +342,10 @@ impl Term for LagInFront {
 struct DynamicsBehindMap;
 
 impl Term for DynamicsBehindMap {
+    fn name(&self) -> &'static str {
+        "dynamics behind the map"
+    }
+
     /// Where no map is open there is none to seek them behind.
     fn is_open(&self, _: &Options, _: &Options) -> bool {
         false

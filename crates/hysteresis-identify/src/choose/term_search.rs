@@ -11,6 +11,7 @@ use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
 use crate::choose::found::{Found, LinearEvidence, Place, UntoldMap};
 use crate::choose::linear_part::to_compare;
 use crate::choose::told::Variety;
+use crate::choose::trial::{TermTrial, TrialOutcome};
 use crate::error::Error;
 use crate::fit::descent::{best_attempt, best_of_starts};
 use crate::fit::joint::JointProblem;
@@ -43,6 +44,9 @@ pub(crate) struct Row {
 
 /// A term of the table. Nothing else in the search names one.
 pub(crate) trait Term: Sync {
+    /// How results call it.
+    fn name(&self) -> &'static str;
+
     /// Whether it is open by what was asked for, where options were taken: then a search is worth while.
     fn is_open(&self, asked: &Options, options: &Options) -> bool;
 
@@ -131,6 +135,7 @@ struct Way<'a, 'b> {
     followed: Vec<Signature>,
     /// The best maps that are not there, as a loop shift would predict as well.
     untold: Option<UntoldMap>,
+    trials: Vec<TermTrial>,
     monitor: &'a mut SearchMonitor<'b>,
 }
 
@@ -139,6 +144,17 @@ pub(crate) struct Chosen {
     pub(crate) candidate: Candidate,
     /// The best map that is not there, as a loop shift would predict as well.
     pub(crate) untold: Option<UntoldMap>,
+    /// What was tried on the way.
+    pub(crate) trials: Vec<TermTrial>,
+}
+
+/// A neighbour that is better than a candidate.
+struct Neighbour {
+    one: Candidate,
+    /// By which factor of the mean square error it had to be.
+    must_gain: f64,
+    /// Where its trial stands in the list.
+    trial: usize,
 }
 
 /// Records, and what is known before terms are changed.
@@ -167,9 +183,10 @@ impl TermSearch<'_> {
     /// The model that no neighbour predicts better than, from what was found; none where no term may be added.
     pub(crate) fn choose(&self, found: &Found, monitor: &mut SearchMonitor<'_>) -> Result<Option<Chosen>, Error> {
         let Some(given) = self.with_given_maps(found) else { return Ok(None) };
-        let mut way = Way { tries: 0, followed: Vec::new(), untold: None, monitor };
+        let mut way = Way { tries: 0, followed: Vec::new(), untold: None, trials: Vec::new(), monitor };
         let span = way.next_try();
         let first = self.tried(given, PASSES_OF_FIRST, span, way.monitor)?;
+        way.trials = self.left_untried(&first);
         let end = self.end_of(&first, MOST_CHANGES, &mut way)?;
         // With nothing more the dynamics are those that `linear_part` weighed, unless it was told too little of those
         // that were asked for.
@@ -177,7 +194,29 @@ impl TermSearch<'_> {
             |end: &Candidate| self.has_more(end) || self.needs_coupling(&end.options) || first.has_too_little();
         let candidate = end.filter(is_kept).unwrap_or(first);
         let untold = way.untold.filter(|_| !candidate.place.space.has_map());
-        Ok(Some(Chosen { candidate, untold }))
+        Ok(Some(Chosen { candidate, untold, trials: way.trials }))
+    }
+
+    /// The terms that are not tried, as the first model leaves little of loops that are all alike.
+    fn left_untried(&self, first: &Candidate) -> Vec<TermTrial> {
+        let is_left = |row: &&Row| {
+            let is_open = row.term.is_open(self.asked, &first.options) && !row.term.is_in(first);
+            is_open && self.left(first) < self.least_left(row)
+        };
+        let untried = |row: &Row| self.trial(row, first, self.must_gain(row.terms, true), TrialOutcome::LittleLeft);
+        self.table.iter().filter(is_left).map(untried).collect()
+    }
+
+    /// A trial of a term beside those of a candidate.
+    fn trial(&self, row: &Row, from: &Candidate, must_gain: f64, outcome: TrialOutcome) -> TermTrial {
+        let is_there = |other: &&Row| other.terms < 2 && other.term.is_more() && other.term.is_in(from);
+        let beside = self.table.iter().filter(is_there).map(|other| other.term.name().to_owned()).collect();
+        TermTrial { beside, ..TermTrial::by_stretches(row.term.name(), must_gain, outcome) }
+    }
+
+    /// The share of the range that a fit leaves at least where a term is tried.
+    fn least_left(&self, row: &Row) -> f64 {
+        if self.variety.amplitudes { 0.0 } else { row.least_left }
     }
 
     /// Where the search ends from a candidate, if not there: of several neighbours that are better than it, and none of
@@ -212,9 +251,9 @@ impl TermSearch<'_> {
     /// quick to try comes first, then what is costly, then what is simpler.
     fn better_neighbours(&self, from: &Candidate, way: &mut Way<'_, '_>) -> Result<Vec<Candidate>, Error> {
         if self.leaves_something(from) {
-            let left = if self.variety.amplitudes { f64::INFINITY } else { self.left(from) };
+            let left = self.left(from);
             for costly in [false, true] {
-                let rows = self.table.iter().filter(|row| row.is_costly == costly && left >= row.least_left);
+                let rows = self.table.iter().filter(|row| row.is_costly == costly && left >= self.least_left(row));
                 let better = self.better_of_rows(rows, from, way)?;
                 if !better.is_empty() {
                     return Ok(better);
@@ -234,47 +273,77 @@ impl TermSearch<'_> {
         let mut variants = Vec::new();
         for row in rows {
             for variant in row.term.variants(self, from, way.monitor)? {
-                variants.push((row.terms, variant));
+                let must_gain = self.must_gain(row.terms, variant.adds);
+                let trial = way.trials.len();
+                way.trials.push(self.trial(row, from, must_gain, TrialOutcome::Better));
+                variants.push(((must_gain, trial, variant), way.next_try()));
             }
         }
-        let pieces = variants.into_iter().map(|variant| (variant, way.next_try())).collect();
-        let tried = way.monitor.side_by_side(pieces, |(terms, variant), span, monitor| {
-            let must_gain = self.must_gain(terms, variant.adds);
-            let one = self.tried_if_promising(variant, from, span, monitor)?;
-            // What costs something fits better, too: else it is better on stretches by chance.
-            let fits = |one: &Candidate| terms == 0 || one.fit.squares < from.fit.squares;
-            Ok(one.filter(|one| fits(one) && is_better(&one.alone, &from.alone, must_gain)).map(|one| (must_gain, one)))
+        let tried = way.monitor.side_by_side(variants, |(must_gain, trial, variant), span, monitor| {
+            Ok((must_gain, trial, self.tried_if_promising(variant, from, span, monitor)?))
         })?;
-        let mut better: Vec<(f64, Candidate)> = Vec::new();
-        for (must_gain, one) in tried.into_iter().flatten() {
-            if self.needs_coupling(&one.options)
-                || from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain))
-            {
-                better.push((must_gain, one));
-            } else if one.place.space.has_map() && !from.place.space.has_map() {
-                let here = self.untold(&one, from);
-                way.untold = way.untold.filter(|best| best.gain >= here.gain).or(Some(here));
+        let mut better: Vec<Neighbour> = Vec::new();
+        for (must_gain, trial, one) in tried {
+            let one = one.and_then(|one| {
+                way.trials[trial].gain = Some(from.typical() / one.typical());
+                self.judged(one, from, must_gain, &mut way.untold)
+            });
+            match one {
+                Ok(one) => better.push(Neighbour { one, must_gain, trial }),
+                Err(outcome) => way.trials[trial].outcome = outcome,
             }
         }
         let is_beaten =
-            |one: &Candidate| better.iter().any(|(must_gain, other)| is_better(&other.alone, &one.alone, *must_gain));
-        let beaten: Vec<bool> = better.iter().map(|(_, one)| is_beaten(one)).collect();
-        Ok(better.into_iter().zip(beaten).filter(|(_, beaten)| !beaten).map(|((_, one), _)| one).collect())
+            |one: &Neighbour| better.iter().any(|other| is_better(&other.one.alone, &one.one.alone, other.must_gain));
+        let beaten: Vec<bool> = better.iter().map(is_beaten).collect();
+        let mut best = Vec::new();
+        for (Neighbour { one, trial, .. }, is_beaten) in better.into_iter().zip(beaten) {
+            if is_beaten { way.trials[trial].outcome = TrialOutcome::Beaten } else { best.push(one) }
+        }
+        Ok(best)
     }
 
-    /// Where a variant of a candidate leads, if it promises something and its dynamics are its own.
+    /// A model that was tried from a candidate, or why it is no better; `untold` keeps the best map that is not told.
+    fn judged(
+        &self,
+        one: Candidate,
+        from: &Candidate,
+        must_gain: f64,
+        untold: &mut Option<UntoldMap>,
+    ) -> Result<Candidate, TrialOutcome> {
+        // What costs something fits better, too: else it is better on stretches by chance.
+        let fits = must_gain <= 1.0 || one.fit.squares < from.fit.squares;
+        if !fits || !is_better(&one.alone, &from.alone, must_gain) {
+            return Err(TrialOutcome::NotBetter);
+        }
+        let is_told = self.needs_coupling(&one.options)
+            || from.shifted.as_ref().is_none_or(|shifted| is_better(&one.alone, shifted, must_gain));
+        if is_told {
+            return Ok(one);
+        }
+        if one.place.space.has_map() && !from.place.space.has_map() {
+            let here = self.untold(&one, from);
+            *untold = untold.filter(|best| best.gain >= here.gain).or(Some(here));
+        }
+        Err(TrialOutcome::NotTold)
+    }
+
+    /// Where a variant of a candidate leads, if it promises something and its dynamics are its own; else why not.
     fn tried_if_promising(
         &self,
         variant: Variant,
         from: &Candidate,
         span: Span,
         monitor: &mut SearchMonitor<'_>,
-    ) -> Result<Option<Candidate>, Error> {
+    ) -> Result<Result<Candidate, TrialOutcome>, Error> {
         if variant.adds && !self.is_promising(&variant, from, span.from, monitor)? {
-            return Ok(None);
+            return Ok(Err(TrialOutcome::NotPromising));
         }
-        let one = to_compare(self.tried(variant, PASSES, span, monitor))?;
-        Ok(one.filter(|one| self.table.iter().all(|row| row.term.stands_for_itself(one))))
+        let Some(one) = to_compare(self.tried(variant, PASSES, span, monitor))? else {
+            return Ok(Err(TrialOutcome::NotFitted));
+        };
+        let is_itself = self.table.iter().all(|row| row.term.stands_for_itself(&one));
+        Ok(if is_itself { Ok(one) } else { Err(TrialOutcome::StandsForOther) })
     }
 
     fn signature(&self, one: &Candidate) -> Signature {
@@ -300,12 +369,17 @@ impl TermSearch<'_> {
             return Ok(None);
         }
         let (space, asked) = (&from.place.space, self.asked);
-        let input = (asked.input_map == MapModel::Auto && space.has_input_map()).then(|| space.without_input_map());
-        let output = (asked.output_map == MapModel::Auto && space.has_output_map()).then(|| space.without_output_map());
-        for without in [input, output].into_iter().flatten() {
+        let input = (asked.input_map == MapModel::Auto && space.has_input_map())
+            .then(|| ("input map", space.without_input_map()));
+        let output = (asked.output_map == MapModel::Auto && space.has_output_map())
+            .then(|| ("output map", space.without_output_map()));
+        for (name, without) in [input, output].into_iter().flatten() {
             let (variant, span) = (from.with(without, vec![from.place.point]), way.next_try());
             let Some(one) = to_compare(self.tried(variant, PASSES, span, way.monitor))? else { continue };
-            if !is_better(&from.alone, &one.alone, self.must_gain(1, true)) {
+            let must_gain = self.must_gain(1, true);
+            if !is_better(&from.alone, &one.alone, must_gain) {
+                let trial = TermTrial::by_stretches(name, must_gain, TrialOutcome::Needless);
+                way.trials.push(trial.with_gain(one.typical() / from.typical()));
                 return Ok(Some(one));
             }
         }

@@ -3,6 +3,8 @@
 //! Loops that are all alike tell neither creep nor a loop shift nor a map from the shape of the loops, and they do not
 //! tell how their width depends on the rate.
 
+use crate::choose::term_search::MUST_GAIN;
+use crate::choose::trial::{TermTrial, TrialOutcome};
 use crate::error::Error;
 use crate::judge::loops::tells_speeds;
 use crate::options::{Options, Setting};
@@ -115,6 +117,25 @@ impl Options {
         }
         // Where no term is judged by stretches, no more are coupled plays.
         Ok(if resolved.leaves_structure_open() { resolved } else { resolved.with_coupled_plays() })
+    }
+
+    /// The terms that are open here and closed in what these options are [`resolved`](Self::resolved) to.
+    pub(crate) fn closed_in(&self, resolved: &Self) -> Vec<TermTrial> {
+        let open = [
+            ("dynamics", self.dynamics == DynamicsModel::Auto, resolved.dynamics == DynamicsModel::Auto),
+            ("creep", self.creep == CreepModel::Auto, resolved.creep == CreepModel::Auto),
+            ("loop shift", self.loop_shift == LoopShiftModel::Auto, resolved.loop_shift == LoopShiftModel::Auto),
+            ("slow gain", self.slow_gain == SlowGainModel::Auto, resolved.slow_gain == SlowGainModel::Auto),
+            (
+                "relaxing plays",
+                self.relaxing_plays == RelaxingPlaysModel::Auto,
+                resolved.relaxing_plays == RelaxingPlaysModel::Auto,
+            ),
+            ("input map", self.input_map == MapModel::Auto, resolved.input_map == MapModel::Auto),
+            ("output map", self.output_map == MapModel::Auto, resolved.output_map == MapModel::Auto),
+        ];
+        let closed = open.into_iter().filter(|(_, before, after)| *before && !after);
+        closed.map(|(name, ..)| TermTrial::by_stretches(name, MUST_GAIN, TrialOutcome::CannotBeTold)).collect()
     }
 
     /// The same with dynamics, creep and a loop shift that are left open in the model, the last of the usual time

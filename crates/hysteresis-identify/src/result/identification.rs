@@ -9,6 +9,7 @@ use hysteresis_control::stage::{
 use hysteresis_core::{Duhem, MAX_KNOTS, Model, ModifiedPrandtlIshlinskii, PiecewiseLinearMap, Ratios};
 
 use crate::choose::cross_validation::CrossValidation;
+use crate::choose::trial::TermTrial;
 use crate::error::RecordError;
 use crate::fit::own_columns::underway;
 use crate::fit::response::Chain;
@@ -100,6 +101,10 @@ pub struct Identification {
     pub weights: WeightLaw,
     /// How smooth the weights were asked to be: as given, or as cross-validation chose.
     pub smoothness: f64,
+    /// Which terms were tried, or not, and why they are in the model or not, in the order of the search; empty in
+    /// results of releases that did not keep it.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub terms_tried: Vec<TermTrial>,
     /// What cross-validation said of every weight law, if it chose; else empty.
     pub weights_validation: Vec<CrossValidation>,
     /// What cross-validation said of every number of operators, if it chose; else empty.

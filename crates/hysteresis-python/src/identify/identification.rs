@@ -7,6 +7,7 @@ use hysteresis_python_macros::methods;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
+use pythonize::pythonize;
 use serde::{Deserialize, Serialize};
 
 use super::diagnose::Finding;
@@ -603,6 +604,33 @@ impl Identification {
     #[py(-> "Literal['free', 'quadratic', 'split']")]
     fn weights_law(&self) -> &'static str {
         self.found.weights.word()
+    }
+
+    /// Which terms were tried, or not, and why, in the order of the search. A term may be there more than once: it is
+    /// tried again when the model has changed. Each has
+    ///
+    /// - term: its name, such as "output map", "relaxing plays", "no dynamics";
+    /// - beside: the terms of this list that the model had then;
+    /// - outcome: "better" if the search went on with it, else why not: "beaten" by a term that is better still;
+    ///   "not_better", no more than chance and its cost ask for; "too_small" a share of what is left; "not_promising" by the derivatives, so not fitted;
+    ///   "stands_for_other", as it is at the bounds of its search, has no inverse or leads the drive; "not_told" from a
+    ///   loop shift or a drift; "cannot_be_told" from these records, so not tried; "little_left" by loops that are all
+    ///   alike, so not tried; "not_fitted", as the records do not bear it; "needless", left out again;
+    /// - judged_by: "held_out_error", the typical error on held-out stretches, or "evidence", the sum of squares in
+    ///   variances of the noise;
+    /// - gain: by which factor that error falls, or by how many variances that sum; None where it was not fitted;
+    /// - needed: what it had to be.
+    ///
+    /// >>> import math
+    /// >>> import mpi_hyst as mh
+    /// >>> u = [5.0 * math.sin(0.05 * k) * (1.0 - 0.001 * k) for k in range(800)]
+    /// >>> found = mh.identify(u, [0.2 * v + 0.001 * v * v for v in u])
+    /// >>> [one["term"] for one in found.terms_tried if one["outcome"] == "cannot_be_told"]
+    /// ['dynamics', 'creep', 'loop shift', 'slow gain', 'relaxing plays', 'input map', 'output map']
+    #[getter]
+    #[py(-> "list[dict[str, Any]]")]
+    fn terms_tried<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &self.found.terms_tried)?)
     }
 
     /// What cross-validation said of every weight law at the first number of operators: pairs (law, error) as in

@@ -1,0 +1,81 @@
+//! What the search for the structure tried, and why it was taken or left.
+
+/// A term that the search tried, or did not try, and why.
+///
+/// A result lists its trials in the order of the search. A term may be in the list more than once: it is tried again
+/// when the model has changed.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct TermTrial {
+    /// What was added to the model, or took the place of something: "output map", "relaxing plays", "no dynamics".
+    pub term: String,
+    /// Which terms of this list the model had then.
+    pub beside: Vec<String>,
+    /// What came of it.
+    pub outcome: TrialOutcome,
+    /// By what it was judged.
+    pub judged_by: TrialJudge,
+    /// What it gained, by its judge; none where it was not fitted.
+    pub gain: Option<f64>,
+    /// What it had to gain at least.
+    pub needed: f64,
+}
+
+/// What came of the trial of a term.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum TrialOutcome {
+    /// The model is better with it, and the search went on with it.
+    Better,
+    /// The model is better with it, but better still with another term.
+    Beaten,
+    /// It gains too little, or no more than chance would.
+    NotBetter,
+    /// It is told, but explains too small a share of what the model leaves.
+    TooSmall,
+    /// The derivatives of the fit without it promise so little that it was not fitted.
+    NotPromising,
+    /// At the bounds of its search, without an inverse, or before the drive: there it stands for something else.
+    StandsForOther,
+    /// Something that these records do not tell from it explains as much, as a loop shift or a drift.
+    NotTold,
+    /// These records cannot tell it: it was not tried.
+    CannotBeTold,
+    /// All loops are alike and the fit leaves little: it was not tried.
+    LittleLeft,
+    /// It could not be fitted to these records.
+    NotFitted,
+    /// It is left out again: the model predicts as well without it.
+    Needless,
+}
+
+/// By what a term is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum TrialJudge {
+    /// Cross-validation: the gain is the factor by which the typical error on held-out stretches falls.
+    HeldOutError,
+    /// Evidence: the gain is by how many variances of the noise the sum of squares falls.
+    Evidence,
+}
+
+impl TermTrial {
+    /// A term that is judged by stretches that are held out; its mean square error must fall by a factor.
+    pub(crate) fn by_stretches(term: &str, must_gain: f64, outcome: TrialOutcome) -> Self {
+        let (judged_by, needed) = (TrialJudge::HeldOutError, must_gain.sqrt());
+        Self { term: term.to_owned(), beside: Vec::new(), outcome, judged_by, gain: None, needed }
+    }
+
+    /// A term that is judged by evidence.
+    pub(crate) fn by_evidence(term: &str, (evidence, needed): (f64, f64), outcome: TrialOutcome) -> Self {
+        let judged_by = TrialJudge::Evidence;
+        Self { term: term.to_owned(), beside: Vec::new(), outcome, judged_by, gain: Some(evidence), needed }
+    }
+
+    pub(crate) fn with_gain(self, gain: f64) -> Self {
+        Self { gain: Some(gain), ..self }
+    }
+}

@@ -1,0 +1,89 @@
+"""The result says which terms were tried, and why they are in the model or not."""
+
+from __future__ import annotations
+
+import pickle
+
+import mpi_hyst as mh
+import numpy as np
+from law_stages import Array
+
+DT = 1e-3
+
+
+def loops(*heights: float) -> Array:
+    """Strokes of these heights, there and back, at one speed."""
+    ends = np.ravel([(0.0, height) for height in heights])
+    strokes = zip(ends, [*ends[1:], 0.0], strict=True)
+    parts = [np.arange(abs(q - p) * 10) / (abs(q - p) * 10) * (q - p) + p for p, q in strokes]
+    return np.concatenate(parts)
+
+
+def bent(u: Array) -> Array:
+    """A play beside the drive, and a curve of both."""
+    z, out = 0.0, np.empty(u.size)
+    for k, now in enumerate(u.tolist()):
+        z = min(max(z, now - 1.5), now + 1.5)
+        h = now + 0.5 * z
+        out[k] = h + 0.01 * h * h
+    return out
+
+
+def noisy(y: Array) -> Array:
+    return y + 2e-4 * np.ptp(y) * np.random.default_rng(1).standard_normal(y.size)
+
+
+VARIOUS = loops(20, 10, 15, 5, 20, 8, 12, 3, 18)
+
+
+def outcomes(found: mh.results.Identification, term: str) -> list[str]:
+    return [one["outcome"] for one in found.terms_tried if one["term"] == term]
+
+
+def test_a_term_that_is_there_gained_more_than_was_asked() -> None:
+    found = mh.identify(VARIOUS, noisy(bent(VARIOUS)), dt=DT)
+    there = {"input map": found.input_map, "output map": found.output_map}
+    taken = [name for name, one in there.items() if one is not None]
+    assert taken
+    for name in taken:
+        best = [
+            one
+            for one in found.terms_tried
+            if one["term"] in (name, "both maps") and one["outcome"] == "better"
+        ]
+        assert best, found.terms_tried
+        for one in best:
+            assert one["judged_by"] == "held_out_error"
+            assert one["gain"] >= one["needed"] > 1.0
+    # The next trial was made beside it.
+    assert any(set(one["beside"]) & set(taken) for one in found.terms_tried)
+
+
+def test_a_term_that_is_not_there_says_why() -> None:
+    play = mh.ModifiedPrandtlIshlinskii([1.0, 0.5], [0.0, 1.5]).forward().run(VARIOUS)
+    found = mh.identify(VARIOUS, noisy(play), dt=DT)
+    assert found.input_map is None and found.output_map is None
+    for name in ("input map", "output map"):
+        assert "better" not in outcomes(found, name), found.terms_tried
+    for one in found.terms_tried:
+        if one["outcome"] in ("not_promising", "not_fitted", "cannot_be_told", "little_left"):
+            assert one["gain"] is None
+        elif one["outcome"] == "not_better" and one["judged_by"] == "evidence":
+            assert one["gain"] < one["needed"]
+
+
+def test_what_records_cannot_tell_is_named_first() -> None:
+    alike = loops(20, 20, 20)
+    found = mh.identify(alike, noisy(bent(alike)), dt=DT)
+    untold = [one["term"] for one in found.terms_tried if one["outcome"] == "cannot_be_told"]
+    assert untold == ["loop shift", "slow gain", "relaxing plays"]
+    assert [one["term"] for one in found.terms_tried[:3]] == untold
+    # What was given is not open, so it is not in the list.
+    given = mh.identify(alike, noisy(bent(alike)), dt=DT, slow_gain=None, input_map=None)
+    assert not outcomes(given, "slow gain") and not outcomes(given, "input map")
+
+
+def test_a_result_keeps_its_trials() -> None:
+    found = mh.identify(VARIOUS, noisy(bent(VARIOUS)), dt=DT)
+    assert found.terms_tried
+    assert pickle.loads(pickle.dumps(found)).terms_tried == found.terms_tried
