@@ -215,3 +215,53 @@ def test_a_band_and_a_deviation_are_not_asked_for_at_once(
     both: dict[str, Any] = {"return_std": True, "interval": 0.95}
     with pytest.raises(ValueError, match="interval: expected None beside return_std"):
         various.predict(VARIOUS, **both)
+
+
+def plays(u: Array) -> Array:
+    """Return positions of a stage that the model has: few plays of falling weights."""
+    r = np.linspace(0.0, 40.0, 20)
+    weights = np.r_[0.6, 0.02 * (1.0 - r[1:] / 45.0) ** 2]
+    model = mh.ModifiedPrandtlIshlinskii.from_ratios(weights, r, ra=1.0, rb=1.0, rc=1.0)
+    return model.forward().run(u)
+
+
+def test_a_fit_that_leaves_nothing_by_few_unknowns_promises_more() -> None:
+    # Equal triangles tell no other loop; what speaks for the model is that it leaves noise alone.
+    y = plays(ALIKE) + np.random.default_rng(3).normal(0.0, NOISE, ALIKE.size)
+    found = mh.identify(ALIKE, y, dt=DT)
+    follows = mh.identify(ALIKE, y, dt=DT, weights="free")
+    assert found.weights_law == "quadratic"
+    u = others(2)
+    true = plays(u)
+    halves = []
+    for one in (found, follows):
+        said, low, high = one.predict(u, dt=DT, interval=0.95)
+        missed = true - said
+        assert np.mean(np.abs(missed - missed.mean()) <= 0.5 * (high - low)) > 0.95
+        halves.append(0.5 * float(np.mean(high - low)))
+    # 0.26 was measured.
+    assert halves[0] < 0.4 * halves[1]
+
+
+def late(u: Array) -> Array:
+    """Return positions of plays that each follow behind a lag."""
+    r, keep = np.linspace(4.0, 40.0, 8), np.exp(-DT / 0.05)
+    z = slow = np.full(r.size, u[0])
+    out = np.empty(u.size)
+    for k, now in enumerate(u.tolist()):
+        z = np.maximum(now - r, np.minimum(now + r, z))
+        slow = z + keep * (slow - z)
+        out[k] = 0.6 * now + 0.03 * slow.sum()
+    return out
+
+
+def test_loops_of_one_speed_promise_nothing_of_another() -> None:
+    y = late(VARIOUS) + np.random.default_rng(3).normal(0.0, NOISE, VARIOUS.size)
+    found = mh.identify(VARIOUS, y, dt=DT)
+    tried = {one["term"]: one["outcome"] for one in found.terms_tried}
+    assert tried["relaxing plays"] == "cannot_be_told"
+    slower = np.interp(np.arange(0.0, others(2).size, 0.3), np.arange(others(2).size), others(2))
+    said, low, high = found.predict(slower, dt=DT, interval=0.95)
+    missed = late(slower) - said
+    assert np.std(missed) > 5.0 * NOISE
+    assert np.mean(np.abs(missed - missed.mean()) <= 0.5 * (high - low)) > 0.9

@@ -277,7 +277,8 @@ def test_there_are_none_where_there_is_nothing_to_relax() -> None:
 
 def test_a_position_that_relaxes_while_the_drive_rests_is_no_monitor_at_its_end() -> None:
     # The rest is at the lowest drive, where the position still has a tenth of its range to go.
-    u = np.concatenate([rates(), np.linspace(30.0, 0.0, 50), np.zeros(1500)])
+    way = [np.linspace(30.0, 120.0, 50), np.full(600, 120.0), np.linspace(120.0, 0.0, 5)]
+    u = np.concatenate([rates(), *way, np.zeros(1500)])
     y = relaxing_apart(u)
     y += 5e-4 * np.ptp(y) * np.random.default_rng(1).standard_normal(u.size)
     found = mh.identify(u, y, dt=DT, creep=None)

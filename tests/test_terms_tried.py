@@ -60,7 +60,8 @@ def test_a_term_that_is_there_gained_more_than_was_asked() -> None:
 
 
 def test_a_term_that_is_not_there_says_why() -> None:
-    play = mh.ModifiedPrandtlIshlinskii([1.0, 0.5], [0.0, 1.5]).forward().run(VARIOUS)
+    model = mh.ModifiedPrandtlIshlinskii.from_ratios([1.0, 0.5], [0.0, 1.5], ra=1.0, rb=1.0, rc=1.0)
+    play = model.forward().run(VARIOUS)
     found = mh.identify(VARIOUS, noisy(play), dt=DT)
     assert found.input_map is None and found.output_map is None
     for name in ("input map", "output map"):

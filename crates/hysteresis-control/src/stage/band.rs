@@ -18,8 +18,10 @@ pub const CELLS: usize = 12;
 /// The drive turns round where it goes back by this share of its range: less is the noise of a converter.
 const SWING: f64 = 0.02;
 
-/// How many independent errors a branch, from one reversal to the next, counts for.
-const ERRORS_PER_BRANCH: i32 = 2;
+/// How many independent errors a branch, from one reversal to the next, counts for: a long one crosses many cells. With
+/// 2 and 8 of them 92 and 94 % of 800 simulated motions kept what was promised with 95 %
+/// (`make bench-random-cases`).
+const ERRORS_PER_BRANCH: i32 = 8;
 
 /// What identification knows of the errors of its model on records that were not fitted.
 ///
@@ -466,7 +468,7 @@ mod tests {
 
     #[test]
     fn one_number_for_all_branches_is_wider_than_the_bounds_of_one() {
-        assert!((within(&[(0.0, 1.0)], 0.95 * 0.95) - normal_quantile(0.95)).abs() < 1e-5);
+        assert!((within(&[(0.0, 1.0)], 0.95_f64.powi(ERRORS_PER_BRANCH)) - normal_quantile(0.95)).abs() < 1e-5);
         assert!(within(&[(0.0, 1.0); 20], 0.95) > 3.0);
         // What limits hold back comes on top.
         assert!(within(&[(5.0, 1.0)], 0.95) > 6.0 && within(&[(5.0, 0.0)], 0.95) >= 5.0);

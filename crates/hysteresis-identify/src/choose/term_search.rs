@@ -440,7 +440,11 @@ impl TermSearch<'_> {
         drop(projection);
         let terms = terms(alone.smoothness);
         let place = Place { space: space.about(&fit.weights), point: fit.point };
-        let shifted = if self.variety.apart_from_time { None } else { self.shifted(&options, &place, &terms)? };
+        let shifted = if self.variety.apart_from_time || !self.variety.amplitudes {
+            None
+        } else {
+            self.shifted(&options, &place, &terms)?
+        };
         Ok(Candidate { options, place, linear, basis, fit, was_sought, alone, shifted })
     }
 

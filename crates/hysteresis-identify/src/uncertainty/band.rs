@@ -4,21 +4,25 @@
 //! record is what the model lacks. So every stretch of loops is predicted with the weights of all others, and the
 //! squares of what is left go into a table by the drive of the last reversal and that of now.
 //!
-//! Records that are all alike hold no loop out that differs from those that stay: their table promises too much. Stages
-//! lack there what stages lack elsewhere: on twenty stages of foreign physics, recorded by three equal triangles, the
-//! error of other drives was 0.02 to 0.06 of the width of the loop, and 0.003 where the model was true, whatever the
-//! fit had left. So the table gets a share of that width: little where loops were recorded, more where none were, and
-//! less as the records become various and the fit stays good.
+//! Records that are all alike hold no loop out that differs from those that stay: their table promises too much. So do
+//! loops of any size at one speed: there a time is a way. Stages lack there what stages lack elsewhere: on twenty stages
+//! of foreign physics, recorded by three equal triangles, the error of other drives was 0.02 to 0.08 of the width of the
+//! loop. Where the model was true it was 0.001 to 0.003, and there a law of few unknowns left nothing but noise. So the
+//! table gets a share of that width: little where loops were recorded, more where none were, less where the fit speaks
+//! for the model, and less as the records become various and the fit stays good.
 
 use hysteresis_control::stage::{Branches, CELLS, ErrorBand, Place};
 
+use crate::judge::loops::tells_speeds;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
 use crate::result::identification::Identification;
+use crate::terms::weights::WeightLaw;
 
 /// What a stage may lack beside what the table says, as a share of its loop width: where loops were recorded, and two
-/// cells from any.
+/// cells from any; of various records, and of those that are alike.
 const UNTOLD: (f64, f64) = (0.02, 0.06);
+const UNTOLD_BY_LIKE: (f64, f64) = (0.03, 0.07);
 
 /// From how many cells on nothing is told of a place.
 const FAR: usize = 2;
@@ -28,6 +32,14 @@ const UNSEEN: (f64, f64) = (0.5, 0.8);
 
 /// Various records whose errors are below this share of the loop width tell that the model lacks less.
 const USUAL: f64 = 0.03;
+
+/// A fit by a law of few unknowns that leaves less than this share of the loop width beside noise is no coincidence:
+/// the stage lacks less, in proportion, but for a twentieth.
+const COINCIDENCE: f64 = 0.003;
+const LEAST_TRUE: f64 = 0.06;
+
+/// Below this share of the noise what a fit leaves is not told from it.
+const TOLD_FROM_NOISE: f64 = 0.03;
 
 /// Where the width of a loop is not known, it is taken for this share of the range of positions.
 const USUAL_WIDTH: f64 = 0.1;
@@ -50,10 +62,22 @@ impl Identification {
         let width = if width > 0.0 { width } else { USUAL_WIDTH * self.fit.range };
         let noise = self.sensor_noise();
         let table = Table::of(&samples, noise);
-        let errors = table.errors(width);
+        let one_speed = !tells_speeds(records);
+        let errors = table.errors(width, self.untruth(width), one_speed);
         let rates = samples.factors(&errors, noise, |sample| sample.rate);
         let times = samples.factors(&errors, noise, |sample| sample.seconds);
         ErrorBand::new(noise, self.drive_range, width, errors, rates, times).ok()
+    }
+
+    /// How far what stages of other physics lack is to be expected of this one, from little to 1: a law of few unknowns
+    /// that leaves nothing but noise is true, while free weights follow any loop that they are fitted to.
+    fn untruth(&self, width: f64) -> f64 {
+        if self.weights != WeightLaw::Quadratic {
+            return 1.0;
+        }
+        let noise = self.sensor_noise();
+        let left = (self.fit.rmse.powi(2) - noise.powi(2)).max(0.0).sqrt().hypot(TOLD_FROM_NOISE * noise);
+        (left / (COINCIDENCE * width)).clamp(LEAST_TRUE, 1.0)
     }
 
     /// What the fit itself leaves; NaN where nothing is fitted.
@@ -148,15 +172,17 @@ impl Table {
 
     /// The whole table, rms: of every cell the second largest square around it, and what stages of this loop width lack
     /// besides.
-    fn errors(&self, width: f64) -> Vec<Vec<f64>> {
+    fn errors(&self, width: f64, untruth: f64, one_speed: bool) -> Vec<Vec<f64>> {
         let seen = self.all().count();
         if seen == 0 {
-            return vec![vec![UNTOLD.1 * width; CELLS]; CELLS];
+            return vec![vec![UNTOLD_BY_LIKE.1 * untruth * width; CELLS]; CELLS];
         }
         let unseen = 1.0 - as_f64(seen) / as_f64(CELLS * CELLS);
-        let alike = ((unseen - UNSEEN.0) / (UNSEEN.1 - UNSEEN.0)).clamp(0.0, 1.0);
+        let unlike_cells = ((unseen - UNSEEN.0) / (UNSEEN.1 - UNSEEN.0)).clamp(0.0, 1.0);
+        let alike = if one_speed { 1.0 } else { unlike_cells };
         let error = (self.all().map(|(.., square)| square).sum::<f64>() / as_f64(seen)).sqrt();
-        let share = alike + (1.0 - alike) * (error / (USUAL * width)).min(1.0);
+        let (by_like, by_various) = (alike * untruth, (1.0 - alike) * (error / (USUAL * width)).min(1.0));
+        let part = |(near, distant): (f64, f64), far: f64| near + (distant - near) * far;
         let of_cell = |row: usize, column: usize| {
             let distance = |r: usize, c: usize| r.abs_diff(row).max(c.abs_diff(column));
             let nearest = self.all().map(|(r, c, _)| distance(r, c)).min().unwrap_or(FAR);
@@ -166,8 +192,8 @@ impl Table {
             // The largest alone may be that of a few samples behind a reversal.
             let second = around.get(1).or(around.first()).copied().unwrap_or_default();
             let far = (as_f64(nearest) / as_f64(FAR)).min(1.0);
-            let untold = share * width * (UNTOLD.0 + (UNTOLD.1 - UNTOLD.0) * far);
-            second.sqrt().hypot(untold)
+            let untold = by_like * part(UNTOLD_BY_LIKE, far) + by_various * part(UNTOLD, far);
+            second.sqrt().hypot(width * untold)
         };
         (0..CELLS).map(|row| (0..CELLS).map(|column| of_cell(row, column)).collect()).collect()
     }
@@ -199,9 +225,9 @@ mod tests {
     #[test]
     fn loops_that_are_all_alike_promise_nothing_of_others() {
         let drive = triangle(&[0.0, 12.0, 0.0, 12.0, 0.0, 12.0, 0.0]);
-        let errors = Table::of(&samples(|_, _| 1e-3, &drive, (0.0, 12.0)), 0.0).errors(1.0);
-        assert!((errors[6][6] - 1e-3_f64.hypot(UNTOLD.1)).abs() < 1e-9, "{}", errors[6][6]);
-        assert!((errors[0][6] - 1e-3_f64.hypot(UNTOLD.0)).abs() < 1e-9, "{}", errors[0][6]);
+        let errors = Table::of(&samples(|_, _| 1e-3, &drive, (0.0, 12.0)), 0.0).errors(1.0, 1.0, false);
+        assert!((errors[6][6] - 1e-3_f64.hypot(UNTOLD_BY_LIKE.1)).abs() < 1e-9, "{}", errors[6][6]);
+        assert!((errors[0][6] - 1e-3_f64.hypot(UNTOLD_BY_LIKE.0)).abs() < 1e-9, "{}", errors[0][6]);
     }
 
     /// Various records with a good fit tell that the model lacks little anywhere, and where it lacks more.
@@ -210,7 +236,7 @@ mod tests {
         let peaks: Vec<f64> = white(400).into_iter().map(|share| 6.0 + 6.0 * share).collect();
         let drive = triangle(&peaks);
         let of = |reversal: f64, _| if reversal > 9.0 { 1e-2 } else { 1e-4 };
-        let errors = Table::of(&samples(of, &drive, (0.0, 12.0)), 0.0).errors(1.0);
+        let errors = Table::of(&samples(of, &drive, (0.0, 12.0)), 0.0).errors(1.0, 1.0, false);
         assert!(errors[11][3] > 1e-2, "{}", errors[11][3]);
         assert!(errors[2][8] < 5e-3, "{}", errors[2][8]);
     }
