@@ -177,7 +177,8 @@ def test_the_report_of_an_identification(tmp_path: Path, kind: str) -> None:
     assert result.exit_code == 0, result.output
     root = parsed(tmp_path / "report.html")
     assert sections(root) == [
-        *("loops", "errors", "warnings", "residuals", "left-out", "uncertainty", "chosen", "model"),
+        *("loops", "errors", "warnings", "residuals", "left-out", "uncertainty", "chosen", "tried"),
+        "model",
     ]
     assert len(list(root.iter("img"))) == 7
     page = words(root)
@@ -200,7 +201,7 @@ def test_the_report_shows_what_was_held_out_and_how_far_to_trust_it(tmp_path: Pa
     assert result.exit_code == 0, result.output
     root = parsed(report)
     assert sections(root) == [
-        *("loops", "errors", "warnings", "residuals", "left-out", "uncertainty", "chosen"),
+        *("loops", "errors", "warnings", "residuals", "left-out", "uncertainty", "chosen", "tried"),
         "model",
     ]
     request = Request(

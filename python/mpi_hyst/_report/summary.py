@@ -361,11 +361,9 @@ def terms_tried(found: mh.results.Identification) -> list[list[str]]:
         return f"error {100.0 * (1.0 / value - 1.0):+.0f} %"
 
     def row(one: dict[str, Any]) -> list[str]:
-        judge, outcome = one["judged_by"], one["outcome"]
-        is_tried = outcome not in ("cannot_be_told", "little_left")
-        asked = gain(judge, one["needed"]) if is_tried else ""
-        beside = ", ".join(one["beside"])
-        return [one["term"], beside, gain(judge, one["gain"]), asked, OUTCOMES[outcome]]
+        judge, beside = one["judged_by"], ", ".join(one["beside"])
+        gained, asked = gain(judge, one["gain"]), gain(judge, one["needed"])
+        return [one["term"], beside, gained, asked, OUTCOMES[one["outcome"]]]
 
     return list(map(row, found.terms_tried))
 

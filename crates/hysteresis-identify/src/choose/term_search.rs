@@ -203,7 +203,7 @@ impl TermSearch<'_> {
             let is_open = row.term.is_open(self.asked, &first.options) && !row.term.is_in(first);
             is_open && self.left(first) < self.least_left(row)
         };
-        let untried = |row: &Row| self.trial(row, first, self.must_gain(row.terms, true), TrialOutcome::LittleLeft);
+        let untried = |row: &Row| TermTrial::not_tried(row.term.name(), TrialOutcome::LittleLeft);
         self.table.iter().filter(is_left).map(untried).collect()
     }
 

@@ -3,7 +3,6 @@
 //! Loops that are all alike tell neither creep nor a loop shift nor a map from the shape of the loops, and they do not
 //! tell how their width depends on the rate.
 
-use crate::choose::term_search::MUST_GAIN;
 use crate::choose::trial::{TermTrial, TrialOutcome};
 use crate::error::Error;
 use crate::judge::loops::tells_speeds;
@@ -135,7 +134,7 @@ impl Options {
             ("output map", self.output_map == MapModel::Auto, resolved.output_map == MapModel::Auto),
         ];
         let closed = open.into_iter().filter(|(_, before, after)| *before && !after);
-        closed.map(|(name, ..)| TermTrial::by_stretches(name, MUST_GAIN, TrialOutcome::CannotBeTold)).collect()
+        closed.map(|(name, ..)| TermTrial::not_tried(name, TrialOutcome::CannotBeTold)).collect()
     }
 
     /// The same with dynamics, creep and a loop shift that are left open in the model, the last of the usual time

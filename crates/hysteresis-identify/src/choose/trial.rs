@@ -18,8 +18,8 @@ pub struct TermTrial {
     pub judged_by: TrialJudge,
     /// What it gained, by its judge; none where it was not fitted.
     pub gain: Option<f64>,
-    /// What it had to gain at least.
-    pub needed: f64,
+    /// What it had to gain at least; none where it was not tried.
+    pub needed: Option<f64>,
 }
 
 /// What came of the trial of a term.
@@ -65,14 +65,19 @@ pub enum TrialJudge {
 impl TermTrial {
     /// A term that is judged by stretches that are held out; its mean square error must fall by a factor.
     pub(crate) fn by_stretches(term: &str, must_gain: f64, outcome: TrialOutcome) -> Self {
-        let (judged_by, needed) = (TrialJudge::HeldOutError, must_gain.sqrt());
-        Self { term: term.to_owned(), beside: Vec::new(), outcome, judged_by, gain: None, needed }
+        Self { needed: Some(must_gain.sqrt()), ..Self::not_tried(term, outcome) }
+    }
+
+    /// A term that was not tried.
+    pub(crate) fn not_tried(term: &str, outcome: TrialOutcome) -> Self {
+        let (term, judged_by) = (term.to_owned(), TrialJudge::HeldOutError);
+        Self { term, beside: Vec::new(), outcome, judged_by, gain: None, needed: None }
     }
 
     /// A term that is judged by evidence.
     pub(crate) fn by_evidence(term: &str, (evidence, needed): (f64, f64), outcome: TrialOutcome) -> Self {
-        let judged_by = TrialJudge::Evidence;
-        Self { term: term.to_owned(), beside: Vec::new(), outcome, judged_by, gain: Some(evidence), needed }
+        let (judged_by, gain, needed) = (TrialJudge::Evidence, Some(evidence), Some(needed));
+        Self { judged_by, gain, needed, ..Self::not_tried(term, outcome) }
     }
 
     pub(crate) fn with_gain(self, gain: f64) -> Self {

@@ -36,12 +36,6 @@ impl OperatorsAt {
         Self { bank, input_offset, path: DrivePath::default(), output_map: None, side: None, gain: None, duhem: None }
     }
 
-    /// Whether anything here goes on while the drive rests: a lag in front, what stands beside the operators, or a slow
-    /// gain.
-    pub(crate) fn has_time(&self) -> bool {
-        self.path.bandwidth.is_some() || self.side.is_some() || self.gain.is_some()
-    }
-
     /// How many columns there are beside the operators.
     pub(crate) fn sides(&self) -> Sides {
         self.side.as_ref().map_or_else(Sides::default, SideColumns::sides)

@@ -87,7 +87,7 @@ pub enum FindingCode {
     /// record begins there, and the input comes back by more than three times as much as any other stay shows. Value:
     /// how far the input moves meanwhile, over its range; limit 0.02, above what eight bits make of a turn.
     ClippedOutput,
-    /// The recorded input stays at its highest or lowest value while the output moves on. Value: how far the output
+    /// The recorded input stays at its highest or lowest value while the output moves on and comes back. Value: how far the output
     /// moves meanwhile, over its range; limit: 0.05 and eight standard deviations of its noise, above what creep and
     /// noise do while an input is held.
     ClippedInput,

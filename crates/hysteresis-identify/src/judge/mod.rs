@@ -222,7 +222,7 @@ fn of_residuals(records: &[Record<'_>], chain: &Chain, survey: &Survey) -> Vec<F
         found.extend(worst(records, |place, _| followed[place].iter().find(|found| found.code == code).cloned()));
     }
     let unexplained = |place: usize| {
-        let explains_motion = !chain.linear.is_dead_time_alone() || chain.operators.has_time();
+        let explains_motion = !chain.linear.is_dead_time_alone() || chain.linear.bandwidth.is_some();
         if explains_motion { of(place) } else { &records[place].output()[records[place].skip()..] }
     };
     let bursts: Vec<_> = records.iter().enumerate().map(|(place, record)| samples::bursts(record, of(place))).collect();

@@ -271,25 +271,20 @@ pub(crate) fn turns(values: &[f64], swing: f64) -> Vec<usize> {
 }
 
 /// How far `other` moves, over `range`, while `values` stays at its highest or lowest value; the most of all stays,
-/// with the sample where it begins.
+/// with the sample where it begins. What goes one way and does not come back is no such move: it relaxes.
 pub(crate) fn travel_at_the_ends(values: &[f64], other: &[f64], range: f64) -> (f64, usize) {
-    let (low, high) = bounds(values);
-    let mut longest = (0.0, 0);
-    for level in [low, high] {
-        let mut stay: Option<(f64, f64, usize)> = None;
-        for (k, (value, other)) in values.iter().zip(other).enumerate() {
-            stay = (*value == level).then(|| {
-                let (from, to, first) = stay.unwrap_or((*other, *other, k));
-                (from.min(*other), to.max(*other), first)
-            });
-            if let Some((from, to, first)) = stay
-                && to - from > longest.0
-            {
-                longest = (to - from, first);
-            }
-        }
-    }
-    (longest.0 / range, longest.1)
+    /// It comes back by so much of its way at least: loops have a width, so not by all of it.
+    const BACK: f64 = 0.2;
+    let ends = bounds(values);
+    let travel = |stay: Range<usize>| {
+        let (low, high) = bounds(&other[stay.clone()]);
+        let (first, last) = (other[stay.start], other[stay.end - 1]);
+        let back = (high - first.max(last)).max(first.min(last) - low);
+        (if back > BACK * (high - low) { (high - low) / range } else { 0.0 }, stay.start)
+    };
+    let at_an_end = |stay: &Range<usize>| [ends.0, ends.1].contains(&values[stay.start]);
+    let longest = stays(values).filter(at_an_end).map(travel).max_by(|p, q| p.0.total_cmp(&q.0));
+    longest.unwrap_or((0.0, 0))
 }
 
 /// A count as a number; exact up to 2^53.
@@ -369,6 +364,8 @@ mod tests {
         assert_eq!(travel_at_the_ends(&clipped, &other, 4.0), (0.25, 2));
         let mirrored: Vec<f64> = clipped.iter().map(|x| -x).collect();
         assert_eq!(travel_at_the_ends(&mirrored, &other, 4.0), (0.25, 2));
+        let relaxes = [0.0, 1.0, 2.0, 3.0, 3.5, 1.0, 4.0];
+        assert_eq!(travel_at_the_ends(&clipped, &relaxes, 4.0).0, 0.0);
     }
 
     #[test]

@@ -609,8 +609,7 @@ impl Identification {
     /// Which terms were tried, or not, and why, in the order of the search. A term may be there more than once: it is
     /// tried again when the model has changed. Each has
     ///
-    /// - term: its name, such as "output map", "relaxing plays", "no dynamics";
-    /// - beside: the terms of this list that the model had then;
+    /// - term, and beside, the terms of this list that the model had then;
     /// - outcome: "better" if the search went on with it, else why not: "beaten" by a term that is better still;
     ///   "not_better", no more than chance and its cost ask for; "too_small" a share of what is left; "not_promising" by the derivatives, so not fitted;
     ///   "stands_for_other", as it is at the bounds of its search, has no inverse or leads the drive; "not_told" from a
@@ -619,7 +618,7 @@ impl Identification {
     /// - judged_by: "held_out_error", the typical error on held-out stretches, or "evidence", the sum of squares in
     ///   variances of the noise;
     /// - gain: by which factor that error falls, or by how many variances that sum; None where it was not fitted;
-    /// - needed: what it had to be.
+    /// - needed: what it had to be; None where it was not tried.
     ///
     /// >>> import math
     /// >>> import mpi_hyst as mh
