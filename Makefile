@@ -196,7 +196,7 @@ bench-places: $(PACKAGE) $(TOOLS) ## where a stage is that was identified withou
 bench-foreign: $(PACKAGE) $(TOOLS) ## what is left of the error on stages of other physics, beside simple models: about ten minutes; FOREIGN="--records triangles" for a part
 	PYTHONPATH=tests $(BIN)/python benches/python/foreign_stages.py $(FOREIGN)
 
-bench-random-cases: $(PACKAGE) $(TOOLS) ## whether verdicts and promised errors hold on random records of these stages: about twenty minutes; RANDOM_CASES="--cases 20" for some
+bench-random-cases: $(PACKAGE) $(TOOLS) ## whether verdicts and promised errors hold on random records of the stages of bench-foreign: about ten minutes; RANDOM_CASES="--cases 20" for some
 	PYTHONPATH=tests $(BIN)/python benches/python/random_cases.py $(RANDOM_CASES)
 
 bench-read: $(PACKAGE) $(TOOLS) ## time and memory of reading a CSV of 1 GB beside polars; READ="--size 0.3" for 0.3 GB

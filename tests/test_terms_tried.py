@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import pickle
+import re
+from pathlib import Path
 
 import mpi_hyst as mh
 import numpy as np
 from law_stages import Array
+from mpi_hyst._report.summary import OUTCOMES
 
+ROOT = Path(__file__).parents[1]
 DT = 1e-3
 
 
@@ -65,9 +69,10 @@ def test_a_term_that_is_not_there_says_why() -> None:
     found = mh.identify(VARIOUS, noisy(play), dt=DT)
     assert found.input_map is None and found.output_map is None
     for name in ("input map", "output map"):
-        assert "better" not in outcomes(found, name), found.terms_tried
+        tried = outcomes(found, name)
+        assert tried and "better" not in tried, found.terms_tried
     for one in found.terms_tried:
-        if one["outcome"] in ("not_promising", "not_fitted", "cannot_be_told", "little_left"):
+        if one["outcome"] in ("not_promising", "not_fitted", "nothing_left"):
             assert one["gain"] is None
         elif one["outcome"] == "not_better" and one["judged_by"] == "evidence":
             assert one["gain"] < one["needed"]
@@ -88,3 +93,29 @@ def test_a_result_keeps_its_trials() -> None:
     found = mh.identify(VARIOUS, noisy(bent(VARIOUS)), dt=DT)
     assert found.terms_tried
     assert pickle.loads(pickle.dumps(found)).terms_tried == found.terms_tried
+
+
+def test_without_an_interval_it_is_not_the_records_that_are_wanting() -> None:
+    found = mh.identify(VARIOUS, noisy(bent(VARIOUS)))
+    closed = {one["term"]: one["outcome"] for one in found.terms_tried if one["needed"] is None}
+    assert closed["input map"] == closed["creep"] == "not_open"
+
+
+def test_every_outcome_has_words() -> None:
+    source = (ROOT / "crates/hysteresis-identify/src/choose/trial.rs").read_text("utf-8")
+    variants = re.findall(
+        r"^    ([A-Z]\w+),$", source.split("enum TrialOutcome")[1].split("}")[0], re.M
+    )
+    words = {re.sub(r"(?<!^)([A-Z])", r"_\1", name).lower() for name in variants}
+    assert words == set(OUTCOMES) and len(words) > 10
+    page = (ROOT / "docs/explanation/identification.md").read_text("utf-8")
+    assert all(f"| `{word}` |" in page for word in words)
+
+
+def test_a_result_of_a_release_that_kept_no_trials_is_read() -> None:
+    found = mh.identify(VARIOUS, noisy(bent(VARIOUS)), dt=DT)
+    make, (state, *rest) = found.__reduce__()[:2]
+    kept = dict(state["found"])
+    assert kept.pop("terms_tried")
+    old = {**state, "found": kept}
+    assert make(old, *rest).terms_tried == []

@@ -1,8 +1,8 @@
-"""What a fit promises, and whether it holds, on random records of stages of other physics.
+"""What a fit promises, and whether it holds, on records of stages of other physics.
 
 `make bench-random-cases`. A case is one of the stages of `foreign_stages.py` with a random record:
-full triangles, strokes of random heights, a sum of sines, a decaying sine, or what
-`mh.signals.experiment` makes, at a random speed, with random noise of 0.01 to 0.2 % of the range.
+full triangles, strokes of random heights, a sum of sines or a decaying sine at a random speed, or
+what `mh.signals.experiment` makes. Noise is 0.01 to 0.2 % of the range.
 Then four drives and four motions are asked for that were not recorded, within the range and the
 speeds of the record.
 
@@ -69,15 +69,21 @@ class Case(NamedTuple):
     terms: str
 
 
-def promised(stage: Stage, found: mh.Stage, drive: Array) -> float:
-    """The promised over the largest error of the motion that the model makes of a drive."""
+def promised(stage: Stage, found: mh.Stage, drive: Array) -> float | None:
+    """The promised over the largest error of the motion that the model makes of a drive.
+
+    None where the stage refuses the motion.
+    """
     forward = found.forward(DT)
     forward.settle(drive[0])
     target = forward.run(drive)
     with warnings.catch_warnings():
         # A motion at an end of the range is held back by a little.
         warnings.simplefilter("ignore")
-        driven, bounds = found.precompensate(target, DT, start=drive[0], return_error=True)
+        try:
+            driven, bounds = found.precompensate(target, DT, start=drive[0], return_error=True)
+        except mh.StartError:
+            return None
     miss = stage.position(np.asarray(driven), DT) - target
     return bounds.within / float(np.abs(miss - miss.mean()).max())
 
@@ -98,12 +104,9 @@ def case(number: int, kind: str, seed: int) -> Case:
     seen = stage._replace(low=float(record.drive.min()), high=float(record.drive.max()))
     drives = unseen(seen, record, rng)[:4]
     errors = [off(found.predict(drive, dt=DT), stage.position(drive, DT)) for drive in drives]
-    terms = terms_of(found)
-    try:
-        promises = [promised(stage, found.stage, drive) for drive in drives]
-    except ValueError as why:
-        promises, terms = [], f"{terms}; {why}"
-    return Case(max(errors) / size, found.verdict, promises, seconds, terms)
+    made = [promised(stage, found.stage, drive) for drive in drives]
+    promises = [one for one in made if one is not None]
+    return Case(max(errors) / size, found.verdict, promises, seconds, terms_of(found))
 
 
 def main() -> None:
@@ -133,7 +136,7 @@ def main() -> None:
     tell(
         f"{len(rows)} cases, {len(green)} green, of these {wrong} with more than {LIMIT:.0%}; "
         f"{promises.size} motions, {np.mean(promises >= 1.0):.3f} of which keep what was promised "
-        f"with 95 %, half of them by a factor above {np.median(promises):.2f}; "
+        f"with 95 %; promised over largest error, median {np.median(promises):.2f}; "
         f"median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s"
     )
 

@@ -100,7 +100,7 @@ pub fn identify(
         monitor.hold();
     }
     let found = fit(records, &asked, &mut monitor)?;
-    let terms_tried = [options.closed_in(&asked), found.terms_tried].concat();
+    let terms_tried = [options.closed_in(&asked, records)?, found.terms_tried].concat();
     Ok(Identification { terms_tried, ..found })
 }
 

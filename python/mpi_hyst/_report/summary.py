@@ -333,13 +333,16 @@ def choices(found: mh.results.Identification) -> list[Choice]:
 
 OUTCOMES = {
     "better": "better: the search went on with it",
-    "beaten": "better, but another term is better still",
+    "beaten": "better, but other terms are better still",
+    "overruled": "taken at first; later the search went on without it",
     "not_better": "too little, or no more than chance",
     "too_small": "told, but it explains too little of what is left",
     "not_promising": "not fitted: the derivatives promise too little",
-    "stands_for_other": "stands for something else there",
-    "not_told": "not told from a loop shift or a drift",
+    "stands_for_other": "such a model stands for something else",
+    "not_told": "not told from something else that explains as much",
     "cannot_be_told": "not tried: these records cannot tell it",
+    "not_open": "not tried: needs dt, more samples, or the modified model",
+    "nothing_left": "not tried: the fit leaves noise alone",
     "little_left": "not tried: loops are all alike, and the fit leaves little",
     "not_fitted": "the records do not bear it",
     "needless": "left out again: not needed",
@@ -358,6 +361,8 @@ def terms_tried(found: mh.results.Identification) -> list[list[str]]:
             return ""
         if judge == "evidence":
             return f"evidence {value:.0f}"
+        if value == 1.0:
+            return "no change"
         return f"error {100.0 * (1.0 / value - 1.0):+.0f} %"
 
     def row(one: dict[str, Any]) -> list[str]:
@@ -370,19 +375,16 @@ def terms_tried(found: mh.results.Identification) -> list[list[str]]:
 
 def _tried_in_short(found: mh.results.Identification) -> list[str]:
     """Return which terms were tried, and which were not; the report says what each gained."""
-
-    def names(*outcomes: str, without: bool = False) -> str:
-        tried = found.terms_tried
-        named = [one["term"] for one in tried if (one["outcome"] in outcomes) is not without]
-        return ", ".join(dict.fromkeys(named))
-
+    untried = ("cannot_be_told", "not_open", "little_left", "nothing_left")
+    tried = dict.fromkeys(one["term"] for one in found.terms_tried if one["outcome"] not in untried)
+    untold = dict.fromkeys(
+        one["term"] for one in found.terms_tried if one["outcome"] == "cannot_be_told"
+    )
     lines = []
-    if tried := names("cannot_be_told", "little_left", without=True):
-        lines.append(f"terms tried: {tried} (what each gained: terms_tried, and the report)")
-    if untold := names("cannot_be_told"):
-        lines.append(f"terms that these records cannot tell: {untold}")
-    if left := names("little_left"):
-        lines.append(f"terms not tried, as loops are all alike and the fit leaves little: {left}")
+    if tried:
+        lines.append(f"terms tried: {', '.join(tried)} (the report says what each gained)")
+    if untold:
+        lines.append(f"terms that these records cannot tell: {', '.join(untold)}")
     return ["\n".join(lines)] if lines else []
 
 

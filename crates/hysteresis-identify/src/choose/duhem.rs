@@ -94,12 +94,8 @@ pub(crate) fn with_duhem(
     }
     let must_gain = if is_forced { None } else { must_gain(records, &plays) };
     let place = plays.trials.len();
-    let left = |plays: Found, outcome| {
-        let of_time = must_gain.unwrap_or(MUST_GAIN_OF_LIKE_LOOPS);
-        plays.with_trial(place, TermTrial::by_stretches(NAME, of_time, outcome))
-    };
     if !is_forced && must_gain.is_none() {
-        return Ok(left(plays, TrialOutcome::NotTold));
+        return Ok(plays.with_trial(place, TermTrial::not_tried(NAME, TrialOutcome::NotTold)));
     }
     monitor.hold();
     let best = match best_of_directions(records, asked, &plays, monitor) {
@@ -108,8 +104,10 @@ pub(crate) fn with_duhem(
     };
     let (found, predicts) = match best {
         Ok(best) => best,
-        Err(_) if is_forced => return Ok(plays),
-        Err(outcome) => return Ok(left(plays, outcome)),
+        Err(outcome) => {
+            let trial = must_gain.map(|must_gain| TermTrial::by_stretches(NAME, must_gain, outcome));
+            return Ok(trial.into_iter().fold(plays, |plays, trial| plays.with_trial(place, trial)));
+        }
     };
     let Some(must_gain) = must_gain else {
         let is_chosen = found.fit.fit.squares < plays.fit.fit.squares;

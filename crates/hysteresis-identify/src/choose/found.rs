@@ -1,7 +1,7 @@
 //! What a search has found, with what was chosen and what the records said of it.
 
 use crate::choose::cross_validation::CrossValidation;
-use crate::choose::trial::TermTrial;
+use crate::choose::trial::{TermTrial, TrialOutcome, overrule};
 use crate::error::Error;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::point::Point;
@@ -55,6 +55,13 @@ impl Found {
         Self { trials: before, ..self }
     }
 
+    /// What was tried, where a search begins anew: the terms for which `is_left` holds are taken no more.
+    pub(crate) fn overruled(&self, is_left: impl Fn(&str) -> bool) -> Vec<TermTrial> {
+        let mut trials = self.trials.clone();
+        overrule(&mut trials, TrialOutcome::Overruled, is_left);
+        trials
+    }
+
     /// The same with a trial at a place of the list.
     pub(crate) fn with_trial(mut self, place: usize, trial: TermTrial) -> Self {
         self.trials.insert(place, trial);
@@ -91,8 +98,6 @@ pub(crate) struct LinearEvidence {
     pub(crate) too_little: Option<(f64, f64)>,
     /// Where fewer modes were found than were asked for.
     pub(crate) untold_modes: Option<UntoldModes>,
-    /// Which of its terms were tried.
-    pub(crate) trials: Vec<TermTrial>,
 }
 
 /// Modes that the records do not tell.

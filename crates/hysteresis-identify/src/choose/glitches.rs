@@ -53,8 +53,7 @@ pub(crate) fn search_without_glitches(
             break;
         }
         let without = leaving_out(records, &left_out)?;
-        let before = Found { trials: Vec::new(), ..found };
-        found = anew(before, monitor, |monitor| search_all(&without, asked, monitor))?;
+        found = anew(found, Vec::new(), monitor, |monitor| search_all(&without, asked, monitor))?;
         chosen_without.clone_from(&left_out);
         (found, left_out) = settled(records, found, left_out, limit, monitor)?;
     }

@@ -4,7 +4,7 @@
 use core::f64::consts::TAU;
 
 use crate::choose::found::{LinearEvidence, UntoldModes};
-use crate::choose::trial::{TermTrial, TrialOutcome};
+use crate::choose::trial::{TermTrial, TrialOutcome, overrule};
 use crate::error::Error;
 use crate::fit::joint::{Attempts, JointFit, JointProblem, MIN_NEGATIVE_SAMPLES};
 use crate::fit::point::{Parameter, Point};
@@ -32,11 +32,17 @@ const MOST_LEFT_BY_MODE: f64 = 0.5;
 /// asked for: two standard deviations.
 const SAME_EVIDENCE: f64 = 4.0;
 
+/// How results call these terms.
+const AMPLIFIER: &str = "amplifier";
+const SECOND_ORDER: &str = "dynamics of second order";
+
 /// Hysteresis and linear part together, and what the records tell of the latter; and whether the search was stopped and
 /// this is the best so far.
 pub(crate) struct FoundJoint {
     pub(crate) fit: JointFit,
     pub(crate) linear: LinearEvidence,
+    /// Which of its terms were tried.
+    pub(crate) trials: Vec<TermTrial>,
     pub(crate) partial: bool,
 }
 
@@ -48,12 +54,12 @@ pub(crate) fn search_joint(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<FoundJoint, Error> {
     let mut linear = LinearEvidence::default();
-    let mut joint = JointSearch { problem, plain, is_open, best: None };
+    let mut joint = JointSearch { problem, plain, is_open, best: None, trials: Vec::new() };
     let (fit, partial) = match joint.search(&mut linear, monitor) {
         Err(Error::Interrupted) if monitor.keeps_best() => (joint.best_so_far(monitor.kept().as_ref())?, true),
         searched => (searched?, false),
     };
-    Ok(FoundJoint { fit, linear, partial })
+    Ok(FoundJoint { fit, linear, trials: joint.trials, partial })
 }
 
 /// A fit with one parameter for its lag, and by how many variances of the noise dynamics lower the sum of squares below
@@ -72,6 +78,7 @@ struct JointSearch<'a> {
     is_open: bool,
     /// The best joint point, once there is one.
     best: Option<Point>,
+    trials: Vec<TermTrial>,
 }
 
 impl JointSearch<'_> {
@@ -101,7 +108,7 @@ impl JointSearch<'_> {
 
     /// The fit, or that with an amplifier in front of the hysteresis if the records tell one.
     fn with_amplifier_if_told(
-        &self,
+        &mut self,
         found: JointFit,
         linear: &mut LinearEvidence,
         part: Span,
@@ -115,7 +122,7 @@ impl JointSearch<'_> {
         let with = self.problem.with_amplifier(&found, monitor)?;
         let judged = (self.evidence(&found, &with), self.needed_evidence(&with));
         let outcome = outcome(judged.0 >= judged.1, !with.has_amplifier_at_bound());
-        linear.trials.push(TermTrial::by_evidence("amplifier", judged, outcome));
+        self.trials.push(TermTrial::by_evidence(AMPLIFIER, (Some(judged.0), judged.1), outcome));
         if outcome == TrialOutcome::Better {
             return Ok(with);
         }
@@ -125,7 +132,7 @@ impl JointSearch<'_> {
 
     /// The fit, or that with as many modes as the records tell.
     fn with_modes_if_told(
-        &self,
+        &mut self,
         mut found: JointFit,
         linear: &mut LinearEvidence,
         monitor: &mut SearchMonitor<'_>,
@@ -139,14 +146,16 @@ impl JointSearch<'_> {
             let with = if found.fit.is_exact() { None } else { self.problem.with_mode(&found, wanted, monitor)? };
             let told = with.as_ref().filter(|with| with.has_distinct_modes());
             let evidence = told.map_or(0.0, |with| self.evidence_for_mode(&found, with));
-            let is_worth_it = with.as_ref().is_some_and(|with| self.is_worth_a_mode(&found, with));
-            let outcome = match evidence >= needed {
-                true if is_worth_it => TrialOutcome::Better,
-                true => TrialOutcome::TooSmall,
-                false => TrialOutcome::NotBetter,
+            let is_told = evidence >= needed;
+            let outcome = match (&with, told) {
+                (None, _) => TrialOutcome::NotPromising,
+                (_, None) => TrialOutcome::StandsForOther,
+                (_, Some(with)) if is_told && self.is_worth_a_mode(&found, with) => TrialOutcome::Better,
+                _ if is_told => TrialOutcome::TooSmall,
+                _ => TrialOutcome::NotBetter,
             };
-            let name = format!("mode number {}", number + 1);
-            linear.trials.push(TermTrial::by_evidence(&name, (evidence, needed), outcome));
+            let (name, gain) = (format!("mode number {}", number + 1), told.map(|_| evidence));
+            self.trials.push(TermTrial::by_evidence(&name, (gain, needed), outcome));
             match with {
                 Some(with) if outcome == TrialOutcome::Better => found = with,
                 _ => {
@@ -175,7 +184,7 @@ impl JointSearch<'_> {
 
     /// The amplifier judged anew, once there are several modes: it may have stood for one, or one have hidden it.
     fn with_amplifier_if_still_told(
-        &self,
+        &mut self,
         found: JointFit,
         linear: &mut LinearEvidence,
         monitor: &mut SearchMonitor<'_>,
@@ -188,6 +197,9 @@ impl JointSearch<'_> {
         let without = self.problem.without_amplifier(&found, monitor)?;
         let evidence = self.evidence(&without, &found);
         let is_told = evidence >= self.needed_evidence(&found) && !found.has_amplifier_at_bound();
+        if !is_told {
+            overrule(&mut self.trials, TrialOutcome::Overruled, |term| term == AMPLIFIER);
+        }
         Ok(if is_told { found } else { without })
     }
 
@@ -195,7 +207,7 @@ impl JointSearch<'_> {
     /// alone if they do not tell the dynamics: too little evidence, or at the edge of what is searched.
     /// Cross-validation does not judge them: the stretch of a chirp that has the resonance tells it alone.
     fn without_needless_dynamics(
-        &self,
+        &mut self,
         fit: JointFit,
         linear: &mut LinearEvidence,
         monitor: &mut SearchMonitor<'_>,
@@ -209,14 +221,15 @@ impl JointSearch<'_> {
         let judged = (self.evidence(&without, &fit), self.needed_evidence(&fit));
         let (is_told, is_kept) = (judged.0 >= judged.1, judged.0 >= judged.1 && is_inside(&fit));
         let outcome = outcome(is_told, is_inside(&fit));
-        linear.trials.push(TermTrial::by_evidence("dynamics of second order", judged, outcome));
+        self.trials.push(TermTrial::by_evidence(SECOND_ORDER, (Some(judged.0), judged.1), outcome));
         let is_overdamped = fit.fit.point.get(Parameter::LogDamping) > 0.0;
         let lag = if is_told && is_overdamped { self.lag_if_told(&without, monitor)? } else { None };
         match lag {
             Some(lag) if !is_kept || self.evidence(&lag.fit, &fit) < self.needed_evidence(&fit) => {
                 (linear.dead_time_error, linear.amplifier_instead) = (lag.error, 0.0);
-                let judged = (self.evidence(&without, &lag.fit), self.needed_evidence(&lag.fit));
-                linear.trials.push(TermTrial::by_evidence("lag of first order", judged, TrialOutcome::Better));
+                overrule(&mut self.trials, TrialOutcome::Beaten, |term| term == SECOND_ORDER);
+                let judged = (Some(self.evidence(&without, &lag.fit)), self.needed_evidence(&lag.fit));
+                self.trials.push(TermTrial::by_evidence("lag of first order", judged, TrialOutcome::Better));
                 Ok(lag.fit)
             }
             _ if is_kept => Ok(fit),

@@ -5,6 +5,8 @@ use crate::choose::found::{Found, LinearEvidence, Structure};
 use crate::choose::linear_part::{FoundJoint, search_joint};
 use crate::choose::quiet_record::{Told, told_by_quietest};
 use crate::choose::structure::{with_operators_chosen, with_structure};
+use crate::choose::table::COUPLED_PLAYS;
+use crate::choose::trial::TermTrial;
 use crate::error::Error;
 use crate::fit::descent::search;
 use crate::fit::joint::{JointFit, JointProblem};
@@ -41,7 +43,8 @@ fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonit
         return Ok(found);
     }
     let without = Options { dynamics: DynamicsModel::None, ..asked.clone() };
-    anew(found, monitor, |monitor| search_plays(records, &without, monitor))
+    let trials = found.overruled(|_| true);
+    anew(found, trials, monitor, |monitor| search_plays(records, &without, monitor))
 }
 
 /// The same with dynamics that may lead. Where coupled plays are better than the plays that were asked for first, or
@@ -50,15 +53,17 @@ fn search_plays(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMon
     let plays = search_terms(records, asked, monitor)?;
     let needs_coupling = plays.needs_coupling || asked.chooses_coupling() && plays.leads(asked);
     if needs_coupling && !plays.partial {
-        return anew(plays, monitor, |monitor| search_plays(records, &asked.with_coupled_plays(), monitor));
+        let trials = plays.overruled(|term| term != COUPLED_PLAYS);
+        return anew(plays, trials, monitor, |monitor| search_plays(records, &asked.with_coupled_plays(), monitor));
     }
     with_duhem(records, asked, plays, monitor)
 }
 
-/// What a search that begins anew finds; what was found before it where it was stopped with something worse, unless
-/// nothing can run that.
+/// What a search that begins anew finds, with the trials that came before it; what was found before it where it was
+/// stopped with something worse, unless nothing can run that.
 pub(crate) fn anew(
     before: Found,
+    trials: Vec<TermTrial>,
     monitor: &mut SearchMonitor<'_>,
     search: impl FnOnce(&mut SearchMonitor<'_>) -> Result<Found, Error>,
 ) -> Result<Found, Error> {
@@ -67,7 +72,7 @@ pub(crate) fn anew(
     let found = search(monitor)?;
     let is_worse = found.partial && before.fit.fit.objective < found.fit.fit.objective;
     let keeps_before = is_worse && !before.fit.leads();
-    Ok(if keeps_before { Found { partial: true, ..before } } else { found.after(before.trials) })
+    Ok(if keeps_before { Found { partial: true, ..before } } else { found.after(trials) })
 }
 
 /// The same with the plays, and the Duhem operator if there is a first one, that are asked for.
@@ -282,8 +287,7 @@ fn with_linear_part(
         let fit = problem.at_hysteresis(&found.fit)?;
         return Ok(Found { fit, options, basis, linear: Some(LinearEvidence::default()), ..found });
     }
-    let FoundJoint { fit, mut linear, partial } = search_joint(problem, found.fit, is_open, monitor)?;
-    let trials = std::mem::take(&mut linear.trials);
+    let FoundJoint { fit, linear, trials, partial } = search_joint(problem, found.fit, is_open, monitor)?;
     options.dynamics = fit.space.order().map_or(DynamicsModel::None, DynamicsModel::Order);
     Ok(Found { fit, options, basis, linear: Some(linear), trials, partial, ..found })
 }

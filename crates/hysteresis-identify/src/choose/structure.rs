@@ -164,6 +164,7 @@ pub(crate) fn with_structure(
     };
     let Some(Chosen { candidate: Candidate { options, place, linear, .. }, untold, trials }) = chosen else {
         let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
+        let found = Found { trials: [found.trials.clone(), search.nothing_left(&found)].concat(), ..found };
         return restructured(records, asked, found, place, monitor);
     };
     let found = Found { trials: [found.trials, trials].concat(), ..found };

@@ -22,6 +22,9 @@ use crate::terms::slow_gain::SlowGainModel;
 /// much of the range.
 const LEAST_LEFT: f64 = 0.005;
 
+/// How results call the term with which everything is sought anew.
+pub(crate) const COUPLED_PLAYS: &str = "coupled plays";
+
 /// The terms. What makes a stage harder to read must gain a tenth of the error: more unknowns cost something.
 pub(crate) const TABLE: [Row; 10] = [
     Row { terms: 1, is_costly: false, least_left: LEAST_LEFT, term: &Curves { in_front: true, behind: false } },
@@ -91,7 +94,7 @@ const STARTS_OF_COUPLED_PLAYS: usize = 6;
 
 impl Term for CoupledPlays {
     fn name(&self) -> &'static str {
-        "coupled plays"
+        COUPLED_PLAYS
     }
 
     fn is_open(&self, _: &Options, options: &Options) -> bool {

@@ -5,13 +5,14 @@
 //! where no neighbour predicts better than chance and its cost let expect. So a term that was tried before another one
 //! was there is tried again.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
 use crate::choose::found::{Found, LinearEvidence, Place, UntoldMap};
 use crate::choose::linear_part::to_compare;
 use crate::choose::told::Variety;
-use crate::choose::trial::{TermTrial, TrialOutcome};
+use crate::choose::trial::{TermTrial, TrialOutcome, overrule};
 use crate::error::Error;
 use crate::fit::descent::{best_attempt, best_of_starts};
 use crate::fit::joint::JointProblem;
@@ -120,7 +121,8 @@ pub(crate) struct Candidate {
     pub(crate) fit: ProjectedFit,
     pub(crate) was_sought: bool,
     alone: CrossValidation,
-    /// With the best loop shift beside it, where the records do not tell one from another term.
+    /// With the best loop shift beside it, where loops only decay or only grow: these do not tell one from another
+    /// term.
     shifted: Option<CrossValidation>,
 }
 
@@ -157,6 +159,14 @@ struct Neighbour {
     trial: usize,
 }
 
+/// Where one of several ways ends.
+struct End {
+    one: Candidate,
+    /// Where the trials of its first step and of all further ones stand in the list.
+    trial: usize,
+    further: Range<usize>,
+}
+
 /// Records, and what is known before terms are changed.
 pub(crate) struct TermSearch<'a> {
     pub(crate) table: &'static [Row],
@@ -186,32 +196,44 @@ impl TermSearch<'_> {
         let mut way = Way { tries: 0, followed: Vec::new(), untold: None, trials: Vec::new(), monitor };
         let span = way.next_try();
         let first = self.tried(given, PASSES_OF_FIRST, span, way.monitor)?;
-        way.trials = self.left_untried(&first);
+        let outcome = if self.leaves_something(&first) { TrialOutcome::LittleLeft } else { TrialOutcome::NothingLeft };
+        way.trials = self.left_untried(&first, outcome);
         let end = self.end_of(&first, MOST_CHANGES, &mut way)?;
         // With nothing more the dynamics are those that `linear_part` weighed, unless it was told too little of those
         // that were asked for.
         let is_kept =
             |end: &Candidate| self.has_more(end) || self.needs_coupling(&end.options) || first.has_too_little();
-        let candidate = end.filter(is_kept).unwrap_or(first);
+        let kept = end.filter(is_kept);
+        if kept.is_none() {
+            overrule(&mut way.trials, TrialOutcome::Overruled, |_| true);
+        }
+        let candidate = kept.unwrap_or(first);
         let untold = way.untold.filter(|_| !candidate.place.space.has_map());
         Ok(Some(Chosen { candidate, untold, trials: way.trials }))
     }
 
-    /// The terms that are not tried, as the first model leaves little of loops that are all alike.
-    fn left_untried(&self, first: &Candidate) -> Vec<TermTrial> {
+    /// The terms that are not tried, as the first model leaves nothing, or little of loops that are all alike.
+    fn left_untried(&self, first: &Candidate, outcome: TrialOutcome) -> Vec<TermTrial> {
         let is_left = |row: &&Row| {
             let is_open = row.term.is_open(self.asked, &first.options) && !row.term.is_in(first);
-            is_open && self.left(first) < self.least_left(row)
+            is_open && (outcome == TrialOutcome::NothingLeft || self.left(first) < self.least_left(row))
         };
-        let untried = |row: &Row| TermTrial::not_tried(row.term.name(), TrialOutcome::LittleLeft);
+        let untried = |row: &Row| TermTrial::not_tried(row.term.name(), outcome);
         self.table.iter().filter(is_left).map(untried).collect()
     }
 
-    /// A trial of a term beside those of a candidate.
-    fn trial(&self, row: &Row, from: &Candidate, must_gain: f64, outcome: TrialOutcome) -> TermTrial {
+    /// The terms that are open where a fit leaves nothing for them.
+    pub(crate) fn nothing_left(&self, found: &Found) -> Vec<TermTrial> {
+        let open = self.table.iter().filter(|row| row.term.is_open(self.asked, &found.options));
+        open.map(|row| TermTrial::not_tried(row.term.name(), TrialOutcome::NothingLeft)).collect()
+    }
+
+    /// A trial of a term beside those of a candidate, better until it is judged.
+    fn trial(&self, row: &Row, from: &Candidate, must_gain: f64) -> TermTrial {
+        // What stands for two terms is told by these.
         let is_there = |other: &&Row| other.terms < 2 && other.term.is_more() && other.term.is_in(from);
         let beside = self.table.iter().filter(is_there).map(|other| other.term.name().to_owned()).collect();
-        TermTrial { beside, ..TermTrial::by_stretches(row.term.name(), must_gain, outcome) }
+        TermTrial { beside, ..TermTrial::by_stretches(row.term.name(), must_gain, TrialOutcome::Better) }
     }
 
     /// The share of the range that a fit leaves at least where a term is tried.
@@ -227,18 +249,24 @@ impl TermSearch<'_> {
             return Ok(None);
         }
         let mut ends = Vec::new();
-        for next in self.better_neighbours(from, way)? {
+        for (trial, next) in self.better_neighbours(from, way)? {
             let signature = self.signature(&next);
             if !way.followed.contains(&signature) {
                 way.followed.push(signature);
-                ends.push(self.end_of(&next, changes - 1, way)?.unwrap_or(next));
+                let first = way.trials.len();
+                let end = self.end_of(&next, changes - 1, way)?.unwrap_or(next);
+                ends.push(End { one: end, trial, further: first..way.trials.len() });
             }
         }
-        ends.sort_by_key(|end| end.place.space.maps());
-        let better = |best: Candidate, end: Candidate| {
-            if is_better(&end.alone, &best.alone, self.must_gain(1, true)) { end } else { best }
+        ends.sort_by_key(|end| end.one.place.space.maps());
+        let better = |best: End, end: End| {
+            let is_best = is_better(&end.one.alone, &best.one.alone, self.must_gain(1, true));
+            let (best, beaten) = if is_best { (end, best) } else { (best, end) };
+            way.trials[beaten.trial].outcome = TrialOutcome::Beaten;
+            overrule(&mut way.trials[beaten.further], TrialOutcome::Beaten, |_| true);
+            best
         };
-        Ok(ends.into_iter().reduce(better))
+        Ok(ends.into_iter().reduce(better).map(|end| end.one))
     }
 
     /// Whether options have coupled plays in place of the plays that were asked for first: everything is sought with
@@ -247,9 +275,9 @@ impl TermSearch<'_> {
         self.asked.chooses_coupling() && !options.chooses_coupling()
     }
 
-    /// The neighbours that are better than a candidate, those of them left out that another is better than: what is
-    /// quick to try comes first, then what is costly, then what is simpler.
-    fn better_neighbours(&self, from: &Candidate, way: &mut Way<'_, '_>) -> Result<Vec<Candidate>, Error> {
+    /// The neighbours that are better than a candidate, those of them left out that another is better than, each with
+    /// where its trial stands: what is quick to try comes first, then what is costly, then what is simpler.
+    fn better_neighbours(&self, from: &Candidate, way: &mut Way<'_, '_>) -> Result<Vec<(usize, Candidate)>, Error> {
         if self.leaves_something(from) {
             let left = self.left(from);
             for costly in [false, true] {
@@ -269,13 +297,13 @@ impl TermSearch<'_> {
         rows: impl Iterator<Item = &'r Row>,
         from: &Candidate,
         way: &mut Way<'_, '_>,
-    ) -> Result<Vec<Candidate>, Error> {
+    ) -> Result<Vec<(usize, Candidate)>, Error> {
         let mut variants = Vec::new();
         for row in rows {
             for variant in row.term.variants(self, from, way.monitor)? {
                 let must_gain = self.must_gain(row.terms, variant.adds);
                 let trial = way.trials.len();
-                way.trials.push(self.trial(row, from, must_gain, TrialOutcome::Better));
+                way.trials.push(self.trial(row, from, must_gain));
                 variants.push(((must_gain, trial, variant), way.next_try()));
             }
         }
@@ -284,11 +312,11 @@ impl TermSearch<'_> {
         })?;
         let mut better: Vec<Neighbour> = Vec::new();
         for (must_gain, trial, one) in tried {
-            let one = one.and_then(|one| {
+            let judged = one.and_then(|one| {
                 way.trials[trial].gain = Some(from.typical() / one.typical());
                 self.judged(one, from, must_gain, &mut way.untold)
             });
-            match one {
+            match judged {
                 Ok(one) => better.push(Neighbour { one, must_gain, trial }),
                 Err(outcome) => way.trials[trial].outcome = outcome,
             }
@@ -298,7 +326,7 @@ impl TermSearch<'_> {
         let beaten: Vec<bool> = better.iter().map(is_beaten).collect();
         let mut best = Vec::new();
         for (Neighbour { one, trial, .. }, is_beaten) in better.into_iter().zip(beaten) {
-            if is_beaten { way.trials[trial].outcome = TrialOutcome::Beaten } else { best.push(one) }
+            if is_beaten { way.trials[trial].outcome = TrialOutcome::Beaten } else { best.push((trial, one)) }
         }
         Ok(best)
     }
@@ -311,6 +339,9 @@ impl TermSearch<'_> {
         must_gain: f64,
         untold: &mut Option<UntoldMap>,
     ) -> Result<Candidate, TrialOutcome> {
+        if !self.table.iter().all(|row| row.term.stands_for_itself(&one)) {
+            return Err(TrialOutcome::StandsForOther);
+        }
         // What costs something fits better, too: else it is better on stretches by chance.
         let fits = must_gain <= 1.0 || one.fit.squares < from.fit.squares;
         if !fits || !is_better(&one.alone, &from.alone, must_gain) {
@@ -328,7 +359,7 @@ impl TermSearch<'_> {
         Err(TrialOutcome::NotTold)
     }
 
-    /// Where a variant of a candidate leads, if it promises something and its dynamics are its own; else why not.
+    /// Where a variant of a candidate leads, if it promises something; else why not.
     fn tried_if_promising(
         &self,
         variant: Variant,
@@ -339,11 +370,7 @@ impl TermSearch<'_> {
         if variant.adds && !self.is_promising(&variant, from, span.from, monitor)? {
             return Ok(Err(TrialOutcome::NotPromising));
         }
-        let Some(one) = to_compare(self.tried(variant, PASSES, span, monitor))? else {
-            return Ok(Err(TrialOutcome::NotFitted));
-        };
-        let is_itself = self.table.iter().all(|row| row.term.stands_for_itself(&one));
-        Ok(if is_itself { Ok(one) } else { Err(TrialOutcome::StandsForOther) })
+        Ok(to_compare(self.tried(variant, PASSES, span, monitor))?.ok_or(TrialOutcome::NotFitted))
     }
 
     fn signature(&self, one: &Candidate) -> Signature {
@@ -364,7 +391,7 @@ impl TermSearch<'_> {
 
     /// The same without a map that the dynamics behind it made needless: with it the model does not predict better by
     /// its cost.
-    fn simpler(&self, from: &Candidate, way: &mut Way<'_, '_>) -> Result<Option<Candidate>, Error> {
+    fn simpler(&self, from: &Candidate, way: &mut Way<'_, '_>) -> Result<Option<(usize, Candidate)>, Error> {
         if !from.was_sought {
             return Ok(None);
         }
@@ -380,7 +407,7 @@ impl TermSearch<'_> {
             if !is_better(&from.alone, &one.alone, must_gain) {
                 let trial = TermTrial::by_stretches(name, must_gain, TrialOutcome::Needless);
                 way.trials.push(trial.with_gain(one.typical() / from.typical()));
-                return Ok(Some(one));
+                return Ok(Some((way.trials.len() - 1, one)));
             }
         }
         Ok(None)

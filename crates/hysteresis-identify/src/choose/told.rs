@@ -77,11 +77,7 @@ impl Options {
     /// with loops that are all alike, there are no terms but those that were asked for. Rests tell creep whatever the
     /// loops are.
     pub(crate) fn resolved(&self, records: &[Record<'_>]) -> Result<Self, Error> {
-        /// A term is left to cross-validation from so many samples on for each operator.
-        const MIN_SAMPLES_PER_OPERATOR: usize = 20;
-        let intervals = self.intervals(records)?;
-        let samples: usize = records.iter().map(Record::fitted_samples).sum();
-        let tells = intervals.are_seconds() && samples >= MIN_SAMPLES_PER_OPERATOR * self.operators().max(4);
+        let (intervals, tells) = (self.intervals(records)?, self.has_enough(records)?);
         let variety = Variety::of(records);
         let creeps = tells && (variety.apart_from_time || variety.rests);
         let creeps = creeps && CreepModel::Slow.basis(intervals.longest_record(), intervals.smallest()).is_ok();
@@ -119,7 +115,10 @@ impl Options {
     }
 
     /// The terms that are open here and closed in what these options are [`resolved`](Self::resolved) to.
-    pub(crate) fn closed_in(&self, resolved: &Self) -> Vec<TermTrial> {
+    pub(crate) fn closed_in(&self, resolved: &Self, records: &[Record<'_>]) -> Result<Vec<TermTrial>, Error> {
+        let is_modified = self.model == ModelKind::Modified;
+        let outcome =
+            if is_modified && self.has_enough(records)? { TrialOutcome::CannotBeTold } else { TrialOutcome::NotOpen };
         let open = [
             ("dynamics", self.dynamics == DynamicsModel::Auto, resolved.dynamics == DynamicsModel::Auto),
             ("creep", self.creep == CreepModel::Auto, resolved.creep == CreepModel::Auto),
@@ -134,7 +133,16 @@ impl Options {
             ("output map", self.output_map == MapModel::Auto, resolved.output_map == MapModel::Auto),
         ];
         let closed = open.into_iter().filter(|(_, before, after)| *before && !after);
-        closed.map(|(name, ..)| TermTrial::not_tried(name, TrialOutcome::CannotBeTold)).collect()
+        Ok(closed.map(|(name, ..)| TermTrial::not_tried(name, outcome)).collect())
+    }
+
+    /// Whether there are a sampling interval and enough samples for terms beside the operators.
+    fn has_enough(&self, records: &[Record<'_>]) -> Result<bool, Error> {
+        /// A term is left to cross-validation from so many samples on for each operator.
+        const MIN_SAMPLES_PER_OPERATOR: usize = 20;
+        let samples: usize = records.iter().map(Record::fitted_samples).sum();
+        let is_enough = samples >= MIN_SAMPLES_PER_OPERATOR * self.operators().max(4);
+        Ok(self.intervals(records)?.are_seconds() && is_enough)
     }
 
     /// The same with dynamics, creep and a loop shift that are left open in the model, the last of the usual time

@@ -10,13 +10,13 @@
 pub struct TermTrial {
     /// What was added to the model, or took the place of something: "output map", "relaxing plays", "no dynamics".
     pub term: String,
-    /// Which terms of this list the model had then.
+    /// What the model had then of maps, slow gain, relaxing plays, creep of every decade and a lag in front.
     pub beside: Vec<String>,
     /// What came of it.
     pub outcome: TrialOutcome,
     /// By what it was judged.
     pub judged_by: TrialJudge,
-    /// What it gained, by its judge; none where it was not fitted.
+    /// What it gained, by its judge; none where nothing was fitted that could be judged.
     pub gain: Option<f64>,
     /// What it had to gain at least; none where it was not tried.
     pub needed: Option<f64>,
@@ -29,22 +29,29 @@ pub struct TermTrial {
 pub enum TrialOutcome {
     /// The model is better with it, and the search went on with it.
     Better,
-    /// The model is better with it, but better still with another term.
+    /// The model is better with it, but better still with other terms.
     Beaten,
-    /// It gains too little, or no more than chance would.
+    /// It was taken at first. Then the search began again, or what was found later made it needless.
+    Overruled,
+    /// It gains too little, or no more than chance would, or the fit is worse.
     NotBetter,
     /// It is told, but explains too small a share of what the model leaves.
     TooSmall,
     /// The derivatives of the fit without it promise so little that it was not fitted.
     NotPromising,
-    /// At the bounds of its search, without an inverse, or before the drive: there it stands for something else.
+    /// At the bounds of its search, without an inverse, or before the drive: a model with it stands for something else.
     StandsForOther,
-    /// Something that these records do not tell from it explains as much, as a loop shift or a drift.
+    /// Something that these records do not tell from it explains as much: a loop shift, a drift, a transient, or any
+    /// term that follows loops of one size.
     NotTold,
     /// These records cannot tell it: it was not tried.
     CannotBeTold,
+    /// It needs a sampling interval, more samples, or the modified model: it was not tried.
+    NotOpen,
     /// All loops are alike and the fit leaves little: it was not tried.
     LittleLeft,
+    /// The fit leaves rounding or white noise: it was not tried.
+    NothingLeft,
     /// It could not be fitted to these records.
     NotFitted,
     /// It is left out again: the model predicts as well without it.
@@ -74,13 +81,19 @@ impl TermTrial {
         Self { term, beside: Vec::new(), outcome, judged_by, gain: None, needed: None }
     }
 
-    /// A term that is judged by evidence.
-    pub(crate) fn by_evidence(term: &str, (evidence, needed): (f64, f64), outcome: TrialOutcome) -> Self {
-        let (judged_by, gain, needed) = (TrialJudge::Evidence, Some(evidence), Some(needed));
-        Self { judged_by, gain, needed, ..Self::not_tried(term, outcome) }
+    /// A term that is judged by evidence; none where there was nothing to fit.
+    pub(crate) fn by_evidence(term: &str, (gain, needed): (Option<f64>, f64), outcome: TrialOutcome) -> Self {
+        Self { judged_by: TrialJudge::Evidence, gain, needed: Some(needed), ..Self::not_tried(term, outcome) }
     }
 
     pub(crate) fn with_gain(self, gain: f64) -> Self {
         Self { gain: Some(gain), ..self }
+    }
+}
+
+/// Puts another outcome in the place of `Better`, for terms that a model that was found later does not have.
+pub(crate) fn overrule(trials: &mut [TermTrial], outcome: TrialOutcome, is_left: impl Fn(&str) -> bool) {
+    for trial in trials.iter_mut().filter(|trial| trial.outcome == TrialOutcome::Better && is_left(&trial.term)) {
+        trial.outcome = outcome;
     }
 }

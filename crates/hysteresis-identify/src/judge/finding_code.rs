@@ -87,9 +87,9 @@ pub enum FindingCode {
     /// record begins there, and the input comes back by more than three times as much as any other stay shows. Value:
     /// how far the input moves meanwhile, over its range; limit 0.02, above what eight bits make of a turn.
     ClippedOutput,
-    /// The recorded input stays at its highest or lowest value while the output moves on and comes back. Value: how far the output
-    /// moves meanwhile, over its range; limit: 0.05 and eight standard deviations of its noise, above what creep and
-    /// noise do while an input is held.
+    /// The recorded input stays at its highest or lowest value while the output moves on and comes back. Value: how far
+    /// the output moves meanwhile, over its range; limit: 0.05 and eight standard deviations of its noise. What goes one
+    /// way alone relaxes.
     ClippedInput,
     /// The position stands still while the drive moves on, at any value. Value: how far the drive moves meanwhile, over
     /// its range, if that is more than three times what it does while a coarse or slow sensor stays at its other
@@ -475,12 +475,9 @@ impl FindingCode {
             Self::ClippedOutput => {
                 ("clipped_output", From(0.1), "drive less far, or widen the range of the sensor or its converter")
             }
-            Self::ClippedInput => (
-                "clipped_input",
-                From(0.2),
-                "record the drive that was sent, or widen the range of the monitor; behind an amplifier at its slew limit, record its output \
-                 or drive ramps that it follows",
-            ),
+            Self::ClippedInput => {
+                ("clipped_input", From(0.2), "record the drive that was sent, or widen the range of the monitor")
+            }
             Self::TooFewSamples => ("too_few_samples", Below(3.0), "record longer, or fit fewer operators"),
             Self::Extrapolation => {
                 ("extrapolation", From(0.1), "identify from records that reach these drives, or drive less far")

@@ -4,12 +4,13 @@
 //! record is what the model lacks. So every stretch of loops is predicted with the weights of all others, and the
 //! squares of what is left go into a table by the drive of the last reversal and that of now.
 //!
-//! Records that are all alike hold no loop out that differs from those that stay: their table promises too much. So do
-//! loops of any size at one speed: there a time is a way. Stages lack there what stages lack elsewhere: on twenty stages
-//! of foreign physics, recorded by three equal triangles, the error of other drives was 0.02 to 0.08 of the width of the
-//! loop. Where the model was true it was 0.001 to 0.003, and there a law of few unknowns left nothing but noise. So the
-//! table gets a share of that width: little where loops were recorded, more where none were, less where the fit speaks
-//! for the model, and less as the records become various and the fit stays good.
+//! Records that are all alike hold no loop out that differs from those that stay: their table promises too much. So does
+//! that of loops of any size at one speed, without rests: time and distance grow together there, and no record tells
+//! them apart. Stages lack there what stages lack elsewhere: on twenty stages of foreign physics, recorded by three
+//! equal triangles, the error of other drives was 0.02 to 0.08 of the width of the loop. Where the model was true it
+//! was 0.001 to 0.003, and there a law of few unknowns left nothing but noise. So the table gets a share of that width:
+//! little where loops were recorded, more where none were, less where the fit speaks for the model, and less as the
+//! records become various and the fit stays good.
 
 use hysteresis_control::stage::{Branches, CELLS, ErrorBand, Place};
 
@@ -19,9 +20,11 @@ use crate::records::signal::as_f64;
 use crate::result::identification::Identification;
 use crate::terms::weights::WeightLaw;
 
-/// What a stage may lack beside what the table says, as a share of its loop width: where loops were recorded, and two
-/// cells from any; of various records, and of those that are alike.
+/// What a stage may lack beside what the table of various records says, as a share of its loop width: where loops were
+/// recorded, and two cells from any.
 const UNTOLD: (f64, f64) = (0.02, 0.06);
+
+/// The same of records that are alike.
 const UNTOLD_BY_LIKE: (f64, f64) = (0.03, 0.07);
 
 /// From how many cells on nothing is told of a place.
@@ -34,9 +37,9 @@ const UNSEEN: (f64, f64) = (0.5, 0.8);
 const USUAL: f64 = 0.03;
 
 /// A fit by a law of few unknowns that leaves less than this share of the loop width beside noise is no coincidence:
-/// the stage lacks less, in proportion, but for a twentieth.
+/// the stage lacks less, in proportion, down to this part.
 const COINCIDENCE: f64 = 0.003;
-const LEAST_TRUE: f64 = 0.06;
+const LEAST_UNTRUTH: f64 = 0.06;
 
 /// Below this share of the noise what a fit leaves is not told from it.
 const TOLD_FROM_NOISE: f64 = 0.03;
@@ -70,14 +73,17 @@ impl Identification {
     }
 
     /// How far what stages of other physics lack is to be expected of this one, from little to 1: a law of few unknowns
-    /// that leaves nothing but noise is true, while free weights follow any loop that they are fitted to.
+    /// that leaves nothing but noise is true, while free weights, two maps or a second family follow any loop that they
+    /// are fitted to.
     fn untruth(&self, width: f64) -> f64 {
-        if self.weights != WeightLaw::Quadratic {
+        let both_maps = self.input_map().is_some() && self.output_map().is_some();
+        let follows_anything = both_maps || self.relaxing_plays.is_some() || self.duhem().is_some();
+        if self.weights != WeightLaw::Quadratic || follows_anything {
             return 1.0;
         }
         let noise = self.sensor_noise();
         let left = (self.fit.rmse.powi(2) - noise.powi(2)).max(0.0).sqrt().hypot(TOLD_FROM_NOISE * noise);
-        (left / (COINCIDENCE * width)).clamp(LEAST_TRUE, 1.0)
+        (left / (COINCIDENCE * width)).clamp(LEAST_UNTRUTH, 1.0)
     }
 
     /// What the fit itself leaves; NaN where nothing is fitted.
@@ -228,6 +234,17 @@ mod tests {
         let errors = Table::of(&samples(|_, _| 1e-3, &drive, (0.0, 12.0)), 0.0).errors(1.0, 1.0, false);
         assert!((errors[6][6] - 1e-3_f64.hypot(UNTOLD_BY_LIKE.1)).abs() < 1e-9, "{}", errors[6][6]);
         assert!((errors[0][6] - 1e-3_f64.hypot(UNTOLD_BY_LIKE.0)).abs() < 1e-9, "{}", errors[0][6]);
+    }
+
+    /// Loops of one speed are alike, and a fit that speaks for its model makes little of both.
+    #[test]
+    fn one_speed_promises_nothing_unless_the_fit_speaks_for_the_model() {
+        let drive = triangle(&white(400).into_iter().map(|share| 6.0 + 6.0 * share).collect::<Vec<_>>());
+        let table = Table::of(&samples(|_, _| 1e-5, &drive, (0.0, 12.0)), 0.0);
+        let [various, one_speed, true_one] =
+            [(1.0, false), (1.0, true), (0.1, true)].map(|(untruth, one)| table.errors(1.0, untruth, one)[6][6]);
+        assert!(various < 1e-3 && one_speed >= UNTOLD_BY_LIKE.0, "{various} {one_speed}");
+        assert!((true_one / one_speed - 0.1).abs() < 1e-3, "{true_one} {one_speed}");
     }
 
     /// Various records with a good fit tell that the model lacks little anywhere, and where it lacks more.

@@ -607,25 +607,22 @@ impl Identification {
     }
 
     /// Which terms were tried, or not, and why, in the order of the search. A term may be there more than once: it is
-    /// tried again when the model has changed. Each has
+    /// tried again when the model has changed. Creep and loop shift are chosen last: see `terms_validation`. Keys:
     ///
-    /// - term, and beside, the terms of this list that the model had then;
-    /// - outcome: "better" if the search went on with it, else why not: "beaten" by a term that is better still;
-    ///   "not_better", no more than chance and its cost ask for; "too_small" a share of what is left; "not_promising" by the derivatives, so not fitted;
-    ///   "stands_for_other", as it is at the bounds of its search, has no inverse or leads the drive; "not_told" from a
-    ///   loop shift or a drift; "cannot_be_told" from these records, so not tried; "little_left" by loops that are all
-    ///   alike, so not tried; "not_fitted", as the records do not bear it; "needless", left out again;
+    /// - term: its name;
+    /// - beside: what the model had then of maps, slow gain, relaxing plays, creep of every decade and a lag in front;
+    /// - outcome: "better" if the search went on with it, else a word for why not, as "not_better" or "cannot_be_told";
+    ///   the explanation of identification lists them;
     /// - judged_by: "held_out_error", the typical error on held-out stretches, or "evidence", the sum of squares in
     ///   variances of the noise;
-    /// - gain: by which factor that error falls, or by how many variances that sum; None where it was not fitted;
+    /// - gain: by which factor that error falls, or by how many variances that sum; None where nothing was judged;
     /// - needed: what it had to be; None where it was not tried.
     ///
-    /// >>> import math
     /// >>> import mpi_hyst as mh
-    /// >>> u = [5.0 * math.sin(0.05 * k) * (1.0 - 0.001 * k) for k in range(800)]
-    /// >>> found = mh.identify(u, [0.2 * v + 0.001 * v * v for v in u])
+    /// >>> u = mh.signals.triangle(5.0, 1.0, seconds=3.0, rate=200)
+    /// >>> found = mh.identify(u, 0.2 * u + 0.001 * u * u, dt=0.005)
     /// >>> [one["term"] for one in found.terms_tried if one["outcome"] == "cannot_be_told"]
-    /// ['dynamics', 'creep', 'loop shift', 'slow gain', 'relaxing plays', 'input map', 'output map']
+    /// ['loop shift', 'slow gain', 'relaxing plays']
     #[getter]
     #[py(-> "list[dict[str, Any]]")]
     fn terms_tried<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
