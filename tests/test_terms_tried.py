@@ -5,11 +5,12 @@ from __future__ import annotations
 import pickle
 import re
 from pathlib import Path
+from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
-from law_stages import Array
 from mpi_hyst._report.summary import OUTCOMES
+from support import Array
 
 ROOT = Path(__file__).parents[1]
 DT = 1e-3
@@ -112,9 +113,14 @@ def test_every_outcome_has_words() -> None:
     assert all(f"| `{word}` |" in page for word in words)
 
 
+def reduced(found: mh.results.Identification) -> tuple[Any, Any]:
+    made: Any = found.__reduce__()
+    return made[0], made[1]
+
+
 def test_a_result_of_a_release_that_kept_no_trials_is_read() -> None:
     found = mh.identify(VARIOUS, noisy(bent(VARIOUS)), dt=DT)
-    make, (state, *rest) = found.__reduce__()[:2]
+    make, (state, *rest) = reduced(found)
     kept = dict(state["found"])
     assert kept.pop("terms_tried")
     old = {**state, "found": kept}

@@ -23,7 +23,8 @@ from typing import NamedTuple
 
 import mpi_hyst as mh
 import numpy as np
-from foreign_stages import DT, STAGES, Recorded, Stage, off, recorded, sines, terms_of, unseen, way
+from foreign_stages import STAGES, Recorded, Stage, off, recorded, sines, terms_of, unseen, way
+from law_stages import DT
 from records import Array, heading, tell
 
 KINDS = ("triangles", "strokes", "sines", "decay", "several")
