@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -100,6 +101,30 @@ STAGES = [
     Stage("mode of a square", 0.0, 100.0, lambda u: ringing(usual(u) ** 2 / 60.0, 40.0, 0.05)),
     Stage("one side curved", -50.0, 50.0, lambda u: usual(u) + 0.002 * np.maximum(u, 0.0) ** 2),
 ]
+
+
+def way(corners: list[float], speed: float) -> Array:
+    """Straight moves from corner to corner."""
+    moves = [
+        np.linspace(a, b, max(1, math.ceil(abs(b - a) / (speed * DT))), endpoint=False)
+        for a, b in pairwise(corners)
+    ]
+    return np.concatenate([*moves, corners[-1:]])
+
+
+def activated_cells(u: Array, dt: float) -> Array:
+    """Relays that heat makes jump: their loops widen by as much with every decade of rate."""
+    rng, heat = np.random.default_rng(3), 0.7
+    middle, half = rng.normal(0.0, 22.0, 600), np.abs(rng.normal(14.0, 6.0, 600))
+    up, down = middle + half, middle - half
+    m, out, elapsed = np.sign(u[0] - middle), np.empty(u.size), 10.0
+    for k, now in enumerate(u.tolist()):
+        rise = np.exp(np.clip((now - up) / heat, -40.0, 20.0))
+        fall = np.exp(np.clip((down - now) / heat, -40.0, 20.0))
+        rest = (rise - fall) / (rise + fall)
+        m = rest + np.exp(-elapsed * (rise + fall)) * (m - rest)
+        out[k], elapsed = m.mean(), dt
+    return 0.4 * u + 25.0 * out
 
 
 def loops(stage: Stage, sizes: list[float]) -> Array:

@@ -6,12 +6,13 @@ The magnetostrictive stage follows Jiles and Atherton: J. Magn. Magn. Mater. 61,
 from __future__ import annotations
 
 from functools import cache
-from itertools import pairwise
 from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
 import pytest
+from law_stages import DT as LAW_DT
+from law_stages import activated_cells, way
 from support import Array
 
 DT = 0.012  # s
@@ -144,36 +145,17 @@ def test_the_least_slope_does_not_undo_an_output_map() -> None:
     assert mh.identify(u, y, dt=DT, skip=skip, **asked).fit.rmse_percent < 1.0
 
 
-def activated_cells(drive: Array) -> Array:
-    """Return positions of relays that heat makes jump before their drives."""
-    rng, heat, dt = np.random.default_rng(3), 0.7, 2e-3
-    middle, half = rng.normal(0.0, 22.0, 600), np.abs(rng.normal(14.0, 6.0, 600))
-    m, out, elapsed = np.sign(drive[0] - middle), np.empty(drive.size), 10.0
-    for k, now in enumerate(drive.tolist()):
-        rise = np.exp(np.clip((now - middle - half) / heat, -40.0, 20.0))
-        fall = np.exp(np.clip((middle - half - now) / heat, -40.0, 20.0))
-        rest = (rise - fall) / (rise + fall)
-        m = rest + np.exp(-elapsed * (rise + fall)) * (m - rest)
-        out[k], elapsed = m.mean(), dt
-    return 0.4 * drive + 25.0 * out
-
-
 def test_where_no_loop_shift_can_be_told_it_is_no_rival_of_a_map() -> None:
     # Three equal triangles tell no loop shift: a map that halves the error is taken.
-    corners = [0.0, *[50.0, -50.0] * 3, 0.0]
-    legs = [np.linspace(a, b, int(abs(b - a) / 0.4), False) for a, b in pairwise(corners)]
-    drive = np.concatenate(legs)
-    y = activated_cells(drive)
+    drive = way([0.0, *[50.0, -50.0] * 3, 0.0], 200.0)
+    y = activated_cells(drive, LAW_DT)
     y += 5e-4 * np.ptp(y) * np.random.default_rng(1).standard_normal(y.size)
-    found = mh.identify(drive, y, dt=2e-3)
+    found = mh.identify(drive, y, dt=LAW_DT)
     assert found.input_map is not None or found.output_map is not None
     assert "map_not_told" not in {one.code for one in found.warnings}
     # On smaller loops it is better than the fit without a map.
-    smaller = [0.0, 40.0, -30.0, 20.0, -10.0, 25.0, -45.0, 5.0]
-    unseen = np.concatenate(
-        [np.linspace(a, b, int(abs(b - a) / 0.4), False) for a, b in pairwise(smaller)]
-    )
-    truth = activated_cells(unseen)
-    plain = mh.identify(drive, y, dt=2e-3, input_map=None, output_map=None)
+    unseen = way([0.0, 40.0, -30.0, 20.0, -10.0, 25.0, -45.0, 5.0], 200.0)
+    truth = activated_cells(unseen, LAW_DT)
+    plain = mh.identify(drive, y, dt=LAW_DT, input_map=None, output_map=None)
     with_map, without = (np.std(one.predict(unseen) - truth) for one in (found, plain))
     assert with_map < 0.9 * without

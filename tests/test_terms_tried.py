@@ -9,6 +9,8 @@ from typing import Any
 
 import mpi_hyst as mh
 import numpy as np
+from law_stages import DT as LAW_DT
+from law_stages import way
 from mpi_hyst._report.summary import OUTCOMES
 from support import Array
 
@@ -17,11 +19,8 @@ DT = 1e-3
 
 
 def loops(*heights: float) -> Array:
-    """Strokes of these heights, there and back, at one speed."""
-    ends = np.ravel([(0.0, height) for height in heights])
-    strokes = zip(ends, [*ends[1:], 0.0], strict=True)
-    parts = [np.arange(abs(q - p) * 10) / (abs(q - p) * 10) * (q - p) + p for p, q in strokes]
-    return np.concatenate(parts)
+    """Strokes of these heights, there and back, a tenth in a sample."""
+    return way([*(end for height in heights for end in (0.0, height)), 0.0], 0.1 / LAW_DT)
 
 
 def bent(u: Array) -> Array:

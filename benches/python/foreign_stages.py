@@ -24,13 +24,12 @@ import argparse
 import math
 import time
 from collections.abc import Callable, Iterator
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import law_stages
 import mpi_hyst as mh
 import numpy as np
-from law_stages import DT, NOISE
+from law_stages import DT, NOISE, activated_cells, way
 from records import Array, heading, tell
 from scipy.optimize import nnls
 from scipy.signal import lfilter
@@ -176,21 +175,6 @@ def late_plays(u: Array, dt: float) -> Array:
     return np.asarray(0.6 * u + 0.025 * np.sum(late, axis=0))
 
 
-def activated_cells(u: Array, dt: float) -> Array:
-    """Relays that heat makes jump: their loops widen by as much with every decade of rate."""
-    rng, heat = np.random.default_rng(3), 0.7
-    middle, half = rng.normal(0.0, 22.0, 600), np.abs(rng.normal(14.0, 6.0, 600))
-    up, down = middle + half, middle - half
-    m, out, elapsed = np.sign(u[0] - middle), np.empty(u.size), 10.0
-    for k, now in enumerate(u.tolist()):
-        rise = np.exp(np.clip((now - up) / heat, -40.0, 20.0))
-        fall = np.exp(np.clip((down - now) / heat, -40.0, 20.0))
-        rest = (rise - fall) / (rise + fall)
-        m = rest + np.exp(-elapsed * (rise + fall)) * (m - rest)
-        out[k], elapsed = m.mean(), dt
-    return 0.4 * u + 25.0 * out
-
-
 def maxwell_slip(u: Array, dt: float) -> Array:
     """Springs that slip at a force, each in series with a dashpot, held against a stiff stack."""
     slip = np.array([1.5, 4.0, 9.0, 18.0, 34.0])
@@ -286,15 +270,6 @@ class Recorded(NamedTuple):
     drive: Array
     usual: float
     fastest: float
-
-
-def way(corners: list[float], speed: float) -> Array:
-    """Straight moves from corner to corner."""
-    moves = [
-        np.linspace(a, b, max(1, math.ceil(abs(b - a) / (speed * DT))), endpoint=False)
-        for a, b in pairwise(corners)
-    ]
-    return np.concatenate([*moves, corners[-1:]])
 
 
 def recorded(stage: Stage, kind: str) -> Recorded:

@@ -23,8 +23,8 @@ from typing import NamedTuple
 
 import mpi_hyst as mh
 import numpy as np
-from foreign_stages import STAGES, Recorded, Stage, off, recorded, sines, terms_of, unseen, way
-from law_stages import DT
+from foreign_stages import STAGES, Recorded, Stage, off, recorded, sines, terms_of, unseen
+from law_stages import DT, way
 from records import Array, heading, tell
 
 KINDS = ("triangles", "strokes", "sines", "decay", "several")

@@ -105,8 +105,8 @@ pub(crate) fn with_duhem(
     let (found, predicts) = match best {
         Ok(best) => best,
         Err(outcome) => {
-            let trial = must_gain.map(|must_gain| TermTrial::by_stretches(NAME, must_gain, outcome));
-            return Ok(trial.into_iter().fold(plays, |plays, trial| plays.with_trial(place, trial)));
+            let Some(must_gain) = must_gain else { return Ok(plays) };
+            return Ok(plays.with_trial(place, TermTrial::by_stretches(NAME, must_gain, outcome)));
         }
     };
     let Some(must_gain) = must_gain else {

@@ -35,6 +35,7 @@ const SAME_EVIDENCE: f64 = 4.0;
 /// How results call these terms.
 const AMPLIFIER: &str = "amplifier";
 const SECOND_ORDER: &str = "dynamics of second order";
+const FIRST_ORDER: &str = "lag of first order";
 
 /// Hysteresis and linear part together, and what the records tell of the latter; and whether the search was stopped and
 /// this is the best so far.
@@ -120,10 +121,7 @@ impl JointSearch<'_> {
         }
         monitor.begin(part);
         let with = self.problem.with_amplifier(&found, monitor)?;
-        let judged = (self.evidence(&found, &with), self.needed_evidence(&with));
-        let outcome = outcome(judged.0 >= judged.1, !with.has_amplifier_at_bound());
-        self.trials.push(TermTrial::by_evidence(AMPLIFIER, (Some(judged.0), judged.1), outcome));
-        if outcome == TrialOutcome::Better {
+        if self.tried(AMPLIFIER, &found, &with, !with.has_amplifier_at_bound()) == TrialOutcome::Better {
             return Ok(with);
         }
         linear.amplifier_instead = (with.dead_time_samples() - found.dead_time_samples()).abs();
@@ -218,18 +216,15 @@ impl JointSearch<'_> {
         monitor.begin(Span { from: 0.7, to: 0.8 });
         let without = self.problem.without_dynamics(&fit, monitor)?;
         let fit = if without.fit.objective < fit.fit.objective { self.again(fit, &without, monitor)? } else { fit };
-        let judged = (self.evidence(&without, &fit), self.needed_evidence(&fit));
-        let (is_told, is_kept) = (judged.0 >= judged.1, judged.0 >= judged.1 && is_inside(&fit));
-        let outcome = outcome(is_told, is_inside(&fit));
-        self.trials.push(TermTrial::by_evidence(SECOND_ORDER, (Some(judged.0), judged.1), outcome));
+        let outcome = self.tried(SECOND_ORDER, &without, &fit, is_inside(&fit));
+        let (is_told, is_kept) = (outcome != TrialOutcome::NotBetter, outcome == TrialOutcome::Better);
         let is_overdamped = fit.fit.point.get(Parameter::LogDamping) > 0.0;
         let lag = if is_told && is_overdamped { self.lag_if_told(&without, monitor)? } else { None };
         match lag {
             Some(lag) if !is_kept || self.evidence(&lag.fit, &fit) < self.needed_evidence(&fit) => {
                 (linear.dead_time_error, linear.amplifier_instead) = (lag.error, 0.0);
                 overrule(&mut self.trials, TrialOutcome::Beaten, |term| term == SECOND_ORDER);
-                let judged = (Some(self.evidence(&without, &lag.fit)), self.needed_evidence(&lag.fit));
-                self.trials.push(TermTrial::by_evidence("lag of first order", judged, TrialOutcome::Better));
+                self.tried(FIRST_ORDER, &without, &lag.fit, true);
                 Ok(lag.fit)
             }
             _ if is_kept => Ok(fit),
@@ -255,6 +250,18 @@ impl JointSearch<'_> {
         monitor.begin(Span { from: 0.8, to: 0.8 });
         let again = self.problem.search(&without.fit, &without.space, monitor)?;
         Ok(if again.fit.objective < fit.fit.objective { again } else { fit })
+    }
+
+    /// What comes of a term by the evidence of a fit with it, and whether that lies within its bounds; the list has it.
+    fn tried(&mut self, term: &str, without: &JointFit, with: &JointFit, is_inside: bool) -> TrialOutcome {
+        let (evidence, needed) = (self.evidence(without, with), self.needed_evidence(with));
+        let outcome = match evidence >= needed {
+            false => TrialOutcome::NotBetter,
+            true if is_inside => TrialOutcome::Better,
+            true => TrialOutcome::StandsForOther,
+        };
+        self.trials.push(TermTrial::by_evidence(term, (Some(evidence), needed), outcome));
+        outcome
     }
 
     fn needed_evidence(&self, fit: &JointFit) -> f64 {
@@ -336,15 +343,6 @@ pub(crate) fn to_compare<T>(found: Result<T, Error>) -> Result<Option<T>, Error>
     match found {
         Err(Error::Interrupted) => Err(Error::Interrupted),
         found => Ok(found.ok()),
-    }
-}
-
-/// What came of a term of the linear part: whether its evidence is enough, and whether it lies within its bounds.
-fn outcome(is_told: bool, is_inside: bool) -> TrialOutcome {
-    match (is_told, is_inside) {
-        (false, _) => TrialOutcome::NotBetter,
-        (true, false) => TrialOutcome::StandsForOther,
-        (true, true) => TrialOutcome::Better,
     }
 }
 

@@ -4,6 +4,7 @@ use crate::choose::dynamics::starts;
 use crate::choose::found::{LinearEvidence, Place};
 use crate::choose::linear_part::{amplifier_starts, to_compare};
 use crate::choose::term_search::{Candidate, PASSES, Row, Term, TermSearch, Variant};
+use crate::choose::trial::{COUPLED_PLAYS, INPUT_MAP, OUTPUT_MAP, RELAXING_PLAYS, SLOW_GAIN};
 use crate::error::Error;
 use crate::fit::descent::{best_attempt, best_points};
 use crate::fit::point::Parameter;
@@ -21,9 +22,6 @@ use crate::terms::slow_gain::SlowGainModel;
 /// Where loops are all alike, one predicts the other with any term that fits: it must be of use to a fit that leaves so
 /// much of the range.
 const LEAST_LEFT: f64 = 0.005;
-
-/// How results call the term with which everything is sought anew.
-pub(crate) const COUPLED_PLAYS: &str = "coupled plays";
 
 /// The terms. What makes a stage harder to read must gain a tenth of the error: more unknowns cost something.
 pub(crate) const TABLE: [Row; 10] = [
@@ -140,7 +138,7 @@ struct SlowGainOfUsualTime;
 
 impl Term for SlowGainOfUsualTime {
     fn name(&self) -> &'static str {
-        "slow gain"
+        SLOW_GAIN
     }
 
     fn is_open(&self, asked: &Options, _: &Options) -> bool {
@@ -177,7 +175,7 @@ struct RelaxingPlays;
 
 impl Term for RelaxingPlays {
     fn name(&self) -> &'static str {
-        "relaxing plays"
+        RELAXING_PLAYS
     }
 
     fn is_open(&self, asked: &Options, _: &Options) -> bool {
@@ -218,9 +216,9 @@ struct Curves {
 impl Term for Curves {
     fn name(&self) -> &'static str {
         match (self.in_front, self.behind) {
-            (true, false) => "input map",
+            (true, false) => INPUT_MAP,
             (true, true) => "both maps",
-            _ => "output map",
+            _ => OUTPUT_MAP,
         }
     }
 

@@ -12,7 +12,7 @@ use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
 use crate::choose::found::{Found, LinearEvidence, Place, UntoldMap};
 use crate::choose::linear_part::to_compare;
 use crate::choose::told::Variety;
-use crate::choose::trial::{TermTrial, TrialOutcome, overrule};
+use crate::choose::trial::{INPUT_MAP, OUTPUT_MAP, TermTrial, TrialOutcome, overrule};
 use crate::error::Error;
 use crate::fit::descent::{best_attempt, best_of_starts};
 use crate::fit::joint::JointProblem;
@@ -397,9 +397,9 @@ impl TermSearch<'_> {
         }
         let (space, asked) = (&from.place.space, self.asked);
         let input = (asked.input_map == MapModel::Auto && space.has_input_map())
-            .then(|| ("input map", space.without_input_map()));
+            .then(|| (INPUT_MAP, space.without_input_map()));
         let output = (asked.output_map == MapModel::Auto && space.has_output_map())
-            .then(|| ("output map", space.without_output_map()));
+            .then(|| (OUTPUT_MAP, space.without_output_map()));
         for (name, without) in [input, output].into_iter().flatten() {
             let (variant, span) = (from.with(without, vec![from.place.point]), way.next_try());
             let Some(one) = to_compare(self.tried(variant, PASSES, span, way.monitor))? else { continue };

@@ -3,7 +3,7 @@
 //! Loops that are all alike tell neither creep nor a loop shift nor a map from the shape of the loops, and they do not
 //! tell how their width depends on the rate.
 
-use crate::choose::trial::{TermTrial, TrialOutcome};
+use crate::choose::trial::{INPUT_MAP, OUTPUT_MAP, RELAXING_PLAYS, SLOW_GAIN, TermTrial, TrialOutcome};
 use crate::error::Error;
 use crate::judge::loops::tells_speeds;
 use crate::options::{Options, Setting};
@@ -123,14 +123,14 @@ impl Options {
             ("dynamics", self.dynamics == DynamicsModel::Auto, resolved.dynamics == DynamicsModel::Auto),
             ("creep", self.creep == CreepModel::Auto, resolved.creep == CreepModel::Auto),
             ("loop shift", self.loop_shift == LoopShiftModel::Auto, resolved.loop_shift == LoopShiftModel::Auto),
-            ("slow gain", self.slow_gain == SlowGainModel::Auto, resolved.slow_gain == SlowGainModel::Auto),
+            (SLOW_GAIN, self.slow_gain == SlowGainModel::Auto, resolved.slow_gain == SlowGainModel::Auto),
             (
-                "relaxing plays",
+                RELAXING_PLAYS,
                 self.relaxing_plays == RelaxingPlaysModel::Auto,
                 resolved.relaxing_plays == RelaxingPlaysModel::Auto,
             ),
-            ("input map", self.input_map == MapModel::Auto, resolved.input_map == MapModel::Auto),
-            ("output map", self.output_map == MapModel::Auto, resolved.output_map == MapModel::Auto),
+            (INPUT_MAP, self.input_map == MapModel::Auto, resolved.input_map == MapModel::Auto),
+            (OUTPUT_MAP, self.output_map == MapModel::Auto, resolved.output_map == MapModel::Auto),
         ];
         let closed = open.into_iter().filter(|(_, before, after)| *before && !after);
         Ok(closed.map(|(name, ..)| TermTrial::not_tried(name, outcome)).collect())

@@ -1,5 +1,12 @@
 //! What the search for the structure tried, and why it was taken or left.
 
+/// How results call terms that more than one file speaks of.
+pub(crate) const COUPLED_PLAYS: &str = "coupled plays";
+pub(crate) const INPUT_MAP: &str = "input map";
+pub(crate) const OUTPUT_MAP: &str = "output map";
+pub(crate) const RELAXING_PLAYS: &str = "relaxing plays";
+pub(crate) const SLOW_GAIN: &str = "slow gain";
+
 /// A term that the search tried, or did not try, and why.
 ///
 /// A result lists its trials in the order of the search. A term may be in the list more than once: it is tried again
