@@ -89,6 +89,45 @@ def test_what_records_cannot_tell_is_named_first() -> None:
     assert not outcomes(given, "slow gain") and not outcomes(given, "input map")
 
 
+def test_the_answers_of_cross_validation_are_trials() -> None:
+    found = mh.identify(VARIOUS, noisy(bent(VARIOUS)), dt=DT)
+    (_, simplest), *laws = found.weights_validation
+    trials = {one["term"]: one for one in found.terms_tried if one["judged_by"] == "held_out_error"}
+    assert laws
+    for law, error in laws:
+        assert trials[f"{law} weights"]["gain"] == simplest / error
+    for count, error in found.cross_validation[1:]:
+        assert trials[f"{count} operators"]["gain"] == found.cross_validation[0][1] / error
+    assert trials["smooth weights"]["gain"] > 0.0 or found.smoothness == 0.0
+    # A loop shift is compared with the same creep, all else with none.
+    errors = {(creep, shift.split("(")[0]): error for creep, shift, error in found.terms_validation}
+    none = next(shift for creep, shift in errors if creep == 0)
+    names = {1: "slow creep", 2: "slow and fast creep"}
+    for creep, name in names.items():
+        alone = next(one for one in found.terms_tried if one["term"] == name)
+        assert alone["gain"] == errors[0, none] / errors[creep, none] and alone["beside"] == []
+        shifted = [one for one in found.terms_tried if one["beside"] == [name]]
+        assert [one["term"] for one in shifted] == [
+            "loop shift of one amplitude",
+            "loop shift of two amplitudes",
+        ]
+    # Where the simplest answer is taken no other one is better; else one is, and by what was asked.
+    for question in (list(names.values()), [f"{law} weights" for law, _ in laws]):
+        taken = [one for one in map(trials.get, question) if one and one["outcome"] == "better"]
+        assert len(taken) <= 1 and all(one["gain"] >= one["needed"] for one in taken)
+
+
+def test_free_weights_that_are_taken_say_what_they_gained() -> None:
+    ragged = mh.ModifiedPrandtlIshlinskii.from_ratios(
+        [1.0, 0.05, 0.9, 0.02, 0.8], [0.0, 1.0, 2.0, 3.0, 4.0], ra=1.0, rb=1.0, rc=1.0
+    )
+    position = noisy(ragged.forward().run(VARIOUS))
+    found = mh.identify(VARIOUS, position, dt=DT, thresholds=[0.0, 1.0, 2.0, 3.0, 4.0])
+    assert found.weights_law == "free"
+    (free,) = (one for one in found.terms_tried if one["term"] == "free weights")
+    assert free["outcome"] == "better" and free["gain"] >= free["needed"] > 1.0
+
+
 def test_a_result_keeps_its_trials() -> None:
     found = mh.identify(VARIOUS, noisy(bent(VARIOUS)), dt=DT)
     assert found.terms_tried

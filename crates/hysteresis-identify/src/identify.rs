@@ -11,6 +11,8 @@ use crate::choose::found::Found;
 use crate::choose::glitches::search_without_glitches;
 use crate::choose::linear_part::{joint_findings, untold_dead_time};
 use crate::choose::search::{search_hysteresis, with_least_slope};
+use crate::choose::structure::answers_tried;
+use crate::choose::table::closed_terms;
 use crate::choose::term_search::untold_map;
 use crate::error::Error;
 use crate::fit::joint::JointFit;
@@ -100,7 +102,7 @@ pub fn identify(
         monitor.hold();
     }
     let found = fit(records, &asked, &mut monitor)?;
-    let terms_tried = [options.closed_in(&asked, records)?, found.terms_tried].concat();
+    let terms_tried = [closed_terms(options, &asked, records)?, found.terms_tried].concat();
     Ok(Identification { terms_tried, ..found })
 }
 
@@ -139,6 +141,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
     let untold_map = found.untold_map.and_then(untold_map);
     let no_inverse = without_inverse(&found.fit, &found.basis);
     let colour = found.problem(records).colour(&found.fit);
+    let answers = answers_tried(records, &found);
     let Found {
         fit: found,
         options,
@@ -209,7 +212,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         relaxing_plays: relaxing_plays(&space, &basis, &fit)?,
         slow_gain: slow_gain(&space, &fit, &chain)?,
         weights: options.weights,
-        terms_tried: trials,
+        terms_tried: [trials, answers].concat(),
         smoothness,
         weights_validation: structure.weights_tried,
         cross_validation: operators_tried,

@@ -86,14 +86,29 @@ impl CrossValidation {
     /// from the others says little, and a factor below `margin` is none.
     pub(crate) fn good(all: &[Self], margin: f64) -> impl Iterator<Item = usize> {
         let best = Self::best(all);
-        let rounding = best.map_or(0.0, |best| best.rounding).max(f64::MIN_POSITIVE);
-        let factor = move |(p, q): (&f64, &f64)| (p.max(rounding) / q.max(rounding)).ln();
         let is_good = move |one: &Self| {
-            let excess = |best: &Self| one.stretches.iter().zip(&best.stretches).map(factor).collect::<Vec<_>>();
-            best.map(excess).is_some_and(|excess| mean(&excess) <= standard_error(&excess).max(margin.ln()))
+            best.map(|best| one.excess(best)).is_some_and(|excess| mean(&excess) <= chance(&excess, margin))
         };
         (0..all.len()).filter(move |i| is_good(&all[*i]))
     }
+
+    /// By which factor of the typical error one must be better than another, so that this is neither chance nor below
+    /// the `margin`; see [`good`](Self::good).
+    pub(crate) fn needed_beside(&self, other: &Self, margin: f64) -> f64 {
+        (0.5 * chance(&other.excess(self), margin)).exp()
+    }
+
+    /// The logarithms of the factors by which the mean square errors on the stretches are larger than those of another.
+    fn excess(&self, other: &Self) -> Vec<f64> {
+        let rounding = other.rounding.max(f64::MIN_POSITIVE);
+        let factor = |(p, q): (&f64, &f64)| (p.max(rounding) / q.max(rounding)).ln();
+        self.stretches.iter().zip(&other.stretches).map(factor).collect()
+    }
+}
+
+/// What such logarithms are in the mean by chance, or by less than matters.
+fn chance(excess: &[f64], margin: f64) -> f64 {
+    standard_error(excess).max(margin.ln())
 }
 
 /// The records cut into stretches, each with the triangle of its rows about one fit.

@@ -6,6 +6,7 @@ use crate::choose::found::{Found, LinearEvidence, Place, Search, Structure};
 use crate::choose::table::TABLE;
 use crate::choose::term_search::{Candidate, Chosen, TermSearch};
 use crate::choose::told::Variety;
+use crate::choose::trial::{TermTrial, TrialOutcome, overrule};
 use crate::error::Error;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::point::{Parameter, Point};
@@ -255,6 +256,85 @@ fn last_descents(
         }
         problem.smoothness = again.smoothness;
     }
+}
+
+/// What was left to cross-validation, as trials of terms: every answer but the simplest of a question is one.
+pub(crate) fn answers_tried(records: &[Record<'_>], found: &Found) -> Vec<TermTrial> {
+    let Found { structure, options, operators_tried, .. } = found;
+    let margin = Variety::of(records).margin();
+    let laws = &structure.weights_tried;
+    let good = CrossValidation::good(laws, margin).next().unwrap_or(0);
+    let name = |law: WeightLaw| format!("{} weights", law.name());
+    let mut law = answers(laws, good, margin, |one| name(one.weights));
+    // More operators may have asked for another law later.
+    overrule(&mut law, TrialOutcome::Overruled, |term| term != name(options.weights));
+    let operators = operators_tried.iter().position(|one| one.operators == options.operators()).unwrap_or(0);
+    let number = |one: &CrossValidation| format!("{} operators", one.operators);
+    let operators = answers(operators_tried, operators, margin.max(MUST_GAIN_IN_AUTO), number);
+    let smooth = Vec::from_iter(smooth_weights(&structure.smoothness_tried, found.smoothness));
+    [creep_and_shift(&structure.terms_tried), law, smooth, operators].concat()
+}
+
+/// Every answer to a question but the first, the simplest, which it is compared with.
+fn answers(
+    tried: &[CrossValidation],
+    chosen: usize,
+    margin: f64,
+    name: impl Fn(&CrossValidation) -> String,
+) -> Vec<TermTrial> {
+    let Some((simplest, best)) = tried.first().zip(CrossValidation::best(tried)) else { return Vec::new() };
+    let gain_of = |one: &CrossValidation| simplest.typical_error() / one.typical_error();
+    let trial = |(place, one): (usize, &CrossValidation)| {
+        // It must come up to the best, or leave the one that was chosen behind.
+        let needed = if place <= chosen {
+            gain_of(best) / best.needed_beside(one, margin)
+        } else {
+            gain_of(&tried[chosen]) * one.needed_beside(&tried[chosen], margin)
+        };
+        let gain = gain_of(one);
+        let outcome = match place {
+            _ if place == chosen => TrialOutcome::Better,
+            _ if place < chosen && gain > 1.0 => TrialOutcome::Beaten,
+            _ => TrialOutcome::NotBetter,
+        };
+        TermTrial::by_stretches(&name(one), needed.powi(2), outcome).with_gain(gain)
+    };
+    tried.iter().enumerate().skip(1).map(trial).collect()
+}
+
+/// Creep, and a loop shift beside no creep and beside each.
+fn creep_and_shift(tried: &[CrossValidation]) -> Vec<TermTrial> {
+    let Some(simplest) = tried.first() else { return Vec::new() };
+    let creep = |one: &CrossValidation| {
+        (one.creep > simplest.creep).then(|| ["slow creep", "slow and fast creep"][one.creep.min(2) - 1].to_owned())
+    };
+    let shift = |one: &CrossValidation| match one.loop_shift {
+        LoopShiftModel::None | LoopShiftModel::Auto => None,
+        LoopShiftModel::Square(_) => Some("loop shift of one amplitude".to_owned()),
+        LoopShiftModel::Both(_) => Some("loop shift of two amplitudes".to_owned()),
+    };
+    let good = CrossValidation::good(tried, 1.0).next().unwrap_or(0);
+    let trials = answers(tried, good, 1.0, |one| shift(one).or(creep(one)).unwrap_or_default());
+    let with_beside = |(one, trial): (&CrossValidation, TermTrial)| {
+        let without = tried.iter().find(|other| shift(other).is_none() && other.creep == one.creep);
+        match (shift(one), creep(one), without) {
+            (Some(_), Some(beside), Some(without)) => {
+                trial.beside(beside, simplest.typical_error() / without.typical_error())
+            }
+            _ => trial,
+        }
+    };
+    tried[1..].iter().zip(trials).map(with_beside).collect()
+}
+
+/// Smooth weights beside those of no smoothness: the best of all, or the usual one of loops that are all alike.
+fn smooth_weights(tried: &[CrossValidation], chosen: f64) -> Option<TermTrial> {
+    let of_smooth = |chosen: f64| tried.iter().find(|one| one.smoothness == chosen && chosen > 0.0);
+    let smoothest = || tried.iter().skip(1).min_by(|p, q| p.typical_error().total_cmp(&q.typical_error()));
+    let (rough, one) = tried.first().zip(of_smooth(chosen).or_else(smoothest))?;
+    let outcome = if one.smoothness == chosen { TrialOutcome::Better } else { TrialOutcome::NotBetter };
+    let gain = rough.typical_error() / one.typical_error();
+    Some(TermTrial::by_stretches("smooth weights", 1.0, outcome).with_gain(gain))
 }
 
 /// The numbers that are tried where any may be chosen.

@@ -4,7 +4,7 @@ use crate::choose::dynamics::starts;
 use crate::choose::found::{LinearEvidence, Place};
 use crate::choose::linear_part::{amplifier_starts, to_compare};
 use crate::choose::term_search::{Candidate, PASSES, Row, Term, TermSearch, Variant};
-use crate::choose::trial::{COUPLED_PLAYS, INPUT_MAP, OUTPUT_MAP, RELAXING_PLAYS, SLOW_GAIN};
+use crate::choose::trial::{COUPLED_PLAYS, TermTrial, TrialOutcome};
 use crate::error::Error;
 use crate::fit::descent::{best_attempt, best_points};
 use crate::fit::point::Parameter;
@@ -12,10 +12,13 @@ use crate::fit::progress::{SearchMonitor, Span};
 use crate::fit::projection::rough;
 use crate::fit::space::Space;
 use crate::options::Options;
+use crate::records::record::Record;
 use crate::terms::creep::CreepModel;
 use crate::terms::duhem::DuhemModel;
 use crate::terms::dynamics::{DynamicsModel, Order};
+use crate::terms::loop_shift::LoopShiftModel;
 use crate::terms::maps::MapModel;
+use crate::terms::operators::ModelKind;
 use crate::terms::relaxing_plays::RelaxingPlaysModel;
 use crate::terms::slow_gain::SlowGainModel;
 
@@ -36,6 +39,28 @@ pub(crate) const TABLE: [Row; 10] = [
     Row { terms: 1, is_costly: true, least_left: LEAST_LEFT, term: &RelaxingPlays },
     Row { terms: 1, is_costly: true, least_left: LEAST_LEFT, term: &DynamicsBehindMap },
 ];
+
+/// The terms that are open in what was asked for and closed in what that was
+/// [`resolved`](Options::resolved) to.
+pub(crate) fn closed_terms(
+    asked: &Options,
+    resolved: &Options,
+    records: &[Record<'_>],
+) -> Result<Vec<TermTrial>, Error> {
+    let is_modified = asked.model == ModelKind::Modified;
+    let outcome =
+        if is_modified && asked.has_enough(records)? { TrialOutcome::CannotBeTold } else { TrialOutcome::NotOpen };
+    let is_closed = |row: &&Row| row.term.is_open(asked, asked) && !row.term.is_open(resolved, resolved);
+    // What stands for two terms, or takes the place of what the search begins with, is told by these.
+    let rows = TABLE.iter().filter(|row| row.terms == 1 && row.term.is_more()).filter(is_closed);
+    let beside_the_table = [
+        ("dynamics", asked.dynamics == DynamicsModel::Auto && resolved.dynamics != DynamicsModel::Auto),
+        ("creep", asked.creep == CreepModel::Auto && resolved.creep != CreepModel::Auto),
+        ("loop shift", asked.loop_shift == LoopShiftModel::Auto && resolved.loop_shift != LoopShiftModel::Auto),
+    ];
+    let closed = beside_the_table.into_iter().filter(|(_, is_closed)| *is_closed).map(|(name, _)| name);
+    Ok(closed.chain(rows.map(|row| row.term.name())).map(|name| TermTrial::not_tried(name, outcome)).collect())
+}
 
 /// Whether a parameter lies within the bounds of its search, if it is searched.
 fn is_inside(one: &Candidate, parameter: Parameter) -> bool {
@@ -138,7 +163,7 @@ struct SlowGainOfUsualTime;
 
 impl Term for SlowGainOfUsualTime {
     fn name(&self) -> &'static str {
-        SLOW_GAIN
+        "slow gain"
     }
 
     fn is_open(&self, asked: &Options, _: &Options) -> bool {
@@ -175,7 +200,7 @@ struct RelaxingPlays;
 
 impl Term for RelaxingPlays {
     fn name(&self) -> &'static str {
-        RELAXING_PLAYS
+        "relaxing plays"
     }
 
     fn is_open(&self, asked: &Options, _: &Options) -> bool {
@@ -216,9 +241,9 @@ struct Curves {
 impl Term for Curves {
     fn name(&self) -> &'static str {
         match (self.in_front, self.behind) {
-            (true, false) => INPUT_MAP,
+            (true, false) => "input map",
             (true, true) => "both maps",
-            _ => OUTPUT_MAP,
+            _ => "output map",
         }
     }
 
@@ -229,6 +254,14 @@ impl Term for Curves {
     fn is_in(&self, one: &Candidate) -> bool {
         let space = &one.place.space;
         (!self.in_front || space.has_input_map()) && (!self.behind || space.has_output_map())
+    }
+
+    /// One map.
+    fn left_out(&self, asked: &Options, from: &Candidate) -> Option<Variant> {
+        let Place { space, point } = &from.place;
+        let is_there = self.in_front != self.behind && self.is_open(asked, &from.options) && self.is_in(from);
+        let without = if self.in_front { space.without_input_map() } else { space.without_output_map() };
+        is_there.then(|| from.with(without, vec![*point]))
     }
 
     fn variants(

@@ -12,7 +12,7 @@ use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
 use crate::choose::found::{Found, LinearEvidence, Place, UntoldMap};
 use crate::choose::linear_part::to_compare;
 use crate::choose::told::Variety;
-use crate::choose::trial::{INPUT_MAP, OUTPUT_MAP, TermTrial, TrialOutcome, overrule};
+use crate::choose::trial::{TermTrial, TrialOutcome, overrule};
 use crate::error::Error;
 use crate::fit::descent::{best_attempt, best_of_starts};
 use crate::fit::joint::JointProblem;
@@ -57,6 +57,11 @@ pub(crate) trait Term: Sync {
     /// Whether it is more than what the search begins with, so that a model with it is kept.
     fn is_more(&self) -> bool {
         true
+    }
+
+    /// The model without it, where dynamics that were sought behind it may have made it needless.
+    fn left_out(&self, _asked: &Options, _from: &Candidate) -> Option<Variant> {
+        None
     }
 
     /// Whether it stands for itself in a model, if it is there. At the bounds of its search it stands for something
@@ -395,17 +400,13 @@ impl TermSearch<'_> {
         if !from.was_sought {
             return Ok(None);
         }
-        let (space, asked) = (&from.place.space, self.asked);
-        let input = (asked.input_map == MapModel::Auto && space.has_input_map())
-            .then(|| (INPUT_MAP, space.without_input_map()));
-        let output = (asked.output_map == MapModel::Auto && space.has_output_map())
-            .then(|| (OUTPUT_MAP, space.without_output_map()));
-        for (name, without) in [input, output].into_iter().flatten() {
-            let (variant, span) = (from.with(without, vec![from.place.point]), way.next_try());
+        for row in self.table {
+            let Some(variant) = row.term.left_out(self.asked, from) else { continue };
+            let span = way.next_try();
             let Some(one) = to_compare(self.tried(variant, PASSES, span, way.monitor))? else { continue };
             let must_gain = self.must_gain(1, true);
             if !is_better(&from.alone, &one.alone, must_gain) {
-                let trial = TermTrial::by_stretches(name, must_gain, TrialOutcome::Needless);
+                let trial = TermTrial::by_stretches(row.term.name(), must_gain, TrialOutcome::Needless);
                 way.trials.push(trial.with_gain(one.typical() / from.typical()));
                 return Ok(Some((way.trials.len() - 1, one)));
             }

@@ -3,7 +3,6 @@
 //! Loops that are all alike tell neither creep nor a loop shift nor a map from the shape of the loops, and they do not
 //! tell how their width depends on the rate.
 
-use crate::choose::trial::{INPUT_MAP, OUTPUT_MAP, RELAXING_PLAYS, SLOW_GAIN, TermTrial, TrialOutcome};
 use crate::error::Error;
 use crate::judge::loops::tells_speeds;
 use crate::options::{Options, Setting};
@@ -114,30 +113,8 @@ impl Options {
         Ok(if resolved.leaves_structure_open() { resolved } else { resolved.with_coupled_plays() })
     }
 
-    /// The terms that are open here and closed in what these options are [`resolved`](Self::resolved) to.
-    pub(crate) fn closed_in(&self, resolved: &Self, records: &[Record<'_>]) -> Result<Vec<TermTrial>, Error> {
-        let is_modified = self.model == ModelKind::Modified;
-        let outcome =
-            if is_modified && self.has_enough(records)? { TrialOutcome::CannotBeTold } else { TrialOutcome::NotOpen };
-        let open = [
-            ("dynamics", self.dynamics == DynamicsModel::Auto, resolved.dynamics == DynamicsModel::Auto),
-            ("creep", self.creep == CreepModel::Auto, resolved.creep == CreepModel::Auto),
-            ("loop shift", self.loop_shift == LoopShiftModel::Auto, resolved.loop_shift == LoopShiftModel::Auto),
-            (SLOW_GAIN, self.slow_gain == SlowGainModel::Auto, resolved.slow_gain == SlowGainModel::Auto),
-            (
-                RELAXING_PLAYS,
-                self.relaxing_plays == RelaxingPlaysModel::Auto,
-                resolved.relaxing_plays == RelaxingPlaysModel::Auto,
-            ),
-            (INPUT_MAP, self.input_map == MapModel::Auto, resolved.input_map == MapModel::Auto),
-            (OUTPUT_MAP, self.output_map == MapModel::Auto, resolved.output_map == MapModel::Auto),
-        ];
-        let closed = open.into_iter().filter(|(_, before, after)| *before && !after);
-        Ok(closed.map(|(name, ..)| TermTrial::not_tried(name, outcome)).collect())
-    }
-
     /// Whether there are a sampling interval and enough samples for terms beside the operators.
-    fn has_enough(&self, records: &[Record<'_>]) -> Result<bool, Error> {
+    pub(crate) fn has_enough(&self, records: &[Record<'_>]) -> Result<bool, Error> {
         /// A term is left to cross-validation from so many samples on for each operator.
         const MIN_SAMPLES_PER_OPERATOR: usize = 20;
         let samples: usize = records.iter().map(Record::fitted_samples).sum();

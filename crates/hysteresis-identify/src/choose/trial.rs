@@ -1,11 +1,7 @@
 //! What the search for the structure tried, and why it was taken or left.
 
-/// How results call terms that more than one file speaks of.
+/// How results call the term that more than one file speaks of.
 pub(crate) const COUPLED_PLAYS: &str = "coupled plays";
-pub(crate) const INPUT_MAP: &str = "input map";
-pub(crate) const OUTPUT_MAP: &str = "output map";
-pub(crate) const RELAXING_PLAYS: &str = "relaxing plays";
-pub(crate) const SLOW_GAIN: &str = "slow gain";
 
 /// A term that the search tried, or did not try, and why.
 ///
@@ -17,7 +13,7 @@ pub(crate) const SLOW_GAIN: &str = "slow gain";
 pub struct TermTrial {
     /// What was added to the model, or took the place of something: "output map", "relaxing plays", "no dynamics".
     pub term: String,
-    /// What the model had then of maps, slow gain, relaxing plays, creep of every decade and a lag in front.
+    /// What the model had then of maps, slow gain, relaxing plays, creep and a lag in front.
     pub beside: Vec<String>,
     /// What came of it.
     pub outcome: TrialOutcome,
@@ -95,6 +91,12 @@ impl TermTrial {
 
     pub(crate) fn with_gain(self, gain: f64) -> Self {
         Self { gain: Some(gain), ..self }
+    }
+
+    /// The same compared with a model that has another term, which gains so much by itself.
+    pub(crate) fn beside(self, term: String, gain: f64) -> Self {
+        let beside = [self.beside, vec![term]].concat();
+        Self { beside, gain: self.gain.map(|all| all / gain), needed: self.needed.map(|all| all / gain), ..self }
     }
 }
 

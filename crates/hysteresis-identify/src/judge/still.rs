@@ -221,6 +221,8 @@ struct FlatEnd {
     /// How far the drive goes on meanwhile until it turns, over its range.
     travel: f64,
     level: f64,
+    /// How far below the level the position was at twice that distance from the turn.
+    below: f64,
 }
 
 /// The position is at its end, but for noise: a sensor whose range is too small, or an amplifier.
@@ -229,6 +231,9 @@ pub(crate) fn clipped(record: &Record<'_>) -> Option<Finding> {
     /// Where nothing is clipped the position moves by a fifth of its mean gain at least.
     const SLOPE: f64 = 0.2;
     const UNUSUAL: f64 = 3.0;
+    /// A sensor is left with the slope that the stage has there. A curve that is flat at its end, as that of a squared
+    /// drive, has moved by only four times what is flat of it at twice the distance, and a cubic one by eight.
+    const KINK: f64 = 8.0;
     let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
     let sign = signal::correlation(input, output)?.signum();
     let curvature: Vec<f64> = output.windows(3).map(|three| three[2] - 2.0 * three[1] + three[0]).collect();
@@ -249,7 +254,8 @@ pub(crate) fn clipped(record: &Record<'_>) -> Option<Finding> {
     let (worst, position) = ends
         .iter()
         .flat_map(|(flat, top, position)| {
-            flat.iter().filter(|end| is_top(end, *top) && end.travel > usual).map(move |end| (end, position))
+            let is_end = |end: &&FlatEnd| is_top(end, *top) && end.travel > usual && end.below > KINK * NOISE * noise;
+            flat.iter().filter(is_end).map(move |end| (end, position))
         })
         .max_by(|(a, _), (b, _)| a.travel.total_cmp(&b.travel))?;
     let at = |k: usize| input[k.min(input.len() - 1)];
@@ -294,7 +300,10 @@ fn flat_ends(drive: &[f64], position: &[f64], noise: f64) -> Vec<FlatEnd> {
         let is_flat = |k: &usize| (position[*k] - level).abs() <= NOISE * noise;
         let from = (0..=*turn).rev().take_while(is_flat).last().unwrap_or(*turn);
         let to = (*turn..drive.len()).take_while(is_flat).last().unwrap_or(*turn);
-        FlatEnd { stretch: from..to, travel: (drive[*turn] - drive[from]) / (high - low), level }
+        let travel = drive[*turn] - drive[from];
+        let twice = (0..=from).rev().take_while(|k| (0.0..=2.0 * travel).contains(&(drive[*turn] - drive[*k])));
+        let below = level - twice.map(|k| position[k]).fold(level, f64::min);
+        FlatEnd { stretch: from..to, travel: travel / (high - low), level, below }
     };
     let turns = signal::turns(drive, SWING * (high - low));
     let tops = turns.iter().filter(|turn| drive[**turn] > drive[turn.saturating_sub(1)]);
@@ -370,6 +379,20 @@ mod tests {
             assert_eq!(told(&backlash(&drive), 1.0, 0), None);
             assert_eq!(told(&drive, 1.0, 0), None);
         }
+    }
+
+    /// A curve that is flat at its end, as u^2 at rest, is no sensor at its end.
+    #[test]
+    fn a_curve_that_is_flat_at_its_end_is_not_clipped() {
+        let drive: Vec<f64> = (0..4000).map(|k| 1.0 - (as_f64(k % 1000) / 500.0 - 1.0).abs()).collect();
+        let noisy = |(k, y): (usize, f64)| y + 1e-3 * ((as_f64(k) * 12.9898).sin() * 43758.5453).fract();
+        let told = |curve: fn(f64) -> f64| {
+            let output: Vec<f64> = drive.iter().map(|u| curve(*u)).enumerate().map(noisy).collect();
+            let found = super::clipped(&Record::new(&drive, &output, 0).unwrap());
+            found.is_some_and(|finding| finding.value > finding.limit)
+        };
+        assert!(!told(|u| u * u) && !told(|u| u.powi(3)) && !told(|u| 1.0 - (1.0 - u).powi(2)));
+        assert!(told(|u| u.max(0.1)) && told(|u| u.min(0.9)) && told(|u| (u * u).max(0.05)));
     }
 
     /// A coarse sensor stays at its last value as at all others; a wide one at the end of its range stays longer.

@@ -101,8 +101,8 @@ pub struct Identification {
     pub weights: WeightLaw,
     /// How smooth the weights were asked to be: as given, or as cross-validation chose.
     pub smoothness: f64,
-    /// Which terms were tried, or not, and why they are in the model or not, in the order of the search; empty in
-    /// results of releases that did not keep it.
+    /// Which terms were tried, or not, and why they are in the model or not, in the order of the search, then what
+    /// cross-validation chose; empty in results of releases that did not keep it.
     #[cfg_attr(feature = "serde", serde(default))]
     pub terms_tried: Vec<TermTrial>,
     /// What cross-validation said of every weight law, if it chose; else empty.
