@@ -33,9 +33,9 @@ use crate::error::{Error, check_length, check_non_negative};
 use crate::model::{Offsets, Ratios, check_invertible, check_weights};
 use crate::operator::{CoupledPlay, Play};
 use crate::process::Process;
-use crate::real::Real;
+use crate::real::{Real, check_limits};
 use crate::store::Inline;
-use crate::stream::{ForwardCore, InverseCore, Walk, check_limits};
+use crate::stream::{ForwardCore, InverseCore, Walk};
 
 /// A model of up to N operators, equations (4) and (6), ready to run, without an allocator.
 ///

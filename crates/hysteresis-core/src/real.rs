@@ -182,6 +182,18 @@ pub(crate) fn check_range<T: Real>(
     Err(Error::Domain { parameter, index: Some(1), expected, got: high.wide() })
 }
 
+/// Limits of a drive that has none.
+pub(crate) fn unlimited<T: Real>() -> (T, T) {
+    (-T::MAX_MAGNITUDE, T::MAX_MAGNITUDE)
+}
+
+/// Limits (low, high) of a drive, checked; without any, all that is admissible.
+pub(crate) fn check_limits<T: Real>(limits: Option<(T, T)>) -> Result<(T, T), Error> {
+    let Some(limits) = limits else { return Ok(unlimited()) };
+    check_range("limits", limits, "the low limit")?;
+    Ok(limits)
+}
+
 /// Checks that drives lie within limits, or names the first that does not.
 pub(crate) fn check_within_limits<T: Real>(
     parameter: &'static str,

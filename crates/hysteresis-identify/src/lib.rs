@@ -19,7 +19,7 @@
 //!
 //! 1. `records` checks it once and says which of its samples become rows.
 //! 2. `choose` asks which terms the records tell, and tries them one after the other.
-//! 3. `terms` has each term: its option, what it adds to the model, and the filter that does so.
+//! 3. `terms` has each term: its option, and what it adds to the model.
 //! 4. `fit` makes rows of a point (`rows`), finds the best weights (`projection`), and steps to a better point
 //!    (`descent`).
 //! 5. `algebra` does that work: QR of rows that stream in, and least squares with bounds.

@@ -75,7 +75,7 @@ impl Bench {
     }
 }
 
-// 0.02 % of the stroke is what is asked for; today's best pipeline leaves 3.3 %.
+// 0.02 % of the stroke.
 #[test]
 fn open_loop_raster_of_a_lightly_damped_creeping_stage() {
     let reference = raster(2.0);

@@ -4,7 +4,7 @@ use crate::duhem::motion::{DuhemState, Motion};
 use crate::duhem::parameters::Duhem;
 use crate::error::{Bound, Error, MAX_MAGNITUDE, check_finite, is_admissible};
 use crate::process::Process;
-use crate::stream::check_limits;
+use crate::real::check_limits;
 
 /// The output z of a Duhem operator, sample by sample; x goes straight from one sample to the next.
 ///

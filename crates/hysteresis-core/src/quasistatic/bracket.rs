@@ -7,8 +7,8 @@ use super::stage::{QuasiStaticForward, QuasiStaticState};
 use crate::engine::CompiledModel;
 use crate::error::{Bound, Error, check_length, check_rows, check_rows_between};
 use crate::process::Process;
-use crate::real::check_within_limits;
-use crate::stream::{ActuatorError, check_limits};
+use crate::real::{check_limits, check_within_limits};
+use crate::stream::ActuatorError;
 
 /// Where the output must lie when the history of the input is unknown: two streams that bracket the truth.
 ///

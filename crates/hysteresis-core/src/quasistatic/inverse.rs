@@ -9,8 +9,8 @@ use crate::engine::CompiledModel;
 use crate::error::{Error, MAX_MAGNITUDE, check_finite, check_length, check_model, is_admissible};
 use crate::fingerprint::Fingerprint;
 use crate::process::Process;
-use crate::real::check_within_limits;
-use crate::stream::{Inverse, Look, check_limits};
+use crate::real::{check_limits, check_within_limits};
+use crate::stream::{Inverse, Look};
 
 impl QuasiStatic {
     /// A stream from positions to drives, at rest at the input offset of the hysteresis, or at the limit nearest to it.

@@ -1,10 +1,11 @@
 //! Streams of models of any size, their memory on the heap, and what they remember as a plain value.
 
-use super::walk::{ForwardCore, InverseCore, Look, Walk, check_limits};
+use super::walk::{ForwardCore, InverseCore, Look, Walk};
 use crate::engine::{CompiledModel, HeapMemory, Memory, MemoryState, Method, Point};
 use crate::error::{Bound, Error, check_all_finite, check_model, check_same, is_admissible};
 use crate::model::{ModifiedPrandtlIshlinskii, PrandtlIshlinskii};
 use crate::process::Process;
+use crate::real::check_limits;
 
 /// The output of a model, sample by sample: equations (4) and (6).
 ///

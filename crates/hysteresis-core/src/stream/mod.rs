@@ -16,4 +16,4 @@ pub use array::{ActuatorError, StreamArray};
 pub use heap::{Forward, Inverse, StreamState};
 #[cfg(feature = "alloc")]
 pub(crate) use walk::Look;
-pub(crate) use walk::{ForwardCore, InverseCore, Walk, check_limits};
+pub(crate) use walk::{ForwardCore, InverseCore, Walk};

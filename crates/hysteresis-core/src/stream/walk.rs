@@ -9,7 +9,7 @@ use crate::engine::{Direction, Line, Memory, Piece, Point, Reach};
 #[cfg(feature = "alloc")]
 use crate::engine::{HeapMemory, Method};
 use crate::error::{Error, check_length};
-use crate::real::{Real, check_range, check_within_limits};
+use crate::real::{Real, check_within_limits, unlimited};
 
 /// How many samples are compared and evaluated as vectors.
 const BLOCK: usize = 8;
@@ -421,18 +421,6 @@ pub struct Look<T = f64> {
     pub(crate) reached: T,
     /// Whether the target is out of reach.
     pub(crate) saturated: bool,
-}
-
-/// Limits of a drive that has none.
-pub(crate) fn unlimited<T: Real>() -> (T, T) {
-    (-T::MAX_MAGNITUDE, T::MAX_MAGNITUDE)
-}
-
-/// Limits (low, high) of a drive, checked; without any, all that is admissible.
-pub(crate) fn check_limits<T: Real>(limits: Option<(T, T)>) -> Result<(T, T), Error> {
-    let Some(limits) = limits else { return Ok(unlimited()) };
-    check_range("limits", limits, "the low limit")?;
-    Ok(limits)
 }
 
 impl<T: Real, M: Memory<T>> InverseCore<T, M> {

@@ -15,6 +15,7 @@ use crate::options::{Options, Setting};
 use crate::records::course::Course;
 use crate::records::record::Record;
 use crate::records::signal::as_f64;
+use crate::terms::creep;
 use crate::terms::dynamics::{DynamicsModel, LinearPart, Order, SampledPart};
 use crate::terms::operators::BLOCK;
 
@@ -31,9 +32,6 @@ const ROWS: usize = 6000;
 
 /// How many starts there are at most.
 const STARTS: usize = 4;
-
-/// The amplitude of creep to start from, in units of its parameters.
-const CREEP: f64 = 0.01;
 
 impl JointProblem<'_> {
     /// From the fit of the hysteresis with a dead time alone to the best of everything together.
@@ -95,7 +93,7 @@ impl JointProblem<'_> {
 pub(crate) fn starts(records: &[Record<'_>], plain: &ProjectedFit, plain_space: &Space, space: &Space) -> Vec<Point> {
     let point = |dead_time: f64| {
         let start = space.start_at_hysteresis(&plain.point).with(Parameter::DeadTime, dead_time);
-        (0..space.creep_amplitudes()).fold(start, |point, number| point.with(Parameter::Creep(number), CREEP))
+        (0..space.creep_amplitudes()).fold(start, |point, number| point.with(Parameter::Creep(number), creep::START))
     };
     let lag = plain.point.get(Parameter::DeadTime);
     let known = space.axis(Parameter::DeadTime).is_none().then(|| space.origin().get(Parameter::DeadTime));

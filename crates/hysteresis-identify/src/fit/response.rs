@@ -297,7 +297,8 @@ impl Regressor<'_> {
         ((slope, slope_before), known)
     }
 
-    /// The derivative of [`output`](Self::output) by the delay.
+    /// The derivative of [`output`](Self::output) by the delay, for the tests of the rows.
+    #[cfg(test)]
     pub(crate) fn slope_over_delay(&mut self, weights: &[f64]) -> f64 {
         let side = self.beside(weights, |now, before| before - now);
         let Some(map) = self.output_map else {

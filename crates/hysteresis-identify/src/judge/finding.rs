@@ -131,6 +131,11 @@ impl fmt::Display for Finding {
     }
 }
 
+/// Without what a defect of a record makes of a fit.
+pub(crate) fn causes(findings: Vec<Finding>) -> Vec<Finding> {
+    findings.into_iter().filter(|finding| !finding.code.is_of_fit()).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

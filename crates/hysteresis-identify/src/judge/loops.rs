@@ -2,10 +2,9 @@
 
 use crate::error::Error;
 use crate::fit::response::Chain;
-use crate::judge::causes;
-use crate::judge::finding::Finding;
+use crate::judge::finding::{Finding, causes};
 use crate::judge::finding_code::FindingCode;
-use crate::judge::places::{input_bounds, named_sample};
+use crate::judge::sample_ranges::{input_bounds, named_sample};
 use crate::records::record::Record;
 use crate::records::signal;
 use crate::records::signal::{Line, as_f64};

@@ -8,8 +8,8 @@ pub(crate) mod finding;
 pub(crate) mod finding_code;
 pub(crate) mod loops;
 pub(crate) mod parts;
-pub(crate) mod places;
 pub(crate) mod residual;
+pub(crate) mod sample_ranges;
 pub(crate) mod samples;
 pub(crate) mod still;
 pub(crate) mod survey;
@@ -18,7 +18,7 @@ use hysteresis_core::Model;
 
 use crate::error::Error;
 use crate::fit::response::{Chain, OperatorsAt};
-use crate::judge::finding::{Finding, Severity};
+use crate::judge::finding::{Finding, Severity, causes};
 use crate::judge::finding_code::FindingCode;
 use crate::judge::still::Stays;
 use crate::judge::survey::Survey;
@@ -92,7 +92,7 @@ fn findings(records: &[Record<'_>], chain: &Chain) -> Vec<Finding> {
         of_complete(records, chain)
     } else {
         let positions = mended_positions(records, chain);
-        let mut found = of_complete(&with_positions(records, &positions), chain);
+        let mut found = of_complete(&leaving_none_out(records, &positions), chain);
         found.extend(worst(records, |_, record| Some(samples::left_out(record))));
         found
     };
@@ -145,11 +145,6 @@ fn wrong_sign(records: &[Record<'_>]) -> Option<Finding> {
     } else {
         found
     })
-}
-
-/// Without what a defect of a record makes of a fit.
-pub(crate) fn causes(findings: Vec<Finding>) -> Vec<Finding> {
-    findings.into_iter().filter(|finding| !finding.code.is_of_fit()).collect()
 }
 
 /// What a model explains leaves less than that share of the range.
@@ -296,7 +291,7 @@ fn mended_positions(records: &[Record<'_>], chain: &Chain) -> Vec<Vec<f64>> {
 }
 
 /// The same records with these positions, of which nothing is left out.
-pub(crate) fn with_positions<'a>(records: &[Record<'a>], positions: &'a [Vec<f64>]) -> Vec<Record<'a>> {
+pub(crate) fn leaving_none_out<'a>(records: &[Record<'a>], positions: &'a [Vec<f64>]) -> Vec<Record<'a>> {
     // What is fitted varies and what is predicted is finite: no position is refused.
     records.iter().zip(positions).map(|(record, position)| record.with_output(position).unwrap_or(*record)).collect()
 }

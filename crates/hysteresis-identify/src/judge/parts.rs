@@ -5,7 +5,7 @@ use faer::Mat;
 use crate::algebra::bounded;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
-use crate::judge::places::{named_sample, one_part};
+use crate::judge::sample_ranges::{named_sample, one_part};
 use crate::records::record::Record;
 use crate::records::signal;
 use crate::records::signal::{Line, as_f64};

@@ -3,7 +3,7 @@
 use crate::fit::colour::Colour;
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
-use crate::judge::places::named_sample;
+use crate::judge::sample_ranges::named_sample;
 use crate::records::record::Record;
 use crate::records::signal;
 use crate::records::signal::as_f64;

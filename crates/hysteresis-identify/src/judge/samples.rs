@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
-use crate::judge::places::{leave_out, mend, named, named_sample, stretches};
+use crate::judge::sample_ranges::{leave_out, mend, named, named_sample, stretches};
 use crate::records::record::Record;
 use crate::records::signal;
 use crate::records::signal::as_f64;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
-use crate::judge::places::{leave_out, named_sample, stretches};
+use crate::judge::sample_ranges::{leave_out, named_sample, stretches};
 use crate::records::record::Record;
 use crate::records::signal;
 

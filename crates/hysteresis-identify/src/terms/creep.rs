@@ -1,6 +1,7 @@
 //! Creep: p(k) = h(k) + sum_j c_j q_j(k), q_j(k+1) = a_j q_j(k) + (1 - a_j) h(k), a_j = exp(-dt / tau_j).
 //!
-//! The time constants are known, the amplitudes are searched.
+//! The time constants are known, the amplitudes are searched. The filter is that of the whole linear part: see
+//! `SampledPart` in `dynamics`, and `fit::filter_lanes`.
 
 use hysteresis_control::linear::Creep;
 
@@ -30,6 +31,9 @@ const SLOWEST_SHARE: f64 = 1.0 / 3.0;
 /// may be.
 const DECADES: [f64; 5] = [0.01, 0.1, 1.0, 10.0, 100.0];
 const SLOWEST_OF_DECADES: f64 = 3.0;
+
+/// Where the search of an amplitude begins, in units of its parameter.
+pub(crate) const START: f64 = 0.01;
 
 /// How many amplitudes are searched at most.
 pub(crate) const MAX_AMPLITUDES: usize = 12;

@@ -1,4 +1,5 @@
-//! What a model may have: one file for a term, with its option, what it adds to the model and how that is computed.
+//! What a model may have: one file for a term, with its option and what it adds to the model. Most have what computes it,
+//! too; creep, lags and modes are one filter, that of `dynamics`.
 //!
 //! | term | option | searched | enters as | chosen in |
 //! |---|---|---|---|---|

@@ -6,11 +6,9 @@
 //!
 //! Records that are all alike hold no loop out that differs from those that stay: their table promises too much. So does
 //! that of loops of any size at one speed, without rests: time and distance grow together there, and no record tells
-//! them apart. Stages lack there what stages lack elsewhere: on twenty stages of foreign physics, recorded by three
-//! equal triangles, the error of other drives was 0.02 to 0.08 of the width of the loop. Where the model was true it
-//! was 0.001 to 0.003, and there a law of few unknowns left nothing but noise. So the table gets a share of that width:
-//! little where loops were recorded, more where none were, less where the fit speaks for the model, and less as the
-//! records become various and the fit stays good.
+//! them apart. So the table gets a share of the width of the loop: little where loops were recorded, more where none
+//! were, less where the fit speaks for the model, and less as the records become various and the fit stays good. How
+//! large, other stages say: see docs/explanation/uncertainty.md.
 
 use hysteresis_control::stage::{Branches, CELLS, ErrorBand, Place};
 

@@ -1,4 +1,4 @@
-"""The formats that can be read: one list, of which docs/formats.md and the errors are made.
+"""The formats that can be read: one list. Errors name them by it, a test compares docs/formats.md.
 
 Each file beside this one reads one family of formats into a table.
 """
