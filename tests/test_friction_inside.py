@@ -42,7 +42,11 @@ def unseen(size: float) -> Array:
 
 @pytest.mark.parametrize(
     ("stiffness", "force", "size", "bends"),
-    [(5e4, 20.0, 20.0, 0.29), (2.5e4, 20.0, 40.0, 0.08), (1e4, 20.0, 60.0, 0.10)],
+    [
+        pytest.param(5e4, 20.0, 20.0, 0.29, marks=pytest.mark.slow),
+        pytest.param(2.5e4, 20.0, 40.0, 0.08, marks=pytest.mark.slow),
+        (1e4, 20.0, 60.0, 0.10),
+    ],
 )
 def test_friction_is_found_whatever_share_of_the_motion_it_bends(
     stiffness: float, force: float, size: float, bends: float
