@@ -64,7 +64,7 @@ def test_methods_that_show_have_the_defaults_of_what_they_call(
     assert kept and kept == {name: called[name].default for name in kept}
 
 
-def test_a_controller_of_several_axes_has_the_defaults_x() -> None:
+def test_a_controller_of_several_axes_has_the_defaults_of_one_axis() -> None:
     shown = inspect.signature(mh.MultiAxisStage.controller).parameters
     of_one_axis = inspect.signature(mh.control.HybridController).parameters
     for name in ("slew", "bumpless_time", "max_missing"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import re
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -89,35 +90,54 @@ def test_what_records_cannot_tell_is_named_first() -> None:
     assert not outcomes(given, "slow gain") and not outcomes(given, "input map")
 
 
-def test_the_answers_of_cross_validation_are_trials() -> None:
-    found = mh.identify(VARIOUS, noisy(bent(VARIOUS)), dt=DT)
-    (_, simplest), *laws = found.weights_validation
-    trials = {one["term"]: one for one in found.terms_tried if one["judged_by"] == "held_out_error"}
-    assert laws
-    for law, error in laws:
-        assert trials[f"{law} weights"]["gain"] == simplest / error
-    for count, error in found.cross_validation[1:]:
-        assert trials[f"{count} operators"]["gain"] == found.cross_validation[0][1] / error
-    assert trials["smooth weights"]["gain"] > 0.0 or found.smoothness == 0.0
-    # A loop shift is compared with the same creep, all else with none.
+def creeping() -> Array:
+    """Plays behind creep, and loops whose centre moves with what the drive did before."""
+    stage = mh.Stage(
+        mh.PrandtlIshlinskii([1.0, 0.5], [0.0, 1.5]), creep=mh.plant.Creep([0.05, 0.05], [0.3, 3.0])
+    )
+    y = np.asarray(stage.forward(DT).run(VARIOUS))
+    speed, followed = np.abs(np.diff(VARIOUS, prepend=VARIOUS[0])) / DT, np.empty(y.size)
+    mean = 0.0
+    for k, now in enumerate(speed.tolist()):
+        followed[k] = mean
+        mean += (now - mean) * DT / 0.1
+    return y + 0.002 * followed * VARIOUS / 20.0
+
+
+def test_what_cross_validation_chose_is_better_by_what_was_asked() -> None:
+    found = mh.identify(VARIOUS, noisy(creeping()), dt=DT, amplifier=None, dynamics=None)
+    trials = {one["term"]: one for one in found.terms_tried}
     errors = {(creep, shift.split("(")[0]): error for creep, shift, error in found.terms_validation}
-    none = next(shift for creep, shift in errors if creep == 0)
-    names = {1: "slow creep", 2: "slow and fast creep"}
-    for creep, name in names.items():
-        alone = next(one for one in found.terms_tried if one["term"] == name)
-        assert alone["gain"] == errors[0, none] / errors[creep, none] and alone["beside"] == []
-        shifted = [one for one in found.terms_tried if one["beside"] == [name]]
-        assert [one["term"] for one in shifted] == [
-            "loop shift of one amplitude",
-            "loop shift of two amplitudes",
-        ]
-    # Where the simplest answer is taken no other one is better; else one is, and by what was asked.
-    for question in (list(names.values()), [f"{law} weights" for law, _ in laws]):
-        taken = [one for one in map(trials.get, question) if one and one["outcome"] == "better"]
-        assert len(taken) <= 1 and all(one["gain"] >= one["needed"] for one in taken)
+    creeps = {1: "slow creep", 2: "slow and fast creep"}
+    # Creep beside the loop shift that is chosen, and the other way round.
+    shift = (
+        "none" if found.loop_shift is None else ["square", "both"][len(found.loop_shift_std) - 1]
+    )
+    creep = 0 if found.creep is None else len(found.creep_amplitudes)
+    assert creep > 0, found.terms_tried
+    for amplitudes, name in creeps.items():
+        one = trials[name]
+        assert one["gain"] == errors[0, shift] / errors[amplitudes, shift]
+        assert (one["outcome"] == "better") == (amplitudes == creep)
+    taken = trials[creeps[creep]]
+    assert taken["gain"] >= taken["needed"] > 1.0
+    assert len(taken["beside"]) == (shift != "none")
+    for one in found.terms_tried:
+        if one["term"].startswith("loop shift"):
+            assert one["beside"] == [creeps[creep]]
+            assert (one["outcome"] == "better") == (
+                (shift == "square" and "one" in one["term"])
+                or (shift == "both" and "two" in one["term"])
+            )
 
 
-def test_free_weights_that_are_taken_say_what_they_gained() -> None:
+def test_a_given_loop_shift_is_no_trial() -> None:
+    found = mh.identify(VARIOUS, noisy(creeping()), dt=DT, dynamics=None, loop_shift=0.1)
+    names = [one["term"] for one in found.terms_tried]
+    assert "slow creep" in names and not any("loop shift" in name for name in names)
+
+
+def test_weights_and_operators_say_what_they_gained() -> None:
     ragged = mh.ModifiedPrandtlIshlinskii.from_ratios(
         [1.0, 0.05, 0.9, 0.02, 0.8], [0.0, 1.0, 2.0, 3.0, 4.0], ra=1.0, rb=1.0, rc=1.0
     )
@@ -125,7 +145,21 @@ def test_free_weights_that_are_taken_say_what_they_gained() -> None:
     found = mh.identify(VARIOUS, position, dt=DT, thresholds=[0.0, 1.0, 2.0, 3.0, 4.0])
     assert found.weights_law == "free"
     (free,) = (one for one in found.terms_tried if one["term"] == "free weights")
-    assert free["outcome"] == "better" and free["gain"] >= free["needed"] > 1.0
+    (_, simplest), (_, error) = found.weights_validation[:2]
+    assert free["outcome"] == "better"
+    assert free["gain"] == simplest / error > free["needed"] > 1.0
+    (smooth,) = (one for one in found.terms_tried if one["term"] == "smooth weights")
+    assert (smooth["outcome"] == "better") == (found.smoothness > 0.0)
+    found = mh.identify(VARIOUS, position, dt=DT)
+    number = found.model.weights.size
+    tried = [one for one in found.terms_tried if one["term"].endswith(" operators")]
+    assert [one["term"] for one in tried] == [
+        f"{count} operators" for count, _ in found.cross_validation[1:]
+    ]
+    for one, (before, after) in zip(tried, pairwise(found.cross_validation), strict=True):
+        assert one["gain"] == before[1] / after[1]
+        assert (one["outcome"] == "better") == (after[0] == number)
+        assert one["beside"] == [f"{found.weights_law} weights"]
 
 
 def test_a_result_keeps_its_trials() -> None:

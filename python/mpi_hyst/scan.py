@@ -298,13 +298,18 @@ class _Axis:
         if stage.drive_range is None:
             raise ValueError(f"stages[{name!r}]: expected a stage with limits, got one without")
         self._name, self._dt = name, dt
-        slow = stage.replace(
+        slow = Stage(
+            stage.hysteresis,
             limits=stage.drive_range,
-            slew=None,
-            dead_time=0.0,
-            dynamics=None,
-            temperature=None,
-            noise=None,
+            amplifier_bandwidth=stage.amplifier_bandwidth,
+            creep=stage.creep,
+            loop_shift=stage.loop_shift,
+            relaxing_plays=stage.relaxing_plays,
+            slow_gain=stage.slow_gain,
+            duhem=stage.duhem,
+            input_map=stage.input_map,
+            output_map=stage.output_map,
+            units=stage.units,
         )
         self._inverse, self._forward = slow.inverse(dt, amplifier=True), slow.forward(dt)
         # What the amplifier makes of targets, each read before its drive acts.

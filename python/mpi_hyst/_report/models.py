@@ -65,15 +65,11 @@ def run(shown: Stage | Model, u: Samples, dt: float | None) -> Samples:
         return shown.forward().run(u)
     if dt is not None:
         return shown.forward(dt).run(u)
-    timeless = shown.replace(
-        slew=None,
-        dead_time=0.0,
-        amplifier_bandwidth=None,
-        dynamics=None,
-        creep=None,
-        loop_shift=None,
-        relaxing_plays=None,
-        slow_gain=None,
+    timeless = Stage(
+        shown.hysteresis,
+        duhem=shown.duhem,
+        input_map=shown.input_map,
+        output_map=shown.output_map,
     )
     return timeless.forward(1.0).run(u)
 

@@ -6,7 +6,7 @@ use crate::choose::found::{Found, LinearEvidence, Place, Search, Structure};
 use crate::choose::table::TABLE;
 use crate::choose::term_search::{Candidate, Chosen, TermSearch};
 use crate::choose::told::Variety;
-use crate::choose::trial::{TermTrial, TrialOutcome, overrule};
+use crate::choose::trial::{TermTrial, TrialOutcome};
 use crate::error::Error;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::point::{Parameter, Point};
@@ -258,83 +258,74 @@ fn last_descents(
     }
 }
 
-/// What was left to cross-validation, as trials of terms: every answer but the simplest of a question is one.
+/// What was left to cross-validation beside the number of operators, as trials of terms: every answer to a question but
+/// the simplest is one.
 pub(crate) fn answers_tried(records: &[Record<'_>], found: &Found) -> Vec<TermTrial> {
-    let Found { structure, options, operators_tried, .. } = found;
+    let Found { structure, options, smoothness, .. } = found;
     let margin = Variety::of(records).margin();
     let laws = &structure.weights_tried;
     let good = CrossValidation::good(laws, margin).next().unwrap_or(0);
-    let name = |law: WeightLaw| format!("{} weights", law.name());
-    let mut law = answers(laws, good, margin, |one| name(one.weights));
-    // More operators may have asked for another law later.
-    overrule(&mut law, TrialOutcome::Overruled, |term| term != name(options.weights));
-    let operators = operators_tried.iter().position(|one| one.operators == options.operators()).unwrap_or(0);
-    let number = |one: &CrossValidation| format!("{} operators", one.operators);
-    let operators = answers(operators_tried, operators, margin.max(MUST_GAIN_IN_AUTO), number);
-    let smooth = Vec::from_iter(smooth_weights(&structure.smoothness_tried, found.smoothness));
-    [creep_and_shift(&structure.terms_tried), law, smooth, operators].concat()
-}
-
-/// Every answer to a question but the first, the simplest, which it is compared with.
-fn answers(
-    tried: &[CrossValidation],
-    chosen: usize,
-    margin: f64,
-    name: impl Fn(&CrossValidation) -> String,
-) -> Vec<TermTrial> {
-    let Some((simplest, best)) = tried.first().zip(CrossValidation::best(tried)) else { return Vec::new() };
-    let gain_of = |one: &CrossValidation| simplest.typical_error() / one.typical_error();
-    let trial = |(place, one): (usize, &CrossValidation)| {
-        // It must come up to the best, or leave the one that was chosen behind.
-        let needed = if place <= chosen {
-            gain_of(best) / best.needed_beside(one, margin)
-        } else {
-            gain_of(&tried[chosen]) * one.needed_beside(&tried[chosen], margin)
-        };
-        let gain = gain_of(one);
-        let outcome = match place {
-            _ if place == chosen => TrialOutcome::Better,
-            _ if place < chosen && gain > 1.0 => TrialOutcome::Beaten,
-            _ => TrialOutcome::NotBetter,
-        };
-        TermTrial::by_stretches(&name(one), needed.powi(2), outcome).with_gain(gain)
+    // More operators may have asked for another law later: their row says so.
+    let law = |place: usize| {
+        let is_chosen = place == good && laws[place].weights == options.weights;
+        answer(&law_name(laws[place].weights), &laws[place], &laws[0], margin, is_chosen)
     };
-    tried.iter().enumerate().skip(1).map(trial).collect()
+    let laws: Vec<TermTrial> = (1..laws.len()).map(law).collect();
+    let smooth = Vec::from_iter(smooth_weights(&structure.smoothness_tried, *smoothness, margin));
+    [creep_and_shift(&structure.terms_tried), laws, smooth].concat()
 }
 
-/// Creep, and a loop shift beside no creep and beside each.
+fn law_name(law: WeightLaw) -> String {
+    format!("{} weights", law.name())
+}
+
+/// One answer to a question, beside a simpler one.
+fn answer(name: &str, one: &CrossValidation, simpler: &CrossValidation, margin: f64, is_chosen: bool) -> TermTrial {
+    let (gain, needed) = (simpler.typical_error() / one.typical_error(), one.needed_beside(simpler, margin));
+    let outcome = match is_chosen {
+        true => TrialOutcome::Better,
+        false if gain >= needed => TrialOutcome::Beaten,
+        false => TrialOutcome::NotBetter,
+    };
+    TermTrial::by_stretches(name, needed.powi(2), outcome).with_gain(gain)
+}
+
+/// Each kind of creep beside the loop shift that is chosen, and each loop shift beside the creep.
 fn creep_and_shift(tried: &[CrossValidation]) -> Vec<TermTrial> {
-    let Some(simplest) = tried.first() else { return Vec::new() };
-    let creep = |one: &CrossValidation| {
-        (one.creep > simplest.creep).then(|| ["slow creep", "slow and fast creep"][one.creep.min(2) - 1].to_owned())
-    };
-    let shift = |one: &CrossValidation| match one.loop_shift {
-        LoopShiftModel::None | LoopShiftModel::Auto => None,
-        LoopShiftModel::Square(_) => Some("loop shift of one amplitude".to_owned()),
-        LoopShiftModel::Both(_) => Some("loop shift of two amplitudes".to_owned()),
-    };
     let good = CrossValidation::good(tried, 1.0).next().unwrap_or(0);
-    let trials = answers(tried, good, 1.0, |one| shift(one).or(creep(one)).unwrap_or_default());
-    let with_beside = |(one, trial): (&CrossValidation, TermTrial)| {
-        let without = tried.iter().find(|other| shift(other).is_none() && other.creep == one.creep);
-        match (shift(one), creep(one), without) {
-            (Some(_), Some(beside), Some(without)) => {
-                trial.beside(beside, simplest.typical_error() / without.typical_error())
-            }
-            _ => trial,
-        }
+    let Some((simplest, chosen)) = tried.first().zip(tried.get(good)) else { return Vec::new() };
+    let creep = |one: &CrossValidation| {
+        let is_more = one.creep > simplest.creep;
+        is_more.then(|| ["slow creep", "slow and fast creep"][one.creep.min(2) - 1])
     };
-    tried[1..].iter().zip(trials).map(with_beside).collect()
+    let shift = |one: &CrossValidation| match (one.loop_shift, simplest.loop_shift) {
+        (LoopShiftModel::Square(_), LoopShiftModel::None) => Some("loop shift of one amplitude"),
+        (LoopShiftModel::Both(_), LoopShiftModel::None) => Some("loop shift of two amplitudes"),
+        _ => None,
+    };
+    let trials = |name: &dyn Fn(&CrossValidation) -> Option<&'static str>,
+                  beside: &dyn Fn(&CrossValidation) -> Option<&'static str>| {
+        let rows: Vec<_> = tried.iter().filter(|one| beside(one) == beside(chosen)).collect();
+        let without = rows.iter().find(|one| name(one).is_none());
+        let rows = rows.iter().filter_map(|one| {
+            let trial = answer(name(one)?, one, without?, 1.0, name(one) == name(chosen));
+            Some(TermTrial { beside: beside(chosen).map(str::to_owned).into_iter().collect(), ..trial })
+        });
+        rows.collect::<Vec<_>>()
+    };
+    [trials(&creep, &shift), trials(&shift, &creep)].concat()
 }
 
-/// Smooth weights beside those of no smoothness: the best of all, or the usual one of loops that are all alike.
-fn smooth_weights(tried: &[CrossValidation], chosen: f64) -> Option<TermTrial> {
-    let of_smooth = |chosen: f64| tried.iter().find(|one| one.smoothness == chosen && chosen > 0.0);
-    let smoothest = || tried.iter().skip(1).min_by(|p, q| p.typical_error().total_cmp(&q.typical_error()));
-    let (rough, one) = tried.first().zip(of_smooth(chosen).or_else(smoothest))?;
-    let outcome = if one.smoothness == chosen { TrialOutcome::Better } else { TrialOutcome::NotBetter };
+/// Smooth weights beside those of no smoothness: those that are chosen, or else the best.
+fn smooth_weights(tried: &[CrossValidation], chosen: f64, margin: f64) -> Option<TermTrial> {
+    let (rough, smooth) = tried.split_first()?;
+    let is_chosen = |one: &&CrossValidation| one.smoothness == chosen;
+    let best = || smooth.iter().min_by(|p, q| p.typical_error().total_cmp(&q.typical_error()));
+    let one = smooth.iter().find(is_chosen).or_else(best)?;
+    let outcome = if is_chosen(&one) { TrialOutcome::Better } else { TrialOutcome::NotBetter };
+    // Of loops that are all alike the usual smoothness is taken unless it is worse by the margin.
     let gain = rough.typical_error() / one.typical_error();
-    Some(TermTrial::by_stretches("smooth weights", 1.0, outcome).with_gain(gain))
+    Some(TermTrial::by_stretches("smooth weights", margin.recip(), outcome).with_gain(gain))
 }
 
 /// The numbers that are tried where any may be chosen.
@@ -404,6 +395,8 @@ pub(crate) fn with_operators_chosen(
             break;
         }
     }
+    let trials = operators_as_trials(records, &found, count);
+    found.trials.extend(trials);
     Ok(found)
 }
 
@@ -453,6 +446,28 @@ fn with_operators(
     Ok(if is_better && has_the_same { Found { fit: start, ..found } } else { found })
 }
 
+/// By which factor of the mean square error a number must be better than one of fewer. Loops that are all alike say
+/// little for more than the usual number, and nothing for fewer.
+fn margin_of_operators(records: &[Record<'_>], count: Count) -> f64 {
+    match count {
+        Count::Auto => MUST_GAIN_IN_AUTO,
+        Count::Refined => Variety::of(records).margin().max(MUST_GAIN_OF_OPERATORS),
+    }
+}
+
+/// The numbers that were tried, as trials of terms: each beside the one before where they are doubled, else beside the
+/// fewest.
+fn operators_as_trials(records: &[Record<'_>], found: &Found, count: Count) -> Vec<TermTrial> {
+    let (tried, margin) = (&found.operators_tried, margin_of_operators(records, count));
+    let trial = |place: usize| {
+        let (one, fewer) = (&tried[place], &tried[if count == Count::Auto { 0 } else { place - 1 }]);
+        let is_chosen = one.operators == found.options.operators();
+        let trial = answer(&format!("{} operators", one.operators), one, fewer, margin, is_chosen);
+        TermTrial { beside: vec![law_name(one.weights)], ..trial }
+    };
+    (1..tried.len()).map(trial).collect()
+}
+
 /// A choice among numbers of operators, at a fit with one of them.
 struct Choice<'a> {
     records: &'a [Record<'a>],
@@ -465,11 +480,8 @@ struct Choice<'a> {
 impl Choice<'_> {
     /// What is chosen, if the samples bear any.
     fn choose(&mut self, count: Count, monitor: &mut SearchMonitor<'_>) -> Result<Option<CrossValidation>, Error> {
-        // Loops that are all alike say little for more than the usual number, and nothing for fewer.
-        let (numbers, margin): (&[usize], f64) = match count {
-            Count::Auto => (&NUMBERS, MUST_GAIN_IN_AUTO),
-            Count::Refined => (&DOUBLED, Variety::of(self.records).margin().max(MUST_GAIN_OF_OPERATORS)),
-        };
+        let numbers: &[usize] = if count == Count::Auto { &NUMBERS } else { &DOUBLED };
+        let margin = margin_of_operators(self.records, count);
         let mut chosen = 0;
         for (done, operators) in numbers.iter().enumerate() {
             if !self.try_number(*operators, CHOICE.at(done, numbers.len()), monitor)? {

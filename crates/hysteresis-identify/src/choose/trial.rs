@@ -13,7 +13,8 @@ pub(crate) const COUPLED_PLAYS: &str = "coupled plays";
 pub struct TermTrial {
     /// What was added to the model, or took the place of something: "output map", "relaxing plays", "no dynamics".
     pub term: String,
-    /// What the model had then of maps, slow gain, relaxing plays, creep and a lag in front.
+    /// What the model had then of maps, slow gain, relaxing plays, creep of every decade and a lag in front. What
+    /// cross-validation chooses last, creep, loop shift, weights and operators, names what of these is beside it alone.
     pub beside: Vec<String>,
     /// What came of it.
     pub outcome: TrialOutcome,
@@ -91,12 +92,6 @@ impl TermTrial {
 
     pub(crate) fn with_gain(self, gain: f64) -> Self {
         Self { gain: Some(gain), ..self }
-    }
-
-    /// The same compared with a model that has another term, which gains so much by itself.
-    pub(crate) fn beside(self, term: String, gain: f64) -> Self {
-        let beside = [self.beside, vec![term]].concat();
-        Self { beside, gain: self.gain.map(|all| all / gain), needed: self.needed.map(|all| all / gain), ..self }
     }
 }
 

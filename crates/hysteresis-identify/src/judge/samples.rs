@@ -24,7 +24,7 @@ pub(crate) fn outliers(record: &Record<'_>, residual: &[f64]) -> Option<Finding>
     let at_turns: Vec<f64> = distances.iter().zip(&near).filter(|(_, near)| **near).map(|(one, _)| *one).collect();
     let deviation_at_turns = deviation.max(signal::robust_deviation(&at_turns));
     let share = |k: usize| distances[k] / if near[k] { deviation_at_turns } else { deviation };
-    let lacking = lacking_behind_turns(&record.input()[record.skip()..], |k| share(k) > LIMIT);
+    let lacking = lacking_behind_turns(&record.input()[record.skip()..], share, LIMIT);
     let far: Vec<usize> = (0..distances.len()).filter(|k| share(*k) > LIMIT && !lacking[*k]).collect();
     let first = (0..distances.len()).filter(|k| !lacking[*k]).max_by(|a, b| share(*a).total_cmp(&share(*b)))?;
     let (value, sample) = (share(first), record.skip() + first);
@@ -48,26 +48,35 @@ fn near_turns(input: &[f64]) -> Vec<bool> {
     near
 }
 
-/// The samples soon behind the turns of a drive, if most of those that are far lie there, behind several turns: a mode
-/// or a lag lets what a model lacks at the turns come later.
-fn lacking_behind_turns(input: &[f64], is_far: impl Fn(usize) -> bool) -> Vec<bool> {
+/// The samples soon behind the turns of a drive that lie no further than usual there, if far ones lie there as nowhere
+/// else and behind several turns: a mode or a lag lets what a model lacks at the turns come later.
+fn lacking_behind_turns(input: &[f64], share: impl Fn(usize) -> f64, limit: f64) -> Vec<bool> {
     const TURNS: usize = 3;
     /// What turns back by less of the range may be noise.
     const SWING: f64 = 0.05;
+    /// By how much denser far samples are there.
+    const DENSER: f64 = 8.0;
+    /// What lies further than so many times the usual of these is a glitch there, too.
+    const USUAL: f64 = 3.0;
     let (low, high) = signal::bounds(input);
-    let turns = signal::turns(input, SWING * (high - low));
-    let soon: Vec<_> = turns.into_iter().map(|k| k..input.len().min(k + 2 * AROUND)).collect();
-    let far_behind = |soon: &Range<usize>| soon.clone().filter(|k| is_far(*k)).count();
-    let counts: Vec<usize> = soon.iter().map(far_behind).filter(|count| *count > 0).collect();
-    let is_usual =
-        counts.len() >= TURNS && 2 * counts.iter().sum::<usize>() >= (0..input.len()).filter(|k| is_far(*k)).count();
-    let mut behind = vec![false; input.len()];
-    if is_usual {
-        for one in soon {
-            behind[one].fill(true);
-        }
+    let mut soon = vec![false; input.len()];
+    let mut turns_with_far = 0;
+    for turn in signal::turns(input, SWING * (high - low)) {
+        let behind = turn..input.len().min(turn + 2 * AROUND);
+        turns_with_far += usize::from(behind.clone().any(|k| share(k) > limit));
+        soon[behind].fill(true);
     }
-    behind
+    let (inside, outside): (Vec<usize>, Vec<usize>) = (0..input.len()).partition(|k| soon[*k]);
+    let far =
+        |samples: &[usize]| samples.iter().map(|k| share(*k)).filter(|share| *share > limit).collect::<Vec<f64>>();
+    let (far_inside, far_outside) = (far(&inside), far(&outside));
+    // At least one is expected elsewhere.
+    let is_denser = as_f64(far_inside.len() * outside.len()) > DENSER * as_f64((far_outside.len() + 1) * inside.len());
+    if turns_with_far < TURNS || !is_denser {
+        return vec![false; input.len()];
+    }
+    let most = USUAL * signal::median(&far_inside);
+    (0..input.len()).map(|k| soon[k] && share(k) <= most).collect()
 }
 
 /// Many samples that were taken for glitches and left out of the fit.
@@ -382,10 +391,40 @@ mod tests {
         assert_eq!(told(&residual), None);
         residual[777] = 0.04;
         assert_eq!(told(&residual), Some(Some(777)));
+        residual[777] = 0.0;
+        residual[553] = 0.5;
+        assert_eq!(told(&residual), Some(Some(553)));
+        residual[553] = 0.0;
         // Behind one turn it is a glitch.
         residual[250 + 3] = 0.0;
         residual[350 + 3] = 0.0;
         residual[450 + 3] = 0.0;
         assert_eq!(told(&residual), Some(Some(153)));
+    }
+
+    /// Loops of few samples: every sample is soon behind a turn, and that says nothing of glitches.
+    #[test]
+    fn glitches_of_short_loops_are_told() {
+        let drive: Vec<f64> = (0..1000).map(|k| (as_f64(k % 20) / 10.0 - 1.0).abs()).collect();
+        let mut residual: Vec<f64> =
+            (0..1000).map(|k| 1e-3 * ((as_f64(k) * 12.9898).sin() * 43758.5453).fract()).collect();
+        for k in [113, 316, 544, 789, 901] {
+            residual[k] = 0.1;
+        }
+        let found = outliers(&Record::new(&drive, &drive, 0).unwrap(), &residual).unwrap();
+        assert!(found.value > found.limit && found.message.starts_with("5 samples"), "{}", found.message);
+    }
+
+    /// A step of what is left is a jump where the drive moves by less than that.
+    #[test]
+    fn a_jump_is_more_than_the_drive_moves() {
+        let told = |fast: f64| {
+            let at = |k: usize| if k < 500 { 5e-4 * as_f64(k) } else { 0.25 + fast + 5e-4 * as_f64(k - 500) };
+            let drive: Vec<f64> = (0..1000).map(at).collect();
+            let residual: Vec<f64> = (0..1000).map(|k| if k < 500 { 0.0 } else { 0.008 }).collect();
+            let position: Vec<f64> = drive.iter().zip(&residual).map(|(u, e)| u + e).collect();
+            jump(&Record::new(&drive, &position, 0).unwrap(), &residual, &[]).is_some()
+        };
+        assert!(told(1e-3) && !told(0.0095));
     }
 }

@@ -234,6 +234,8 @@ pub(crate) fn clipped(record: &Record<'_>) -> Option<Finding> {
     /// A sensor is left with the slope that the stage has there. A curve that is flat at its end, as that of a squared
     /// drive, has moved by only four times what is flat of it at twice the distance, and a cubic one by eight.
     const KINK: f64 = 8.0;
+    /// Or it has such a share of its mean gain there.
+    const STEEP: f64 = 0.75;
     let (input, output) = (&record.input()[record.skip()..], &record.output()[record.skip()..]);
     let sign = signal::correlation(input, output)?.signum();
     let curvature: Vec<f64> = output.windows(3).map(|three| three[2] - 2.0 * three[1] + three[0]).collect();
@@ -254,7 +256,10 @@ pub(crate) fn clipped(record: &Record<'_>) -> Option<Finding> {
     let (worst, position) = ends
         .iter()
         .flat_map(|(flat, top, position)| {
-            let is_end = |end: &&FlatEnd| is_top(end, *top) && end.travel > usual && end.below > KINK * NOISE * noise;
+            let has_kink = move |end: &FlatEnd| {
+                end.below > KINK * NOISE * noise || end.below > STEEP * end.travel * record.output_range()
+            };
+            let is_end = move |end: &&FlatEnd| is_top(end, *top) && end.travel > usual && has_kink(end);
             flat.iter().filter(is_end).map(move |end| (end, position))
         })
         .max_by(|(a, _), (b, _)| a.travel.total_cmp(&b.travel))?;
@@ -291,6 +296,8 @@ fn flat_ends(drive: &[f64], position: &[f64], noise: f64) -> Vec<FlatEnd> {
     const NEAR: f64 = 0.01;
     /// What stands still for fewer samples may do so by chance.
     const SHORTEST: usize = 5;
+    /// Rounding decides nothing.
+    const TWICE: f64 = 2.01;
     let (low, high) = signal::bounds(drive);
     let of_turn = |turn: &usize| {
         let is_near = |k: &usize| drive[*turn] - drive[*k] <= NEAR * (high - low);
@@ -301,7 +308,7 @@ fn flat_ends(drive: &[f64], position: &[f64], noise: f64) -> Vec<FlatEnd> {
         let from = (0..=*turn).rev().take_while(is_flat).last().unwrap_or(*turn);
         let to = (*turn..drive.len()).take_while(is_flat).last().unwrap_or(*turn);
         let travel = drive[*turn] - drive[from];
-        let twice = (0..=from).rev().take_while(|k| (0.0..=2.0 * travel).contains(&(drive[*turn] - drive[*k])));
+        let twice = (0..=from).rev().take_while(|k| (0.0..=TWICE * travel).contains(&(drive[*turn] - drive[*k])));
         let below = level - twice.map(|k| position[k]).fold(level, f64::min);
         FlatEnd { stretch: from..to, travel: travel / (high - low), level, below }
     };

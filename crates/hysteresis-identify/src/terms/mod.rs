@@ -1,5 +1,5 @@
-//! What a model may have: one file for a term, with its option and what it adds to the model. Most have what computes it,
-//! too; creep, lags and modes are one filter, that of `dynamics`.
+//! What a model may have: one file for a term, with its option and what it adds to the model. Most have what computes
+//! it, too; creep, lags and modes are one filter, that of `dynamics`.
 //!
 //! | term | option | searched | enters as | chosen in |
 //! |---|---|---|---|---|

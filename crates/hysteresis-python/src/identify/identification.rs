@@ -607,10 +607,11 @@ impl Identification {
     }
 
     /// Which terms were tried, or not, and why, in the order of the search. A term may be there more than once: it is
-    /// tried again when the model has changed. Creep, loop shift, weights and operators come last. Keys:
+    /// tried again when the model has changed. What cross-validation chose comes last. Keys:
     ///
     /// - term: its name;
-    /// - beside: what the model had then of maps, slow gain, relaxing plays, creep and a lag in front;
+    /// - beside: what the model had then of maps, slow gain, relaxing plays, creep of every decade, a lag in front; creep,
+    ///   loop shift and operators name what of these and of the weights is beside them;
     /// - outcome: "better" if the search went on with it, else a word for why not, as "not_better" or "cannot_be_told";
     ///   the explanation of identification lists them;
     /// - judged_by: "held_out_error", the typical error on held-out stretches, or "evidence", the sum of squares in
