@@ -296,7 +296,7 @@ fn flat_ends(drive: &[f64], position: &[f64], noise: f64) -> Vec<FlatEnd> {
     const NEAR: f64 = 0.01;
     /// What stands still for fewer samples may do so by chance.
     const SHORTEST: usize = 5;
-    /// Rounding decides nothing.
+    /// Twice the way, and a little: rounding decides nothing.
     const TWICE: f64 = 2.01;
     let (low, high) = signal::bounds(drive);
     let of_turn = |turn: &usize| {
