@@ -99,7 +99,7 @@ def left_out(first: int, last: int) -> float:
 
 
 def test_a_part_of_the_measured_stack_that_was_not_fitted_is_predicted() -> None:
-    # The sensor has 0.07 um, and 0.085 um is what a causal model can hope for.
+    # The sensor has 0.07 um.
     assert left_out(1800, 2500) < 0.09
 
 

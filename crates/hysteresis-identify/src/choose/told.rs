@@ -8,7 +8,7 @@ use crate::judge::loops::tells_speeds;
 use crate::options::{Options, Setting};
 use crate::records::course::turns;
 use crate::records::record::{Intervals, Record};
-use crate::records::signal::{as_f64, bounds_of};
+use crate::records::signal::{SWING, as_f64, bounds_of};
 use crate::terms::creep::CreepModel;
 use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
@@ -17,9 +17,6 @@ use crate::terms::operators::ModelKind;
 use crate::terms::relaxing_plays::RelaxingPlaysModel;
 use crate::terms::slow_gain::SlowGainModel;
 use crate::terms::weights::WeightLaw;
-
-/// Swings below this share of the range of the input are none.
-const SMALLEST_SWING: f64 = 0.05;
 
 /// Swings that differ by less than this share of the range are alike.
 const ALIKE: f64 = 0.1;
@@ -54,7 +51,7 @@ impl Variety {
     pub(crate) fn of(records: &[Record<'_>]) -> Self {
         let (low, high) = bounds_of(records.iter().map(Record::input_bounds));
         let range = high - low;
-        let swings: Vec<Vec<f64>> = records.iter().map(|record| swings(record, SMALLEST_SWING * range)).collect();
+        let swings: Vec<Vec<f64>> = records.iter().map(|record| swings(record, SWING * range)).collect();
         let alike = ALIKE * range;
         let told = records.len() > 1 || swings.iter().any(|swings| comes_back(swings, alike) >= ENOUGH);
         let amplitudes = classes(&swings.concat(), alike).len() >= ENOUGH;

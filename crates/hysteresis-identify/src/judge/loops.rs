@@ -7,10 +7,7 @@ use crate::judge::finding_code::FindingCode;
 use crate::judge::sample_ranges::{input_bounds, named_sample};
 use crate::records::record::Record;
 use crate::records::signal;
-use crate::records::signal::{Line, as_f64};
-
-/// A swing of the input counts from this share of its range on.
-const SWING: f64 = 0.05;
+use crate::records::signal::{Line, SWING, as_f64};
 
 /// The position falls where the drive rises.
 pub(crate) fn wrong_sign(record: &Record<'_>) -> Option<Finding> {
@@ -362,7 +359,6 @@ fn loops(records: &[Record<'_>], swing: f64) -> Vec<Loop> {
 /// A dead time that is long beside the slowest motion.
 pub(crate) fn implausible(records: &[Record<'_>], chain: &Chain) -> Option<Finding> {
     const LIMIT: f64 = 0.1;
-    const SWING: f64 = 0.05;
     let slowest = |record: &Record<'_>| {
         let input = &record.input()[record.skip()..];
         let (low, high) = signal::bounds(input);

@@ -6,7 +6,7 @@ use crate::judge::finding_code::FindingCode;
 use crate::judge::sample_ranges::named_sample;
 use crate::records::record::Record;
 use crate::records::signal;
-use crate::records::signal::as_f64;
+use crate::records::signal::{SWING, as_f64};
 
 /// More is left than noise, beside the range of the position in all records.
 pub(crate) fn poor_fit(residual: &[f64], range: f64) -> Finding {
@@ -93,7 +93,6 @@ fn level(block: &[f64], middle: f64) -> f64 {
 /// motion is no sign of a transient.
 fn swings_on(input: &[f64], end: usize) -> bool {
     const SAME: f64 = 0.7;
-    const SWING: f64 = 0.05;
     /// The usual step before and after is alike within this factor: what a chirp does later is no settled beginning.
     const ALIKE: f64 = 2.5;
     let range = |values: &[f64]| {

@@ -8,7 +8,7 @@ use crate::judge::finding_code::FindingCode;
 use crate::judge::sample_ranges::{leave_out, mend, named, named_sample, stretches};
 use crate::records::record::Record;
 use crate::records::signal;
-use crate::records::signal::as_f64;
+use crate::records::signal::{SWING, as_f64};
 
 /// Samples to either side of one whose median tells a glitch from the signal.
 const AROUND: usize = 5;
@@ -52,8 +52,6 @@ fn near_turns(input: &[f64]) -> Vec<bool> {
 /// else and behind several turns: a mode or a lag lets what a model lacks at the turns come later.
 fn lacking_behind_turns(input: &[f64], share: impl Fn(usize) -> f64, limit: f64) -> Vec<bool> {
     const TURNS: usize = 3;
-    /// What turns back by less of the range may be noise.
-    const SWING: f64 = 0.05;
     /// By how much denser far samples are there.
     const DENSER: f64 = 8.0;
     /// What lies further than so many times the usual of these is a glitch there, too.
@@ -375,12 +373,16 @@ fn curvature(values: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
+    /// As good as white, below 1e-3.
+    fn noise(k: usize) -> f64 {
+        1e-3 * ((as_f64(k) * 12.9898).sin() * 43758.5453).fract()
+    }
+
     /// What a model lacks behind every fast turn is no glitch, and one elsewhere still is.
     #[test]
     fn what_is_lacking_behind_turns_is_no_glitch() {
         let drive: Vec<f64> = (0..1000).map(|k| (as_f64(k % 100) / 50.0 - 1.0).abs()).collect();
-        let mut residual: Vec<f64> =
-            (0..1000).map(|k| 1e-3 * ((as_f64(k) * 12.9898).sin() * 43758.5453).fract()).collect();
+        let mut residual: Vec<f64> = (0..1000).map(noise).collect();
         let told = |residual: &[f64]| {
             let found = outliers(&Record::new(&drive, &drive, 0).unwrap(), residual).unwrap();
             (found.value > found.limit).then_some(found.sample)
@@ -406,8 +408,7 @@ mod tests {
     #[test]
     fn glitches_of_short_loops_are_told() {
         let drive: Vec<f64> = (0..1000).map(|k| (as_f64(k % 20) / 10.0 - 1.0).abs()).collect();
-        let mut residual: Vec<f64> =
-            (0..1000).map(|k| 1e-3 * ((as_f64(k) * 12.9898).sin() * 43758.5453).fract()).collect();
+        let mut residual: Vec<f64> = (0..1000).map(noise).collect();
         for k in [113, 316, 544, 789, 901] {
             residual[k] = 0.1;
         }

@@ -7,6 +7,7 @@ use crate::judge::finding_code::FindingCode;
 use crate::judge::sample_ranges::{leave_out, named_sample, stretches};
 use crate::records::record::Record;
 use crate::records::signal;
+use crate::records::signal::SWING;
 
 /// Where the position stands still while the drive moves on: at its ends, and between them.
 pub(crate) struct Stays {
@@ -208,9 +209,6 @@ fn stays(values: &[f64], other: &[f64], range: f64) -> Vec<(f64, Range<usize>)> 
     stays.sort_by(|a, b| b.0.total_cmp(&a.0));
     stays
 }
-
-/// A swing of the drive counts from this share of its range on.
-const SWING: f64 = 0.05;
 
 /// What is within so many standard deviations of the noise of a level is at that level.
 const NOISE: f64 = 5.0;

@@ -243,6 +243,9 @@ pub(crate) fn speed(input: &[f64], skip: usize, delay: f64) -> Vec<f64> {
         .collect()
 }
 
+/// A swing counts from this share of the range of the drive on: what turns back by less may be noise.
+pub(crate) const SWING: f64 = 0.05;
+
 /// The samples where the signal turns, counting only swings of at least so much; its ends are no turns.
 pub(crate) fn turns(values: &[f64], swing: f64) -> Vec<usize> {
     let mut found = Vec::new();

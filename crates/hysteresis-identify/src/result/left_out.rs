@@ -10,13 +10,10 @@ use crate::error::Error;
 use crate::fit::own_columns::{OwnColumns, below_own, own_values};
 use crate::fit::tangent::Tangent;
 use crate::records::record::{Record, leaving_out};
-use crate::records::signal::{as_f64, bounds, bounds_of, turns};
+use crate::records::signal::{SWING, as_f64, bounds, bounds_of, turns};
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
 use crate::terms::weights::{WeightBasis, penalised};
-
-/// The input turns round where it goes back by this share of its range.
-const SWING: f64 = 0.05;
 
 /// With more loops than this, neighbours are left out together.
 const MOST: usize = 200;
