@@ -102,9 +102,10 @@ impl<O: Operator> Process for Tracked<O> {
 /// let play = Play::new(10.0)?;
 /// assert_eq!(play.next(0.0, 25.0), 15.0); // pushed from the left
 /// assert_eq!(play.next(15.0, 20.0), 15.0); // inside the gap nothing moves
+/// assert_eq!(Play::default().next(0.0, 25.0), 25.0); // no gap: the identity
 /// # Ok::<(), hysteresis_core::Error>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Play {
     r: f64,
 }

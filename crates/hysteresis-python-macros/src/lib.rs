@@ -173,7 +173,7 @@ fn converted(
         };
     }
     let shown = gathered.as_ref().map(|gathered| shown(called, gathered, &seen)).transpose()?;
-    let put = gathered.as_ref().map_or(Ok(None), |gathered| put(gathered, &seen))?;
+    let put = gathered.as_ref().map_or(Ok(None), |gathered| turned_round(gathered, &seen))?;
     if seen.is_empty() || is_private || matches!(kind, Kind::Getter | Kind::Setter | Kind::Magic) {
         return Ok(Converted { conversions, shown, put });
     }
@@ -200,12 +200,14 @@ fn converted(
 
 /// `#[gather(name: Type = base, put)]`: the options of which the parameters with `field` set a field, where they are
 /// given. All else is as in the base, by default that of the type. `put` is a function beside the method that turns it
-/// round: it puts the parameters that make given options into a dictionary.
+/// round: it puts the parameters that make given options into a dictionary. With `as NAMES` in its place a constant
+/// beside the method has the names of the parameters.
 struct Gathered {
     name: Ident,
     ty: syn::Path,
     base: Expr,
     put: Option<Ident>,
+    names: Option<Ident>,
 }
 
 impl Parse for Gathered {
@@ -219,13 +221,17 @@ impl Parse for Gathered {
         } else {
             parse_quote!(Default::default())
         };
-        let put = if input.peek(Token![,]) {
+        let (mut put, mut names) = (None, None);
+        if input.peek(Token![,]) {
             input.parse::<Token![,]>()?;
-            Some(input.parse()?)
-        } else {
-            None
-        };
-        Ok(Self { name, ty, base, put })
+            if input.peek(Token![as]) {
+                input.parse::<Token![as]>()?;
+                names = Some(input.parse()?);
+            } else {
+                put = Some(input.parse()?);
+            }
+        }
+        Ok(Self { name, ty, base, put, names })
     }
 }
 
@@ -289,8 +295,12 @@ fn setting(parameter: &Parameter, field: &str, gathered: Option<&Gathered>) -> s
     })
 }
 
-/// The function that puts the parameters of options into a dictionary.
-fn put(gathered: &Gathered, seen: &[Parameter]) -> syn::Result<Option<proc_macro2::TokenStream>> {
+/// What turns the gathering round: the names of the parameters, or the function that puts them into a dictionary.
+fn turned_round(gathered: &Gathered, seen: &[Parameter]) -> syn::Result<Option<proc_macro2::TokenStream>> {
+    if let Some(constant) = &gathered.names {
+        let names = seen.iter().filter(|parameter| parameter.field.is_some()).map(|parameter| &parameter.name);
+        return Ok(Some(quote!(const #constant: &[&'static str] = &[#(#names),*];)));
+    }
     let Gathered { ty, put: Some(put), .. } = gathered else { return Ok(None) };
     let mut each = Vec::new();
     for Parameter { name, field, .. } in seen {

@@ -318,6 +318,7 @@ impl Argument<'_> for Object {
 }
 
 /// A number of samples, which may be zero.
+#[derive(PartialEq)]
 pub(crate) struct SampleCount(pub(crate) usize);
 
 #[py("int")]

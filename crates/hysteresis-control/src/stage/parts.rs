@@ -27,9 +27,9 @@ use crate::linear::{Creep, FirstOrder, LinearDynamics, check_time_constants};
 /// assert_eq!(stage.rest_drive(), 0.0);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageParts {
-    /// The hysteresis H.
+    /// The hysteresis H; by default none, so that the position is the drive.
     pub hysteresis: ModifiedPrandtlIshlinskii,
     /// A Duhem operator beside the hysteresis, of the same input; both outputs are added, in the unit of the position.
     pub duhem: Option<Box<Duhem<MAX_KNOTS>>>,
@@ -72,26 +72,7 @@ impl StageParts {
     /// Hysteresis alone.
     #[must_use]
     pub fn new(hysteresis: ModifiedPrandtlIshlinskii) -> Self {
-        Self {
-            hysteresis,
-            duhem: None,
-            input_map: None,
-            output_map: None,
-            amplifier: None,
-            loop_shift: None,
-            relaxing_plays: None,
-            slow_gain: None,
-            creep: None,
-            dynamics: LinearDynamics::none(),
-            dead_time: 0.0,
-            temperature: None,
-            limits: None,
-            slew: None,
-            noise: None,
-            error_band: None,
-            identified: None,
-            units: Units::default(),
-        }
+        Self { hysteresis, ..Self::default() }
     }
 }
 

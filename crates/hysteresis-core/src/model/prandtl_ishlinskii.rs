@@ -258,6 +258,14 @@ impl ModifiedPrandtlIshlinskii {
     }
 }
 
+/// No hysteresis: the output is the input.
+impl Default for ModifiedPrandtlIshlinskii {
+    fn default() -> Self {
+        let identity = CoupledPlay::from(Play::default());
+        Self { weights: [1.0].into(), weights_negative: None, operators: [identity].into(), offsets: Offsets::default() }
+    }
+}
+
 /// A play is a coupled play with four equal thresholds, so the conventional model is a modified one.
 impl From<&PrandtlIshlinskii> for ModifiedPrandtlIshlinskii {
     fn from(model: &PrandtlIshlinskii) -> Self {

@@ -1,7 +1,7 @@
 //! The preview of a controller.
 
 use hysteresis_control::feedforward::{DynamicsInverse, PreviewCoefficients, PreviewOptions, smoothing_kernel};
-use hysteresis_control::linear::LinearDynamics;
+use hysteresis_control::linear::{FirstOrder, LinearDynamics};
 use hysteresis_core as core;
 use hysteresis_python_macros::{function, methods};
 use numpy::PyArray1;
@@ -14,7 +14,7 @@ use crate::argument::{Class, SampleCount};
 use crate::convert::arrays::{PASS, check_room, read_only, vector};
 use crate::convert::errors::{self, raise};
 use crate::convert::objects::{Reduced, keywords, reduce};
-use crate::linear::dynamics::{LinearPart, dynamics_object, linear_dynamics};
+use crate::linear::dynamics::{dynamics_object, in_series, linear_dynamics};
 use crate::stage::stage::{Keywords, Stage, precompensate as drives};
 use crate::trajectories::positions::positions;
 
@@ -239,16 +239,16 @@ impl Preview {
 /// (True, True)
 #[function]
 pub(crate) fn preview(
-    #[py("Dynamics | None")] dynamics: Option<&Bound<'_, PyAny>>,
+    #[py("Dynamics | None")] dynamics: LinearDynamics,
     dt: f64,
     #[py(*)] ahead: SampleCount,
     #[py(= None)] window: Option<SampleCount>,
     #[py(= None)] degree: Option<SampleCount>,
     #[py(= None)] band: Option<f64>,
-    #[py(= None)] amplifier_bandwidth: Option<f64>,
+    #[py(= None)] amplifier_bandwidth: Option<FirstOrder>,
     #[py(= None)] dead_time: Option<f64>,
 ) -> PyResult<Preview> {
-    let chain = LinearPart { dynamics, amplifier_bandwidth, dead_time }.dynamics()?;
+    let chain = in_series(amplifier_bandwidth, dynamics, dead_time.unwrap_or(0.0))?;
     let options = PreviewOptions {
         ahead: ahead.0,
         window: window.map(|window| window.0),
@@ -305,13 +305,13 @@ pub(crate) fn invert_dynamics<'py>(
     py: Python<'py>,
     #[py("ArrayLike | Trajectory")] reference: &Bound<'py, PyAny>,
     dt: f64,
-    #[py(*, "Dynamics | None" = None)] dynamics: Option<&Bound<'py, PyAny>>,
-    #[py(= None)] amplifier_bandwidth: Option<f64>,
+    #[py(*, "Dynamics | None" = None)] dynamics: LinearDynamics,
+    #[py(= None)] amplifier_bandwidth: Option<FirstOrder>,
     #[py(= None)] dead_time: Option<f64>,
     #[py(= None)] start: Option<f64>,
     #[py(= None)] seconds: Option<f64>,
 ) -> Vector<'py> {
-    let dynamics = LinearPart { dynamics, amplifier_bandwidth, dead_time }.dynamics()?;
+    let dynamics = in_series(amplifier_bandwidth, dynamics, dead_time.unwrap_or(0.0))?;
     let reference = positions("reference", reference, dt, seconds)?;
     check_room("reference", reference.len(), PASS)?;
     let inputs = py.detach(|| DynamicsInverse::new(&dynamics, dt)?.invert(&reference, start)).map_err(raise)?;

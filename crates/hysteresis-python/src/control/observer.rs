@@ -1,7 +1,8 @@
 //! The position behind a noisy measurement.
 
 use hysteresis_control::linear::LinearDynamics;
-use hysteresis_control::{ObserverOptions, stage};
+use hysteresis_control::stage::{self, StageParts};
+use hysteresis_control::ObserverOptions;
 use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -11,7 +12,7 @@ use crate::argument::{Asked, Class};
 use crate::convert::arrays::vector;
 use crate::convert::errors::raise;
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
-use crate::stage::stage::{Stage, StageKeywords};
+use crate::stage::stage::{Stage, stage_or_around};
 use crate::stream::blocks::run_both;
 
 /// A state observer: what the model of a stage and a noisy measurement say together of the position.
@@ -78,11 +79,11 @@ impl Observer {
         #[py(*)] drift: f64,
         dt: f64,
         #[py(= None)] noise: Option<f64>,
-        #[py("Dynamics | None" = None)] dynamics: Option<LinearDynamics>,
+        #[py("Dynamics | None" = None)] dynamics: LinearDynamics,
         #[py(= 0.0)] dead_time: Asked<f64>,
     ) -> PyResult<Self> {
-        let parts = StageKeywords { dynamics, dead_time, ..StageKeywords::default() };
-        Self::of(parts.stage_or_around("stage", stage)?, dt, drift, noise)
+        let parts = StageParts { dynamics, ..StageParts::default() };
+        Self::of(stage_or_around("stage", stage, parts, dead_time)?, dt, drift, noise)
     }
 
     /// Takes the drive that was held since the last sample, and the measurement of now; returns the position of now.

@@ -1,7 +1,7 @@
 //! What a tuning is, and what it makes over frequency.
 
-use hysteresis_control::linear::LinearDynamics;
-use hysteresis_control::stage::{self, PEAK_SENSITIVITY, Stage};
+use hysteresis_control::linear::{FirstOrder, LinearDynamics};
+use hysteresis_control::stage::{self, PEAK_SENSITIVITY, Stage, StageParts};
 use hysteresis_control::tuning::{self, LoopFamily, Structure, TuningOptions};
 use hysteresis_python_macros::{copies, function, methods};
 use numpy::{Complex64, PyArray1};
@@ -18,7 +18,7 @@ use crate::convert::arrays;
 use crate::convert::errors::{raise, value, wrong_type};
 use crate::convert::objects::{Reduced, keywords, reduce, shared};
 use crate::plant::plant::Plant;
-use crate::stage::stage::StageKeywords;
+use crate::stage::stage::stage_or_around;
 
 /// Filters and gains of the feedback, and how robust the loop is with them: made by `tune`.
 ///
@@ -413,23 +413,24 @@ pub(crate) fn tune(
     #[py("Model | Stage | Plant")] stage: &Bound<'_, PyAny>,
     #[py(*, = None)] dt: Option<f64>,
     #[py(field = 1.7)] peak_sensitivity: f64,
-    #[py("Dynamics | None" = None)] dynamics: Option<LinearDynamics>,
-    #[py(= None)] amplifier_bandwidth: Option<f64>,
+    #[py("Dynamics | None" = None)] dynamics: LinearDynamics,
+    #[py(= None)] amplifier_bandwidth: Option<FirstOrder>,
     #[py(= 0.0)] dead_time: Asked<f64>,
     #[py(field = None)] frequency_uncertainty: Option<f64>,
     #[py(field = None)] damping_uncertainty: Option<f64>,
     #[py(field, "Structure | None" = None)] structure: Option<Structure>,
 ) -> PyResult<Tuning> {
-    let parts = StageKeywords { dynamics, amplifier_bandwidth, dead_time, ..StageKeywords::default() };
+    let parts = StageParts { dynamics, amplifier: amplifier_bandwidth, ..StageParts::default() };
+    let is_alone = parts == StageParts::default() && !dead_time.is_given;
     let (stage, dt) = match (stage.cast::<Plant>(), dt) {
-        (Ok(plant), None) if parts.is_empty() => (shared(plant)?.plant.stage().clone(), shared(plant)?.plant.dt()),
+        (Ok(plant), None) if is_alone => (shared(plant)?.plant.stage().clone(), shared(plant)?.plant.dt()),
         (Ok(_), _) => {
             return Err(wrong_type(
                 "stage",
                 "expected a stage or model beside other keywords, got a Plant, which has its own",
             ));
         }
-        (Err(_), Some(dt)) => (parts.stage_or_around("stage", stage)?, dt),
+        (Err(_), Some(dt)) => (stage_or_around("stage", stage, parts, dead_time)?, dt),
         (Err(_), None) => return Err(wrong_type("dt", "expected the sampling interval in seconds, got None")),
     };
     demands.tune(py, stage, dt)

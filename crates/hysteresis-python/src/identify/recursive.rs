@@ -11,7 +11,7 @@ use pythonize::{depythonize, pythonize};
 use crate::argument::Class;
 use crate::convert::errors::{self, raise, wrong_type};
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, shared};
-use crate::linear::dynamics::{LinearPart, dynamics_object};
+use crate::linear::dynamics::{dynamics_object, in_series};
 use crate::model::models::object;
 
 /// The weights of a model that follow a running actuator: recursive least squares with forgetting.
@@ -77,12 +77,11 @@ impl RecursiveIdentifier {
         #[py(field = "fit")] output_offset: Setting<f64>,
         #[py(field = 1e12)] covariance: f64,
         #[py(field = 1e4)] covariance_limit: f64,
-        #[py("Dynamics | None" = None)] dynamics: Option<&Bound<'_, PyAny>>,
+        #[py("Dynamics | None" = None)] dynamics: LinearDynamics,
         #[py(= 0.0)] dead_time: f64,
         #[py(= None)] dt: Option<f64>,
     ) -> PyResult<Self> {
-        let part = LinearPart { dynamics, amplifier_bandwidth: None, dead_time: Some(dead_time) };
-        let dynamics = match (part.dynamics()?, dt) {
+        let dynamics = match (in_series(None, dynamics, dead_time)?, dt) {
             (none, _) if none == LinearDynamics::none() => None,
             (dynamics, Some(dt)) => Some((dynamics, dt)),
             (_, None) => {

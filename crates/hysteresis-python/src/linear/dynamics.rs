@@ -1,6 +1,7 @@
 //! Linear dynamics from whatever describes them, and the objects that describe them.
 
 use hysteresis_control::linear::{self, Dynamics, LinearDynamics, Section};
+use hysteresis_python_macros::py;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
@@ -73,9 +74,19 @@ pub(crate) fn linear_dynamics(name: &str, value: &Bound<'_, PyAny>) -> PyResult<
     foreign(name, value)?.ok_or_else(|| unexpected(name, expected, value))
 }
 
+/// None is no dynamics.
 impl Argument<'_> for LinearDynamics {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        linear_dynamics(name, value)
+        if value.is_none() { Ok(Self::none()) } else { linear_dynamics(name, value) }
+    }
+}
+
+/// A lag from its cut-off frequency in Hz: an amplifier.
+#[py("float")]
+impl Argument<'_> for linear::FirstOrder {
+    fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let bandwidth = f64::from_argument(name, value)?;
+        Self::new(bandwidth).map_err(|error| raise(error.renamed(name, bandwidth)))
     }
 }
 
@@ -107,26 +118,12 @@ pub(crate) fn dynamics(py: Python<'_>, dynamics: Dynamics) -> PyResult<Py<PyAny>
     section(py, &dynamics.into())
 }
 
-/// The amplifier of a cut-off frequency in Hz.
-pub(crate) fn amplifier(bandwidth: f64) -> PyResult<linear::FirstOrder> {
-    linear::FirstOrder::new(bandwidth).map_err(|error| raise(error.renamed("amplifier_bandwidth", bandwidth)))
-}
-
-/// The keywords `dynamics`, `amplifier_bandwidth` and `dead_time`, as they came.
-pub(crate) struct LinearPart<'a, 'py> {
-    pub(crate) dynamics: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) amplifier_bandwidth: Option<f64>,
-    pub(crate) dead_time: Option<f64>,
-}
-
-impl LinearPart<'_, '_> {
-    /// Amplifier, dynamics and dead time in series.
-    pub(crate) fn dynamics(&self) -> PyResult<LinearDynamics> {
-        let amplifier = self.amplifier_bandwidth.map(amplifier).transpose()?;
-        let mut all = amplifier.map_or_else(LinearDynamics::none, LinearDynamics::from);
-        if let Some(dynamics) = self.dynamics {
-            all = all.then(linear_dynamics("dynamics", dynamics)?);
-        }
-        all.with_dead_time(self.dead_time.unwrap_or(0.0)).map_err(raise)
-    }
+/// Amplifier, dynamics and dead time in series.
+pub(crate) fn in_series(
+    amplifier: Option<linear::FirstOrder>,
+    dynamics: LinearDynamics,
+    dead_time: f64,
+) -> PyResult<LinearDynamics> {
+    let amplifier = amplifier.map_or_else(LinearDynamics::none, LinearDynamics::from);
+    amplifier.then(dynamics).with_dead_time(dead_time).map_err(raise)
 }

@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 
 use hysteresis_control::linear::{self, LinearDynamics};
-use hysteresis_control::stage;
+use hysteresis_control::stage::{self, StageParts};
 use hysteresis_python_macros::methods;
 use hysteresis_simulate::plant::{self, PlantOptions};
 use numpy::ndarray::{Dim, Ix2};
@@ -17,7 +17,7 @@ use crate::argument::Asked;
 use crate::convert::arrays::{array, read_only, zeros};
 use crate::convert::errors::{self, raise, unexpected};
 use crate::convert::objects::{Reduced, exclusive, keywords, reduce, saved, shared};
-use crate::stage::stage::{Stage, StageKeywords};
+use crate::stage::stage::{Stage, stage_or_around};
 use crate::stream::blocks::BLOCK;
 
 /// A stage between its two converters, as a controller sees it: drive in, measurement out.
@@ -108,23 +108,16 @@ impl Plant {
         #[py(field = None)] dac_bits: Option<NonZeroUsize>,
         #[py(field = None)] adc_bits: Option<NonZeroUsize>,
         #[py(field, "Sequence[float] | None" = None)] adc_range: Option<(f64, f64)>,
-        #[py("Dynamics | None" = None)] dynamics: Option<LinearDynamics>,
-        #[py(= None)] amplifier_bandwidth: Option<f64>,
+        #[py("Dynamics | None" = None)] dynamics: LinearDynamics,
+        #[py(= None)] amplifier_bandwidth: Option<linear::FirstOrder>,
         #[py("Creep | None" = None)] creep: Option<linear::Creep>,
         #[py(= 0.0)] dead_time: Asked<f64>,
         #[py(= None)] noise: Option<f64>,
         #[py("Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
     ) -> PyResult<Self> {
-        let parts = StageKeywords {
-            dynamics,
-            amplifier_bandwidth,
-            creep,
-            dead_time,
-            noise,
-            limits,
-            ..StageKeywords::default()
-        };
-        Self::of(&parts.stage_or_around("stage", stage)?, dt, &converters)
+        let amplifier = amplifier_bandwidth;
+        let parts = StageParts { dynamics, amplifier, creep, noise, limits, ..StageParts::default() };
+        Self::of(&stage_or_around("stage", stage, parts, dead_time)?, dt, &converters)
     }
 
     /// Holds the drive for one sampling interval and returns the measurement at its end.

@@ -165,6 +165,7 @@ impl Stage {
     /// >>> run = mh.plant.simulate(whole, changed, mh.signals.sine(1.0, 20.0, seconds=1.5, rate=10e3))
     /// >>> whole.divergence_count, whole.learning_phase
     /// (1, 'stopped')
+    #[gather(wishes: Wishes)]
     fn controller(
         &self,
         py: Python<'_>,
@@ -174,29 +175,17 @@ impl Stage {
         #[py(*, = None)] kp: Option<f64>,
         #[py(= None)] ki: Option<f64>,
         #[py(= None)] tuning: Option<Bound<'_, Tuning>>,
-        #[py(= None)] ahead: Option<SampleCount>,
-        #[py("float | Literal['modes'] | None" = None)] smoothing: Option<Smoothing>,
-        #[py(= None)] drift: Option<f64>,
-        #[py(= None)] period: Option<NonZeroUsize>,
-        #[py(= None)] frequency_uncertainty: Option<f64>,
-        #[py(= None)] damping_uncertainty: Option<f64>,
-        #[py(= None)] max_measurement_step: Option<f64>,
+        #[py(field = None)] ahead: Option<SampleCount>,
+        #[py(field, "float | Literal['modes'] | None" = None)] smoothing: Option<Smoothing>,
+        #[py(field = None)] drift: Option<f64>,
+        #[py(field = None)] period: Option<NonZeroUsize>,
+        #[py(field = None)] frequency_uncertainty: Option<f64>,
+        #[py(field = None)] damping_uncertainty: Option<f64>,
+        #[py(field = None)] max_measurement_step: Option<f64>,
     ) -> PyResult<HybridController> {
-        let wishes = Wishes {
-            gains: self.gains((kp, ki), tuning.as_ref(), dt)?,
-            ahead: ahead.map(|ahead| ahead.0),
-            smoothing: match smoothing {
-                None => 0.0,
-                Some(Smoothing::Seconds(seconds)) => seconds,
-                Some(Smoothing::Modes) => self.0.smoothing(),
-            },
-            drift,
-            period: period.map(NonZeroUsize::get),
-            uncertainty: (frequency_uncertainty, damping_uncertainty),
-            max_measurement_step,
-        };
+        let gains = self.gains((kp, ki), tuning.as_ref(), dt)?;
         let limits = checked_limits(py, &self.0, limits)?;
-        self.made_controller(py, dt, limits, feedforward, wishes)
+        self.made_controller(py, dt, limits, feedforward, gains, &wishes)
     }
 
     /// An observer of this stage: as `control.Observer`.
@@ -286,8 +275,8 @@ impl Stage {
         let limits = checked_limits(py, &self.0, limits)?;
         let reference = samples("reference", reference, dt)?;
         let task = TrackingTask::new(&reference, period).map_err(raise)?;
-        let wishes = Wishes { gains: self.gains((kp, ki), None, dt)?, ..Wishes::default() };
-        let mut controller = self.made_controller(py, dt, limits, feedforward.0, wishes)?;
+        let gains = self.gains((kp, ki), None, dt)?;
+        let mut controller = self.made_controller(py, dt, limits, feedforward.0, gains, &Wishes::default())?;
         let mut plant = Plant::of(&self.0, dt, &converters)?;
         let tracking = Tracking::of(&mut controller.stage_controller);
         tracking.run(&task, &mut plant.plant, watch(py, reference.len(), progress)).map(Run)
@@ -332,6 +321,7 @@ impl Words for OfRecord {
 }
 
 /// Over which time references are smoothed.
+#[derive(Clone, Copy, PartialEq)]
 enum Smoothing {
     Seconds(f64),
     /// What the modes of the stage need.
@@ -365,13 +355,18 @@ impl Stage {
         dt: f64,
         limits: Option<(f64, f64)>,
         feedforward: Feedforward,
-        wishes: Wishes,
+        gains: Gains,
+        wishes: &Wishes,
     ) -> PyResult<HybridController> {
-        let Wishes { gains, ahead, smoothing, drift, period, uncertainty: (frequency, damping), max_measurement_step } =
-            wishes;
+        let smoothing = match wishes.smoothing {
+            None => 0.0,
+            Some(Smoothing::Seconds(seconds)) => seconds,
+            Some(Smoothing::Modes) => self.0.smoothing(),
+        };
+        let (frequency, damping) = (wishes.frequency_uncertainty, wishes.damping_uncertainty);
         if feedforward != Feedforward::Preview {
             let expected = "expected None without feedforward=\"preview\"";
-            if ahead.is_some() {
+            if wishes.ahead.is_some() {
                 return Err(errors::value("ahead", expected));
             }
             if smoothing != 0.0 {
@@ -379,7 +374,7 @@ impl Stage {
             }
         }
         for (name, given) in [("frequency_uncertainty", frequency), ("damping_uncertainty", damping)] {
-            if period.is_none() && given.is_some() {
+            if wishes.period.is_none() && given.is_some() {
                 return Err(errors::value(name, "expected None without period; for gains alone ask stage.tune"));
             }
         }
@@ -392,7 +387,7 @@ impl Stage {
                 self.0.controller_options_tuned(&asked, limits)
             }),
         };
-        let options = ControllerOptions { max_measurement_step, ..options.map_err(raise)? };
+        let options = ControllerOptions { max_measurement_step: wishes.max_measurement_step, ..options.map_err(raise)? };
         let source = match feedforward {
             Feedforward::Inverse | Feedforward::Preview => {
                 let amplifier = feedforward == Feedforward::Preview;
@@ -403,44 +398,37 @@ impl Stage {
         };
         let preview = match feedforward {
             Feedforward::Preview => {
-                let options = PreviewOptions::new(ahead.map_or_else(|| self.ahead(dt), Ok)?);
+                let ahead = wishes.ahead.as_ref().map_or_else(|| self.ahead(dt), |ahead| Ok(ahead.0))?;
+                let options = PreviewOptions::new(ahead);
                 let preview = self.made_preview(dt, &options)?;
                 Some(Py::new(py, if smoothing == 0.0 { preview } else { preview.behind_smoothing(smoothing)? })?)
             }
             _ => None,
         };
-        let observer = drift.map(|drift| Py::new(py, Observer::of(self.0.clone(), dt, drift, None)?)).transpose()?;
-        let repetitive = period.map(|period| {
+        let observer = wishes.drift.map(|drift| Py::new(py, Observer::of(self.0.clone(), dt, drift, None)?)).transpose()?;
+        let repetitive = wishes.period.map(|period| {
             let feedback = self.0.feedback_loop(dt, (options.kp, options.ki), options.filters).map_err(raise)?;
             let learning = RepetitiveOptions { uncertainty, ..RepetitiveOptions::default() };
-            Py::new(py, RepetitiveControl::of(feedback, period, learning)?)
+            Py::new(py, RepetitiveControl::of(feedback, period.get(), learning)?)
         });
         HybridController::of(Some(&source), preview, &options)?.with_parts(py, observer, repetitive.transpose()?)
     }
 }
 
-/// What is asked of a controller besides.
+/// What is asked of a controller besides, as it was given.
 #[derive(Default)]
 struct Wishes {
-    gains: Gains,
-    /// How many samples a preview looks ahead, unless that is left to the stage.
-    ahead: Option<usize>,
-    /// Over how many seconds references are smoothed.
-    smoothing: f64,
-    /// Of an observer.
+    ahead: Option<SampleCount>,
+    smoothing: Option<Smoothing>,
     drift: Option<f64>,
-    /// Of learning in the loop, in samples.
-    period: Option<usize>,
-    /// How far frequency and damping of modes may be from what is known, where learning is asked for.
-    uncertainty: (Option<f64>, Option<f64>),
-    /// How far a measurement may be from the last one.
+    period: Option<NonZeroUsize>,
+    frequency_uncertainty: Option<f64>,
+    damping_uncertainty: Option<f64>,
     max_measurement_step: Option<f64>,
 }
 
 /// The gains of a controller.
-#[derive(Default)]
 enum Gains {
-    #[default]
     Tuned,
     /// kp and ki, without filters.
     Given((f64, f64)),

@@ -25,7 +25,7 @@ use crate::convert::errors::{raise, unexpected, value, warn, warn_held_back, wro
 use crate::convert::files;
 use crate::convert::objects::{Reduced, keywords, reduce};
 use crate::linear::creep::Creep;
-use crate::linear::dynamics::{amplifier, dynamics_object};
+use crate::linear::dynamics::dynamics_object;
 use crate::model::duhem::Duhem;
 use crate::model::models::ModifiedPrandtlIshlinskii;
 use crate::trajectories::positions::samples;
@@ -100,14 +100,14 @@ impl Class for Stage {
 #[methods]
 impl Stage {
     #[new]
-    #[gather(keywords: StageKeywords)]
+    #[gather(parts: StageParts, as KEYWORDS)]
     fn new(
         hysteresis: Model,
         #[py(*, field, "Sequence[float] | None" = None)] limits: Option<(f64, f64)>,
         #[py(field = None)] slew: Option<f64>,
-        #[py(field = 0.0)] dead_time: Asked<f64>,
-        #[py(field = None)] amplifier_bandwidth: Option<f64>,
-        #[py(field, "Dynamics | Any | None" = None)] dynamics: Option<LinearDynamics>,
+        #[py(field = 0.0)] dead_time: f64,
+        #[py(field(amplifier) = None)] amplifier_bandwidth: Option<linear::FirstOrder>,
+        #[py(field, "Dynamics | Any | None" = None)] dynamics: LinearDynamics,
         #[py(field, "Creep | None" = None)] creep: Option<linear::Creep>,
         #[py(field, "LoopShift | None" = None)] loop_shift: Option<stage::LoopShift>,
         #[py(field, "RelaxingPlays | None" = None)] relaxing_plays: Option<stage::RelaxingPlays>,
@@ -119,7 +119,7 @@ impl Stage {
         #[py(field = None)] noise: Option<f64>,
         #[py(field, "tuple[str, str]" = ("V", "um"))] units: Units,
     ) -> PyResult<Self> {
-        keywords.stage(hysteresis).map(Self)
+        stage::Stage::new(StageParts { hysteresis: hysteresis.into(), ..parts }).map(Self).map_err(raise)
     }
 
     /// The hysteresis.
@@ -371,7 +371,7 @@ impl Stage {
         #[py(**, "Any")] changes: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let keywords = PyDict::new(slf.py());
-        for name in KEYWORDS {
+        for name in Self::KEYWORDS {
             keywords.set_item(name, slf.getattr(name)?)?;
         }
         if let Some(changes) = changes {
@@ -413,12 +413,15 @@ impl Stage {
         let range =
             self.0.drive_range().map_or(String::new(), |(low, high)| format!(", drive {low} to {high} {drive}"));
         let amplifier = if parts.amplifier.is_some() { ", amplifier" } else { "" };
-        let shift = if parts.loop_shift.is_some() { ", loop shift" } else { "" };
-        let duhem = if parts.duhem.is_some() { ", Duhem operator" } else { "" };
-        let plays = if parts.relaxing_plays.is_some() { ", relaxing plays" } else { "" };
-        let gain = if parts.slow_gain.is_some() { ", slow gain" } else { "" };
-        let creep = if parts.creep.is_some() { ", creep" } else { "" };
-        let temperature = if parts.temperature.is_some() { ", temperature" } else { "" };
+        let behind = [
+            (parts.duhem.is_some(), ", Duhem operator"),
+            (parts.loop_shift.is_some(), ", loop shift"),
+            (parts.relaxing_plays.is_some(), ", relaxing plays"),
+            (parts.slow_gain.is_some(), ", slow gain"),
+            (parts.creep.is_some(), ", creep"),
+            (parts.temperature.is_some(), ", temperature"),
+        ];
+        let behind: String = behind.iter().filter(|(has, _)| *has).map(|(_, part)| *part).collect();
         let dynamics = match parts.dynamics.order() {
             0 => "no dynamics".to_string(),
             order => format!("order {order} dynamics"),
@@ -426,7 +429,7 @@ impl Stage {
         let (operators, dead_time) = (self.0.model().operators(), 1e3 * parts.dead_time);
         format!(
             "<Stage: {operators} operators, {drive} to {position}{range}{amplifier}, {dynamics}, dead time {dead_time:.4} \
-             ms{duhem}{shift}{plays}{gain}{creep}{temperature}>"
+             ms{behind}>"
         )
     }
 
@@ -456,25 +459,6 @@ fn dictionary<'py>(py: Python<'py>, identified: &Identified) -> PyResult<Bound<'
     Ok(known)
 }
 
-/// The keywords of the constructor.
-const KEYWORDS: [&str; 15] = [
-    "limits",
-    "slew",
-    "dead_time",
-    "amplifier_bandwidth",
-    "dynamics",
-    "creep",
-    "loop_shift",
-    "relaxing_plays",
-    "slow_gain",
-    "duhem",
-    "temperature",
-    "input_map",
-    "output_map",
-    "noise",
-    "units",
-];
-
 /// A strictly monotone map from its points: a pair of arrays (x, y).
 impl Argument<'_> for PiecewiseLinearMap {
     fn from_argument(name: &'static str, points: &Bound<'_, PyAny>) -> PyResult<Self> {
@@ -500,65 +484,21 @@ impl Argument<'_> for Units {
     }
 }
 
-/// The keywords of a stage that were given.
-#[derive(Default, PartialEq)]
-pub(crate) struct StageKeywords {
-    pub(crate) limits: Option<(f64, f64)>,
-    pub(crate) slew: Option<f64>,
-    pub(crate) dead_time: Asked<f64>,
-    pub(crate) amplifier_bandwidth: Option<f64>,
-    pub(crate) dynamics: Option<LinearDynamics>,
-    pub(crate) creep: Option<linear::Creep>,
-    pub(crate) loop_shift: Option<stage::LoopShift>,
-    pub(crate) relaxing_plays: Option<stage::RelaxingPlays>,
-    pub(crate) slow_gain: Option<stage::SlowGain>,
-    pub(crate) duhem: Option<Box<core::Duhem<MAX_KNOTS>>>,
-    pub(crate) temperature: Option<stage::TemperatureTerm>,
-    pub(crate) input_map: Option<PiecewiseLinearMap>,
-    pub(crate) output_map: Option<PiecewiseLinearMap>,
-    pub(crate) noise: Option<f64>,
-    pub(crate) units: Units,
-}
-
-impl StageKeywords {
-    /// The stage around a hysteresis.
-    fn stage(self, hysteresis: Model) -> PyResult<stage::Stage> {
-        let alone = StageParts::new(hysteresis.into());
-        let parts = StageParts {
-            limits: self.limits,
-            slew: self.slew,
-            dead_time: self.dead_time.value,
-            amplifier: self.amplifier_bandwidth.map(amplifier).transpose()?,
-            dynamics: self.dynamics.unwrap_or_else(LinearDynamics::none),
-            creep: self.creep,
-            loop_shift: self.loop_shift,
-            relaxing_plays: self.relaxing_plays,
-            slow_gain: self.slow_gain,
-            duhem: self.duhem,
-            temperature: self.temperature,
-            input_map: self.input_map,
-            output_map: self.output_map,
-            noise: self.noise,
-            units: self.units,
-            ..alone
-        };
-        stage::Stage::new(parts).map_err(raise)
-    }
-
-    /// Whether none was given.
-    pub(crate) fn is_empty(&self) -> bool {
-        *self == Self::default()
-    }
-
-    /// The stage that the argument `name` is, or the one around the hysteresis that it is.
-    pub(crate) fn stage_or_around(self, name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<stage::Stage> {
-        match value.cast::<Stage>() {
-            Err(_) => self.stage(Model::from_argument(name, value)?),
-            Ok(stage) if self.is_empty() => Ok(stage.get().0.clone()),
-            Ok(_) => {
-                Err(wrong_type(name, "expected a model beside the parts of a stage, got a Stage, which has its own"))
-            }
+/// The stage that the argument `name` is, or the one of these parts around the hysteresis that it is. A dead time that
+/// was given counts as a part, be it 0.
+pub(crate) fn stage_or_around(
+    name: &'static str,
+    value: &Bound<'_, PyAny>,
+    parts: StageParts,
+    dead_time: Asked<f64>,
+) -> PyResult<stage::Stage> {
+    match value.cast::<Stage>() {
+        Err(_) => {
+            let hysteresis = Model::from_argument(name, value)?.into();
+            stage::Stage::new(StageParts { hysteresis, dead_time: dead_time.value, ..parts }).map_err(raise)
         }
+        Ok(stage) if parts == StageParts::default() && !dead_time.is_given => Ok(stage.get().0.clone()),
+        Ok(_) => Err(wrong_type(name, "expected a model beside the parts of a stage, got a Stage, which has its own")),
     }
 }
 
