@@ -19,7 +19,7 @@ use crate::terms::weights::{WeightBasis, penalised};
 const MOST: usize = 200;
 
 /// Into about how many stretches of loops records are cut for their error band.
-const STRETCHES: usize = 10;
+const STRETCHES: f64 = 10.0;
 
 /// One loop, predicted with and without its own share in the weights.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,7 +80,25 @@ impl Identification {
     ///
     /// Stretches are long, so that what is held out differs from what stays.
     pub(crate) fn held_out_residuals(&self, records: &[Record<'_>]) -> Result<Vec<Vec<f64>>, Error> {
-        self.left_out(records, &loops(records, STRETCHES), |pass, solutions| Ok(pass.held_out(solutions)))
+        self.left_out(records, &self.stretches(records), |pass, solutions| Ok(pass.held_out(solutions)))
+    }
+
+    /// The loops, those that follow each other together until a tenth of the time is over. By number, the many small
+    /// loops of a chirp would leave all the large ones in one stretch, and the others tell nothing of that.
+    fn stretches(&self, records: &[Record<'_>]) -> Vec<(usize, Range<usize>)> {
+        let seconds = |(place, samples): &(usize, Range<usize>)| {
+            as_f64(samples.len()) * records[*place].dt().unwrap_or(self.chain.dt)
+        };
+        let loops = loops(records, usize::MAX);
+        let least = loops.iter().map(seconds).sum::<f64>() / STRETCHES;
+        let mut stretches: Vec<(usize, Range<usize>)> = Vec::new();
+        for loop_ in loops {
+            match stretches.last_mut() {
+                Some(last) if last.0 == loop_.0 && seconds(last) < least => last.1.end = loop_.1.end,
+                _ => stretches.push(loop_),
+            }
+        }
+        stretches
     }
 
     /// Fits the weights without every loop, and takes what that makes of the loops.
