@@ -225,6 +225,18 @@ pub(crate) fn tells_speeds(records: &[Record<'_>]) -> bool {
     rates(records).is_none_or(|rates| rates.of_speed >= ONE_RATE)
 }
 
+/// Whether loops lie about several middles. Loops that only decay do not: what they leave says nothing of loops of the
+/// same size elsewhere.
+pub(crate) fn tells_middles(records: &[Record<'_>]) -> bool {
+    /// Of the range. Each loop of a decay in few cycles lies a little beside the one before.
+    const APART: f64 = 0.1;
+    let (low, high) = input_bounds(records);
+    let middles: Vec<f64> =
+        loops(records, SWING * (high - low)).iter().map(|one| 0.5 * (one.ends.0 + one.ends.1)).collect();
+    let (lowest, highest) = signal::bounds(&middles);
+    highest - lowest > APART * (high - low)
+}
+
 /// Speeds and frequencies of the drive from turn to turn: the largest, and its ratio to the smallest.
 struct Rates {
     of_speed: f64,

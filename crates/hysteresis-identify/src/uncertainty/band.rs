@@ -6,15 +6,17 @@
 //!
 //! Records that are all alike hold no loop out that differs from those that stay: their table promises too much. So does
 //! that of loops of any size at one speed, without rests: time and distance grow together there, and no record tells
-//! them apart. So the table gets a share of the width of the loop: little where loops were recorded, more where none
-//! were, less where the fit speaks for the model, and less as the records become various and the fit stays good. How
-//! large, other stages say: see docs/explanation/uncertainty.md.
+//! them apart. So does that of loops about one middle, as of a decay. So the table gets a share of the width of the
+//! loop: little where loops were recorded, more where none were, less where the fit speaks for the model, and less as
+//! the records become various and the fit stays good. How large, other stages say: see docs/explanation/uncertainty.md.
 
 use hysteresis_control::stage::{Branches, CELLS, ErrorBand, Place};
 
-use crate::judge::loops::tells_speeds;
+use crate::judge::finding::Finding;
+use crate::judge::finding_code::FindingCode;
+use crate::judge::loops::{tells_middles, tells_speeds};
 use crate::records::record::Record;
-use crate::records::signal::as_f64;
+use crate::records::signal::{as_f64, median};
 use crate::result::identification::Identification;
 use crate::terms::weights::WeightLaw;
 
@@ -24,6 +26,9 @@ const UNTOLD: (f64, f64) = (0.02, 0.06);
 
 /// The same of records that are alike.
 const UNTOLD_BY_LIKE: (f64, f64) = (0.03, 0.07);
+
+/// 95 % of a normal distribution lie within so many standard deviations.
+const NORMAL_95: f64 = 1.96;
 
 /// From how many cells on nothing is told of a place.
 const FAR: usize = 2;
@@ -63,21 +68,44 @@ impl Identification {
         let width = if width > 0.0 { width } else { USUAL_WIDTH * self.fit.range };
         let noise = self.sensor_noise();
         let table = Table::of(&samples, noise);
-        let one_speed = !tells_speeds(records);
-        let errors = table.errors(width, self.untruth(width), one_speed);
+        let are_alike = !(tells_speeds(records) && tells_middles(records));
+        let errors = table.errors(width, self.untruth(width), are_alike);
         let rates = samples.factors(&errors, noise, |sample| sample.rate);
         let times = samples.factors(&errors, noise, |sample| sample.seconds);
         ErrorBand::new(noise, self.drive_range, width, errors, rates, times).ok()
     }
 
-    /// How far what stages of other physics lack is to be expected of this one, from little to 1: a law of few unknowns
-    /// that leaves nothing but noise is true, while free weights, two maps or a second family follow any loop that they
-    /// are fitted to.
+    /// The same with a finding, where there is no other, if its band says that it is not known to about a hundredth of
+    /// the range what other motions do.
+    pub(crate) fn with_wide_band_named(mut self, records: &[Record<'_>]) -> Self {
+        /// Half of the way has a wider band, so a hundredth would let more than that pass.
+        const LIMIT: f64 = 0.009;
+        let Some(band) = self.error_band.as_ref().filter(|_| self.warnings.is_empty()) else { return self };
+        let of_record = |record: &Record<'_>| {
+            let dt = record.dt().unwrap_or(self.chain.dt);
+            band.deviations(record.input(), &[], dt).unwrap_or_default()
+        };
+        let deviations: Vec<f64> = records.iter().flat_map(of_record).collect();
+        let value = NORMAL_95 * median(&deviations) / self.fit.range;
+        if value > LIMIT {
+            let message = format!(
+                "the records leave open what other motions do: the error band of 95 % is {:.1} % of the range to either side",
+                100.0 * value
+            );
+            self.warnings.push(Finding::new(FindingCode::WideErrorBand, value, LIMIT, message));
+        }
+        self
+    }
+
+    /// How far what stages of other physics lack is to be expected of this one. Little: a law of few unknowns that
+    /// leaves nothing but noise is true. 1: free weights, two maps, relaxing plays or a second family follow any loop
+    /// that they are fitted to. More where several of these are needed: such a stage is none that the model describes.
     fn untruth(&self, width: f64) -> f64 {
         let both_maps = self.input_map().is_some() && self.output_map().is_some();
-        let follows_anything = both_maps || self.relaxing_plays.is_some() || self.duhem().is_some();
-        if self.weights != WeightLaw::Quadratic || follows_anything {
-            return 1.0;
+        let follow_anything = [both_maps, self.relaxing_plays.is_some(), self.duhem().is_some()];
+        let count = follow_anything.iter().filter(|has| **has).count();
+        if self.weights != WeightLaw::Quadratic || count > 0 {
+            return as_f64(count.max(1));
         }
         let noise = self.sensor_noise();
         let left = (self.fit.rmse.powi(2) - noise.powi(2)).max(0.0).sqrt().hypot(TOLD_FROM_NOISE * noise);
@@ -176,14 +204,14 @@ impl Table {
 
     /// The whole table, rms: of every cell the second largest square around it, and what stages of this loop width lack
     /// besides.
-    fn errors(&self, width: f64, untruth: f64, one_speed: bool) -> Vec<Vec<f64>> {
+    fn errors(&self, width: f64, untruth: f64, are_alike: bool) -> Vec<Vec<f64>> {
         let seen = self.all().count();
         if seen == 0 {
             return vec![vec![UNTOLD_BY_LIKE.1 * untruth * width; CELLS]; CELLS];
         }
         let unseen = 1.0 - as_f64(seen) / as_f64(CELLS * CELLS);
         let unlike_cells = ((unseen - UNSEEN.0) / (UNSEEN.1 - UNSEEN.0)).clamp(0.0, 1.0);
-        let alike = if one_speed { 1.0 } else { unlike_cells };
+        let alike = if are_alike { 1.0 } else { unlike_cells };
         let error = (self.all().map(|(.., square)| square).sum::<f64>() / as_f64(seen)).sqrt();
         let (by_like, by_various) = (alike * untruth, (1.0 - alike) * (error / (USUAL * width)).min(1.0));
         let part = |(near, distant): (f64, f64), far: f64| near + (distant - near) * far;
