@@ -262,7 +262,12 @@ impl ModifiedPrandtlIshlinskii {
 impl Default for ModifiedPrandtlIshlinskii {
     fn default() -> Self {
         let identity = CoupledPlay::from(Play::default());
-        Self { weights: [1.0].into(), weights_negative: None, operators: [identity].into(), offsets: Offsets::default() }
+        Self {
+            weights: [1.0].into(),
+            weights_negative: None,
+            operators: [identity].into(),
+            offsets: Offsets::default(),
+        }
     }
 }
 

@@ -12,11 +12,9 @@
 
 use hysteresis_control::stage::{Branches, CELLS, ErrorBand, Place};
 
-use crate::judge::finding::Finding;
-use crate::judge::finding_code::FindingCode;
 use crate::judge::loops::{tells_middles, tells_speeds};
 use crate::records::record::Record;
-use crate::records::signal::{as_f64, median};
+use crate::records::signal::as_f64;
 use crate::result::identification::Identification;
 use crate::terms::weights::WeightLaw;
 
@@ -26,9 +24,6 @@ const UNTOLD: (f64, f64) = (0.02, 0.06);
 
 /// The same of records that are alike.
 const UNTOLD_BY_LIKE: (f64, f64) = (0.03, 0.07);
-
-/// 95 % of a normal distribution lie within so many standard deviations.
-const NORMAL_95: f64 = 1.96;
 
 /// From how many cells on nothing is told of a place.
 const FAR: usize = 2;
@@ -75,37 +70,14 @@ impl Identification {
         ErrorBand::new(noise, self.drive_range, width, errors, rates, times).ok()
     }
 
-    /// The same with a finding, where there is no other, if its band says that it is not known to about a hundredth of
-    /// the range what other motions do.
-    pub(crate) fn with_wide_band_named(mut self, records: &[Record<'_>]) -> Self {
-        /// Half of the way has a wider band, so a hundredth would let more than that pass.
-        const LIMIT: f64 = 0.009;
-        let Some(band) = self.error_band.as_ref().filter(|_| self.warnings.is_empty()) else { return self };
-        let of_record = |record: &Record<'_>| {
-            let dt = record.dt().unwrap_or(self.chain.dt);
-            band.deviations(record.input(), &[], dt).unwrap_or_default()
-        };
-        let deviations: Vec<f64> = records.iter().flat_map(of_record).collect();
-        let value = NORMAL_95 * median(&deviations) / self.fit.range;
-        if value > LIMIT {
-            let message = format!(
-                "the records leave open what other motions do: the error band of 95 % is {:.1} % of the range to either side",
-                100.0 * value
-            );
-            self.warnings.push(Finding::new(FindingCode::WideErrorBand, value, LIMIT, message));
-        }
-        self
-    }
-
-    /// How far what stages of other physics lack is to be expected of this one. Little: a law of few unknowns that
-    /// leaves nothing but noise is true. 1: free weights, two maps, relaxing plays or a second family follow any loop
-    /// that they are fitted to. More where several of these are needed: such a stage is none that the model describes.
+    /// How far what stages of other physics lack is to be expected of this one, from little to 1: a law of few unknowns
+    /// that leaves nothing but noise is true, while free weights, two maps or a second family follow any loop that they
+    /// are fitted to.
     fn untruth(&self, width: f64) -> f64 {
         let both_maps = self.input_map().is_some() && self.output_map().is_some();
-        let follow_anything = [both_maps, self.relaxing_plays.is_some(), self.duhem().is_some()];
-        let count = follow_anything.iter().filter(|has| **has).count();
-        if self.weights != WeightLaw::Quadratic || count > 0 {
-            return as_f64(count.max(1));
+        let follows_anything = both_maps || self.relaxing_plays.is_some() || self.duhem().is_some();
+        if self.weights != WeightLaw::Quadratic || follows_anything {
+            return 1.0;
         }
         let noise = self.sensor_noise();
         let left = (self.fit.rmse.powi(2) - noise.powi(2)).max(0.0).sqrt().hypot(TOLD_FROM_NOISE * noise);

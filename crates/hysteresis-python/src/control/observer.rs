@@ -1,8 +1,8 @@
 //! The position behind a noisy measurement.
 
+use hysteresis_control::ObserverOptions;
 use hysteresis_control::linear::LinearDynamics;
 use hysteresis_control::stage::{self, StageParts};
-use hysteresis_control::ObserverOptions;
 use hysteresis_python_macros::methods;
 use numpy::PyArray1;
 use pyo3::prelude::*;

@@ -387,7 +387,8 @@ impl Stage {
                 self.0.controller_options_tuned(&asked, limits)
             }),
         };
-        let options = ControllerOptions { max_measurement_step: wishes.max_measurement_step, ..options.map_err(raise)? };
+        let options =
+            ControllerOptions { max_measurement_step: wishes.max_measurement_step, ..options.map_err(raise)? };
         let source = match feedforward {
             Feedforward::Inverse | Feedforward::Preview => {
                 let amplifier = feedforward == Feedforward::Preview;
@@ -405,7 +406,8 @@ impl Stage {
             }
             _ => None,
         };
-        let observer = wishes.drift.map(|drift| Py::new(py, Observer::of(self.0.clone(), dt, drift, None)?)).transpose()?;
+        let observer =
+            wishes.drift.map(|drift| Py::new(py, Observer::of(self.0.clone(), dt, drift, None)?)).transpose()?;
         let repetitive = wishes.period.map(|period| {
             let feedback = self.0.feedback_loop(dt, (options.kp, options.ki), options.filters).map_err(raise)?;
             let learning = RepetitiveOptions { uncertainty, ..RepetitiveOptions::default() };
