@@ -267,10 +267,10 @@ def test_loops_of_one_speed_promise_nothing_of_another() -> None:
     assert np.mean(np.abs(missed - missed.mean()) <= 0.5 * (high - low)) > 0.9
 
 
-def test_the_small_loops_of_a_chirp_do_not_put_all_large_ones_aside() -> None:
+def test_many_small_loops_do_not_put_all_large_ones_aside() -> None:
     """Large loops that are held out together leave nothing that tells the weights of theirs."""
     decay = path([50.0, *(50.0 + a for a in (50.0, -50.0, 42.0, -42.0, 33.0, -33.0, 20.0, -20.0))])
-    chirp = 50.0 + 4.0 * np.sin(2.0 * np.pi * np.arange(1440) / 8.0)
+    small = 50.0 + 4.0 * np.sin(2.0 * np.pi * np.arange(1440) / 8.0)
 
     def half(drive: Array) -> float:
         y = plays(drive) + np.random.default_rng(1).normal(0.0, NOISE, drive.size)
@@ -278,8 +278,8 @@ def test_the_small_loops_of_a_chirp_do_not_put_all_large_ones_aside() -> None:
         _, low, high = found.predict(decay, dt=DT, interval=0.95)
         return 0.5 * float(np.median(high - low))
 
-    # 1.0 was measured.
-    assert half(np.concatenate([decay, chirp])) < 1.5 * half(decay)
+    # 1.0 was measured, and 8.6 with stretches of equal numbers of loops.
+    assert half(np.concatenate([decay, small])) < 1.5 * half(decay)
 
 
 def test_loops_about_one_middle_promise_nothing_of_others() -> None:

@@ -243,3 +243,20 @@ def test_follow_takes_over_the_history() -> None:
     inverse.follow(before)
     target = forward.position + raster(0.1, stroke=20.0)
     np.testing.assert_allclose(forward.run(inverse.run(target)), target, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [{"dead_time": 0.0}, {"dynamics": mh.plant.FirstOrder(50.0)}, {"amplifier_bandwidth": 50.0}],
+)
+def test_a_stage_has_its_own_parts(parts: dict[str, Any]) -> None:
+    stage = mh.Stage(mh.PrandtlIshlinskii([1.0], [0.0]), dead_time=1e-3)
+    expected = "stage: expected a model beside the parts of a stage, got a Stage, which has its own"
+    with pytest.raises(TypeError, match=expected):
+        mh.plant.Plant(stage, dt=1e-3, **parts)
+    with pytest.raises(TypeError, match=expected):
+        mh.control.tune(stage, dt=1e-3, **parts)
+    none_given: dict[str, Any] = dict.fromkeys(parts)
+    assert mh.plant.Plant(stage, dt=1e-3, **none_given).run([1.0, 1.0])[0].shape == (2,)
+    with pytest.raises(ValueError, match="amplifier_bandwidth: expected"):
+        mh.plant.Plant(stage, dt=1e-3, amplifier_bandwidth=-1.0)

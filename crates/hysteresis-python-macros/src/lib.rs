@@ -75,8 +75,8 @@ pub fn methods(classes: TokenStream, item: TokenStream) -> TokenStream {
             Ok(done) => {
                 method.block.stmts.splice(0..0, done.conversions);
                 shown.extend(done.shown);
-                if let Some(put) = done.put {
-                    shown.push(quote!(impl #ty { #put }));
+                if let Some(beside) = done.beside {
+                    shown.push(quote!(impl #ty { #beside }));
                 }
             }
             Err(error) => return error.to_compile_error().into(),
@@ -104,8 +104,8 @@ struct Converted {
     conversions: Vec<Stmt>,
     /// The comparison of the defaults that are shown with those that take effect.
     shown: Option<proc_macro2::TokenStream>,
-    /// A function for the same class.
-    put: Option<proc_macro2::TokenStream>,
+    /// An item for the same class.
+    beside: Option<proc_macro2::TokenStream>,
 }
 
 /// `#[copies(Other)]` of a class: it has the fields of the other struct, under the same names.
@@ -173,9 +173,12 @@ fn converted(
         };
     }
     let shown = gathered.as_ref().map(|gathered| shown(called, gathered, &seen)).transpose()?;
-    let put = gathered.as_ref().map_or(Ok(None), |gathered| turned_round(gathered, &seen))?;
+    let beside = gathered.as_ref().map_or(Ok(None), |gathered| turned_round(gathered, &seen))?;
+    if beside.is_some() && kind == Kind::Function {
+        return Err(syn::Error::new_spanned(&*signature, "a function has no class for an item beside it"));
+    }
     if seen.is_empty() || is_private || matches!(kind, Kind::Getter | Kind::Setter | Kind::Magic) {
-        return Ok(Converted { conversions, shown, put });
+        return Ok(Converted { conversions, shown, beside });
     }
     let first = match kind {
         Kind::Method => Some("$self"),
@@ -195,19 +198,24 @@ fn converted(
     let signature: proc_macro2::TokenStream = signature.parse()?;
     attributes.push(parse_quote!(#[pyo3(signature = (#signature), text_signature = #text)]));
     attributes.push(parse_quote!(#[allow(clippy::too_many_arguments, reason = "Python's list is as long as it is")]));
-    Ok(Converted { conversions, shown, put })
+    Ok(Converted { conversions, shown, beside })
 }
 
 /// `#[gather(name: Type = base, put)]`: the options of which the parameters with `field` set a field, where they are
 /// given. All else is as in the base, by default that of the type. `put` is a function beside the method that turns it
 /// round: it puts the parameters that make given options into a dictionary. With `as NAMES` in its place a constant
-/// beside the method has the names of the parameters.
+/// beside the method has the names of these parameters.
 struct Gathered {
     name: Ident,
     ty: syn::Path,
     base: Expr,
-    put: Option<Ident>,
-    names: Option<Ident>,
+    round: Option<Round>,
+}
+
+/// What turns the gathering round.
+enum Round {
+    Put(Ident),
+    Names(Ident),
 }
 
 impl Parse for Gathered {
@@ -221,17 +229,17 @@ impl Parse for Gathered {
         } else {
             parse_quote!(Default::default())
         };
-        let (mut put, mut names) = (None, None);
+        let mut round = None;
         if input.peek(Token![,]) {
             input.parse::<Token![,]>()?;
-            if input.peek(Token![as]) {
+            round = Some(if input.peek(Token![as]) {
                 input.parse::<Token![as]>()?;
-                names = Some(input.parse()?);
+                Round::Names(input.parse()?)
             } else {
-                put = Some(input.parse()?);
-            }
+                Round::Put(input.parse()?)
+            });
         }
-        Ok(Self { name, ty, base, put, names })
+        Ok(Self { name, ty, base, round })
     }
 }
 
@@ -297,11 +305,15 @@ fn setting(parameter: &Parameter, field: &str, gathered: Option<&Gathered>) -> s
 
 /// What turns the gathering round: the names of the parameters, or the function that puts them into a dictionary.
 fn turned_round(gathered: &Gathered, seen: &[Parameter]) -> syn::Result<Option<proc_macro2::TokenStream>> {
-    if let Some(constant) = &gathered.names {
-        let names = seen.iter().filter(|parameter| parameter.field.is_some()).map(|parameter| &parameter.name);
-        return Ok(Some(quote!(const #constant: &[&'static str] = &[#(#names),*];)));
-    }
-    let Gathered { ty, put: Some(put), .. } = gathered else { return Ok(None) };
+    let ty = &gathered.ty;
+    let put = match &gathered.round {
+        None => return Ok(None),
+        Some(Round::Names(constant)) => {
+            let names = seen.iter().filter(|parameter| parameter.field.is_some()).map(|parameter| &parameter.name);
+            return Ok(Some(quote!(const #constant: &[&'static str] = &[#(#names),*];)));
+        }
+        Some(Round::Put(put)) => put,
+    };
     let mut each = Vec::new();
     for Parameter { name, field, .. } in seen {
         let Some(field) = field else { continue };

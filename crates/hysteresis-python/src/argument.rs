@@ -112,7 +112,7 @@ pub(crate) fn shown_defaults() -> Vec<(String, bool)> {
 }
 
 /// A value and whether it was given: something else may have one of its own, which only one that was given contradicts.
-#[derive(Clone, Copy, PartialEq, Default)]
+#[derive(Clone, Copy)]
 pub(crate) struct Asked<T> {
     pub(crate) value: T,
     pub(crate) is_given: bool,

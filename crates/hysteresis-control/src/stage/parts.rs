@@ -10,7 +10,7 @@ use super::{ErrorBand, TemperatureTerm, number};
 use crate::checks::check_positive;
 use crate::linear::{Creep, FirstOrder, LinearDynamics, check_time_constants};
 
-/// The parts of a stage, each of which may be missing but for the hysteresis.
+/// The parts of a stage, each of which may be missing. Without any the position is the drive.
 ///
 /// ```
 /// use hysteresis_control::linear::SecondOrder;
@@ -25,11 +25,12 @@ use crate::linear::{Creep, FirstOrder, LinearDynamics, check_time_constants};
 ///     ..StageParts::new(hysteresis)
 /// })?;
 /// assert_eq!(stage.rest_drive(), 0.0);
+/// assert_eq!(Stage::new(StageParts::default())?.slope_range(), (1.0, 1.0));
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageParts {
-    /// The hysteresis H; by default none, so that the position is the drive.
+    /// The hysteresis H; by default none.
     pub hysteresis: ModifiedPrandtlIshlinskii,
     /// A Duhem operator beside the hysteresis, of the same input; both outputs are added, in the unit of the position.
     pub duhem: Option<Box<Duhem<MAX_KNOTS>>>,

@@ -259,6 +259,12 @@ impl ModifiedPrandtlIshlinskii {
 }
 
 /// No hysteresis: the output is the input.
+///
+/// ```
+/// use hysteresis_core::{ModifiedPrandtlIshlinskii, Process};
+/// let mut forward = ModifiedPrandtlIshlinskii::default().forward();
+/// assert_eq!([5.0, -2.0].map(|x| forward.step(x)), [5.0, -2.0]);
+/// ```
 impl Default for ModifiedPrandtlIshlinskii {
     fn default() -> Self {
         let identity = CoupledPlay::from(Play::default());

@@ -225,16 +225,33 @@ pub(crate) fn tells_speeds(records: &[Record<'_>]) -> bool {
     rates(records).is_none_or(|rates| rates.of_speed >= ONE_RATE)
 }
 
-/// Whether loops lie about several middles. Loops that only decay do not: what they leave says nothing of loops of the
-/// same size elsewhere.
+/// Whether loops lie about several middles. Those of a decay do not, nor equal ones, nor where there are none: what they
+/// leave says nothing of loops of the same size elsewhere.
 pub(crate) fn tells_middles(records: &[Record<'_>]) -> bool {
-    /// Of the range. Each loop of a decay in few cycles lies a little beside the one before.
+    /// Of the range. Each loop of a decay by a constant factor lies a little beside the one before.
     const APART: f64 = 0.1;
     let (low, high) = input_bounds(records);
-    let middles: Vec<f64> =
-        loops(records, SWING * (high - low)).iter().map(|one| 0.5 * (one.ends.0 + one.ends.1)).collect();
-    let (lowest, highest) = signal::bounds(&middles);
+    let loops = loops(records, SWING * (high - low));
+    let middles = loops.iter().map(|one| (0.5 * (one.ends.0 + one.ends.1), as_f64(one.samples)));
+    let (lowest, highest) = usual_extremes(middles.collect());
     highest - lowest > APART * (high - low)
+}
+
+/// The smallest and the largest of values that each stand for a time, but for the share of the time at either end that
+/// may be anything: a beginning, an end, one odd loop.
+fn usual_extremes(mut values: Vec<(f64, f64)>) -> (f64, f64) {
+    const ODD: f64 = 0.05;
+    let whole: f64 = values.iter().map(|(_, time)| time).sum();
+    let mut least = |direction: f64| {
+        values.sort_by(|a, b| (direction * a.0).total_cmp(&(direction * b.0)));
+        let mut left = ODD * whole;
+        let beyond = |(_, time): &&(f64, f64)| {
+            left -= time;
+            left < 0.0
+        };
+        values.iter().find(beyond).map_or(0.0, |(value, _)| *value)
+    };
+    (least(1.0), least(-1.0))
 }
 
 /// Speeds and frequencies of the drive from turn to turn: the largest, and its ratio to the smallest.
@@ -247,9 +264,6 @@ struct Rates {
 
 /// None where the drive rests for long, or nowhere turns round.
 fn rates(records: &[Record<'_>]) -> Option<Rates> {
-    /// The share of the time in the slowest and in the fastest swings that may be anything: a beginning, an end, one
-    /// odd loop.
-    const ODD: f64 = 0.05;
     /// So much of the time at rest tells what relaxes.
     const RESTS: f64 = 0.05;
     let (low, high) = input_bounds(records);
@@ -260,17 +274,7 @@ fn rates(records: &[Record<'_>]) -> Option<Rates> {
         return None;
     }
     let spread = |measure: fn(&Swing) -> f64| {
-        let mut measured: Vec<_> = swings.iter().map(|swing| (measure(swing), swing.duration)).collect();
-        let mut least = |direction: f64| {
-            measured.sort_by(|a, b| (direction * a.0).total_cmp(&(direction * b.0)));
-            let mut left = ODD * whole;
-            let beyond = |(_, duration): &&(f64, f64)| {
-                left -= duration;
-                left < 0.0
-            };
-            measured.iter().find(beyond).map_or(0.0, |(value, _)| *value)
-        };
-        let (smallest, largest) = (least(1.0), least(-1.0));
+        let (smallest, largest) = usual_extremes(swings.iter().map(|swing| (measure(swing), swing.duration)).collect());
         (largest / smallest, largest)
     };
     let ((of_speed, speed), (of_frequency, frequency)) =
@@ -440,4 +444,31 @@ pub(crate) fn judged(findings: Vec<Finding>, plain: f64, turned: f64) -> Vec<Fin
         );
     }
     findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Straight ways of 20 samples from corner to corner.
+    fn way(corners: &[f64]) -> Vec<f64> {
+        let leg =
+            |ends: &[f64]| (0..20).map(|k| ends[0] + (ends[1] - ends[0]) * f64::from(k) / 20.0).collect::<Vec<_>>();
+        corners.windows(2).flat_map(leg).collect()
+    }
+
+    fn tells(corners: &[f64]) -> bool {
+        let drive = way(corners);
+        tells_middles(&[Record::new(&drive, &drive, 0).unwrap()])
+    }
+
+    #[test]
+    fn loops_about_one_middle_tell_no_other() {
+        let decay: Vec<f64> = (0..30_i32).map(|k| 50.0 + (-1.0_f64).powi(k) * (50.0 - 1.5 * f64::from(k))).collect();
+        assert!(!tells(&decay) && !tells(&[0.0, 100.0, 0.0, 100.0, 0.0]) && !tells(&[0.0, 100.0]));
+        assert!(tells(&[0.0, 100.0, 0.0, 40.0, 10.0, 90.0, 60.0, 80.0, 0.0]));
+        // One odd loop behind a decay is none of several.
+        let odd = [decay.as_slice(), &[0.0, 5.0, 0.0]].concat();
+        assert!(!tells(&odd));
+    }
 }

@@ -83,22 +83,17 @@ impl Identification {
         self.left_out(records, &self.stretches(records), |pass, solutions| Ok(pass.held_out(solutions)))
     }
 
-    /// The loops, those that follow each other together until a tenth of the time is over. By number, the many small
-    /// loops of a chirp would leave all the large ones in one stretch, and the others tell nothing of that.
+    /// The loops, those whose middles lie in the same tenth of the time together. By number, the many small loops of a
+    /// chirp would leave all the large ones in one stretch, and the others tell nothing of that.
     fn stretches(&self, records: &[Record<'_>]) -> Vec<(usize, Range<usize>)> {
-        let seconds = |(place, samples): &(usize, Range<usize>)| {
-            as_f64(samples.len()) * records[*place].dt().unwrap_or(self.chain.dt)
-        };
         let loops = loops(records, usize::MAX);
-        let least = loops.iter().map(seconds).sum::<f64>() / STRETCHES;
-        let mut stretches: Vec<(usize, Range<usize>)> = Vec::new();
-        for loop_ in loops {
-            match stretches.last_mut() {
-                Some(last) if last.0 == loop_.0 && seconds(last) < least => last.1.end = loop_.1.end,
-                _ => stretches.push(loop_),
-            }
-        }
-        stretches
+        // A long rest is no reason to put all that moves into one stretch.
+        let moving = |(place, samples): &(usize, Range<usize>)| {
+            let (record, before) = (&records[*place], samples.start.saturating_sub(1));
+            let moves = record.input()[before..samples.end].windows(2).filter(|pair| pair[0] != pair[1]).count();
+            as_f64(moves) * record.dt().unwrap_or(self.chain.dt)
+        };
+        together(loops.iter().map(moving).zip(&loops))
     }
 
     /// Fits the weights without every loop, and takes what that makes of the loops.
@@ -146,6 +141,23 @@ impl Identification {
         }
         leaving_out(records, &self.left_out_samples).unwrap_or_else(|_| records.to_vec())
     }
+}
+
+/// Loops of these durations, those of a record whose middles lie in the same of a few parts of the whole time as one.
+/// Of two loops and more there are two and more: the first and the last middle are half of the time apart.
+fn together<'a>(loops: impl Iterator<Item = (f64, &'a (usize, Range<usize>))> + Clone) -> Vec<(usize, Range<usize>)> {
+    let whole: f64 = loops.clone().map(|(duration, _)| duration).sum();
+    let (mut found, mut last_part, mut begin) = (Vec::<(usize, Range<usize>)>::new(), f64::NAN, 0.0);
+    for (duration, (place, samples)) in loops {
+        let part = (STRETCHES * (begin + 0.5 * duration) / whole).floor();
+        begin += duration;
+        match found.last_mut() {
+            Some((record, last)) if record == place && part == last_part => last.end = samples.end,
+            _ => found.push((*place, samples.clone())),
+        }
+        last_part = part;
+    }
+    found
 }
 
 /// Every loop of every record: the record and the samples.
@@ -376,4 +388,44 @@ fn joined(above: &Mat<f64>, below: &Mat<f64>) -> Mat<f64> {
         Some(_) => 0.0,
     }));
     factor.get(..columns, ..).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stretches(durations: &[f64]) -> Vec<Range<usize>> {
+        let loops: Vec<_> = (0..durations.len()).map(|k| (0, k..k + 1)).collect();
+        together(durations.iter().copied().zip(&loops)).into_iter().map(|(_, samples)| samples).collect()
+    }
+
+    /// Equal loops give equal stretches, whatever rounding makes of their durations.
+    #[test]
+    fn equal_loops_are_shared_out_equally() {
+        for duration in [0.053, 0.1, 1.0 / 3.0] {
+            assert_eq!(stretches(&[duration; 10]).len(), 10);
+            assert!(stretches(&[duration; 40]).iter().all(|stretch| stretch.len() == 4));
+        }
+    }
+
+    #[test]
+    fn small_loops_lie_together_and_large_ones_alone() {
+        let durations = [[1.0; 5].as_slice(), &[0.01; 500]].concat();
+        let found = stretches(&durations);
+        assert_eq!(found[..5], [0..1, 1..2, 2..3, 3..4, 4..5]);
+        assert_eq!(found.len(), 10);
+    }
+
+    /// There always is something to predict from.
+    #[test]
+    fn one_long_loop_is_not_joined_by_the_others() {
+        assert_eq!(stretches(&[[1.0; 19].as_slice(), &[190.0]].concat()), [0..19, 19..20]);
+        assert_eq!(stretches(&[99.0, 1.0]), [0..1, 1..2]);
+    }
+
+    #[test]
+    fn records_are_not_joined() {
+        let loops = [(0, 0..5), (1, 0..5), (1, 5..10)];
+        assert_eq!(together([1.0, 0.01, 0.01].into_iter().zip(&loops)), [(0, 0..5), (1, 0..10)]);
+    }
 }

@@ -239,7 +239,7 @@ impl Preview {
 /// (True, True)
 #[function]
 pub(crate) fn preview(
-    #[py("Dynamics | None")] dynamics: LinearDynamics,
+    dynamics: LinearDynamics,
     dt: f64,
     #[py(*)] ahead: SampleCount,
     #[py(= None)] window: Option<SampleCount>,
@@ -305,7 +305,7 @@ pub(crate) fn invert_dynamics<'py>(
     py: Python<'py>,
     #[py("ArrayLike | Trajectory")] reference: &Bound<'py, PyAny>,
     dt: f64,
-    #[py(*, "Dynamics | None" = None)] dynamics: LinearDynamics,
+    #[py(*, = None)] dynamics: LinearDynamics,
     #[py(= None)] amplifier_bandwidth: Option<FirstOrder>,
     #[py(= None)] dead_time: Option<f64>,
     #[py(= None)] start: Option<f64>,

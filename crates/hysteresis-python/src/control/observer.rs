@@ -79,7 +79,7 @@ impl Observer {
         #[py(*)] drift: f64,
         dt: f64,
         #[py(= None)] noise: Option<f64>,
-        #[py("Dynamics | None" = None)] dynamics: LinearDynamics,
+        #[py(= None)] dynamics: LinearDynamics,
         #[py(= 0.0)] dead_time: Asked<f64>,
     ) -> PyResult<Self> {
         let parts = StageParts { dynamics, ..StageParts::default() };

@@ -18,7 +18,7 @@ use crate::convert::arrays;
 use crate::convert::errors::{raise, value, wrong_type};
 use crate::convert::objects::{Reduced, keywords, reduce, shared};
 use crate::plant::plant::Plant;
-use crate::stage::stage::stage_or_around;
+use crate::stage::stage::{is_nothing, stage_or_around};
 
 /// Filters and gains of the feedback, and how robust the loop is with them: made by `tune`.
 ///
@@ -413,7 +413,7 @@ pub(crate) fn tune(
     #[py("Model | Stage | Plant")] stage: &Bound<'_, PyAny>,
     #[py(*, = None)] dt: Option<f64>,
     #[py(field = 1.7)] peak_sensitivity: f64,
-    #[py("Dynamics | None" = None)] dynamics: LinearDynamics,
+    #[py(= None)] dynamics: LinearDynamics,
     #[py(= None)] amplifier_bandwidth: Option<FirstOrder>,
     #[py(= 0.0)] dead_time: Asked<f64>,
     #[py(field = None)] frequency_uncertainty: Option<f64>,
@@ -421,9 +421,10 @@ pub(crate) fn tune(
     #[py(field, "Structure | None" = None)] structure: Option<Structure>,
 ) -> PyResult<Tuning> {
     let parts = StageParts { dynamics, amplifier: amplifier_bandwidth, ..StageParts::default() };
-    let is_alone = parts == StageParts::default() && !dead_time.is_given;
     let (stage, dt) = match (stage.cast::<Plant>(), dt) {
-        (Ok(plant), None) if is_alone => (shared(plant)?.plant.stage().clone(), shared(plant)?.plant.dt()),
+        (Ok(plant), None) if is_nothing(&parts, dead_time) => {
+            (shared(plant)?.plant.stage().clone(), shared(plant)?.plant.dt())
+        }
         (Ok(_), _) => {
             return Err(wrong_type(
                 "stage",

@@ -77,7 +77,7 @@ impl RecursiveIdentifier {
         #[py(field = "fit")] output_offset: Setting<f64>,
         #[py(field = 1e12)] covariance: f64,
         #[py(field = 1e4)] covariance_limit: f64,
-        #[py("Dynamics | None" = None)] dynamics: LinearDynamics,
+        #[py(= None)] dynamics: LinearDynamics,
         #[py(= 0.0)] dead_time: f64,
         #[py(= None)] dt: Option<f64>,
     ) -> PyResult<Self> {

@@ -75,6 +75,7 @@ pub(crate) fn linear_dynamics(name: &str, value: &Bound<'_, PyAny>) -> PyResult<
 }
 
 /// None is no dynamics.
+#[py("Dynamics | None")]
 impl Argument<'_> for LinearDynamics {
     fn from_argument(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         if value.is_none() { Ok(Self::none()) } else { linear_dynamics(name, value) }

@@ -108,7 +108,7 @@ impl Plant {
         #[py(field = None)] dac_bits: Option<NonZeroUsize>,
         #[py(field = None)] adc_bits: Option<NonZeroUsize>,
         #[py(field, "Sequence[float] | None" = None)] adc_range: Option<(f64, f64)>,
-        #[py("Dynamics | None" = None)] dynamics: LinearDynamics,
+        #[py(= None)] dynamics: LinearDynamics,
         #[py(= None)] amplifier_bandwidth: Option<linear::FirstOrder>,
         #[py("Creep | None" = None)] creep: Option<linear::Creep>,
         #[py(= 0.0)] dead_time: Asked<f64>,

@@ -497,9 +497,14 @@ pub(crate) fn stage_or_around(
             let hysteresis = Model::from_argument(name, value)?.into();
             stage::Stage::new(StageParts { hysteresis, dead_time: dead_time.value, ..parts }).map_err(raise)
         }
-        Ok(stage) if parts == StageParts::default() && !dead_time.is_given => Ok(stage.get().0.clone()),
+        Ok(stage) if is_nothing(&parts, dead_time) => Ok(stage.get().0.clone()),
         Ok(_) => Err(wrong_type(name, "expected a model beside the parts of a stage, got a Stage, which has its own")),
     }
+}
+
+/// Whether no part was given.
+pub(crate) fn is_nothing(parts: &StageParts, dead_time: Asked<f64>) -> bool {
+    *parts == StageParts::default() && !dead_time.is_given
 }
 
 /// The keywords of `precompensate`.
