@@ -318,7 +318,7 @@ impl Argument<'_> for Object {
 }
 
 /// A number of samples, which may be zero.
-#[derive(PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub(crate) struct SampleCount(pub(crate) usize);
 
 #[py("int")]

@@ -302,11 +302,10 @@ fn swings(record: &Record<'_>, swing: f64) -> Vec<Swing> {
     let (input, dt) = (&record.input()[record.skip()..], record.dt().unwrap_or(1.0));
     let of_turns = |turns: &[usize]| {
         let way = &input[turns[0]..=turns[1]];
-        let moves = way.windows(2).filter(|pair| pair[0] != pair[1]).count();
         Swing {
             travel: (way[way.len() - 1] - way[0]).abs(),
             duration: dt * as_f64(way.len() - 1),
-            moving: dt * as_f64(moves),
+            moving: dt * as_f64(signal::moves(way)),
         }
     };
     let mut turns = signal::turns(input, swing);
@@ -449,13 +448,7 @@ pub(crate) fn judged(findings: Vec<Finding>, plain: f64, turned: f64) -> Vec<Fin
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Straight ways of 20 samples from corner to corner.
-    fn way(corners: &[f64]) -> Vec<f64> {
-        let leg =
-            |ends: &[f64]| (0..20).map(|k| ends[0] + (ends[1] - ends[0]) * f64::from(k) / 20.0).collect::<Vec<_>>();
-        corners.windows(2).flat_map(leg).collect()
-    }
+    use crate::records::signal::way;
 
     fn tells(corners: &[f64]) -> bool {
         let drive = way(corners);

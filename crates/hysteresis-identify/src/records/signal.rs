@@ -243,6 +243,11 @@ pub(crate) fn speed(input: &[f64], skip: usize, delay: f64) -> Vec<f64> {
         .collect()
 }
 
+/// From how many samples to the next the signal changes: the others rest.
+pub(crate) fn moves(values: &[f64]) -> usize {
+    values.windows(2).filter(|pair| pair[0] != pair[1]).count()
+}
+
 /// A swing counts from this share of the range of the drive on: what turns back by less may be noise.
 pub(crate) const SWING: f64 = 0.05;
 
@@ -323,6 +328,13 @@ pub(crate) fn white(samples: usize) -> Vec<f64> {
     });
     let fraction = |s: u64| f64::from(u32::try_from(s >> 32).unwrap()) / f64::from(u32::MAX);
     states.skip(10).map(|s| 2.0 * fraction(s) - 1.0).take(samples).collect()
+}
+
+/// Straight ways of 100 samples from corner to corner.
+#[cfg(test)]
+pub(crate) fn way(corners: &[f64]) -> Vec<f64> {
+    let leg = |ends: &[f64]| (0..100).map(|k| ends[0] + (ends[1] - ends[0]) * f64::from(k) / 100.0).collect::<Vec<_>>();
+    corners.windows(2).flat_map(leg).collect()
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::fit::own_columns::{OwnColumns, below_own, own_values};
 use crate::fit::tangent::Tangent;
 use crate::records::record::{Record, leaving_out};
-use crate::records::signal::{SWING, as_f64, bounds, bounds_of, turns};
+use crate::records::signal::{SWING, as_f64, bounds, bounds_of, moves, turns};
 use crate::result::identification::Identification;
 use crate::result::quality::Quality;
 use crate::terms::weights::{WeightBasis, penalised};
@@ -90,8 +90,7 @@ impl Identification {
         // A long rest is no reason to put all that moves into one stretch.
         let moving = |(place, samples): &(usize, Range<usize>)| {
             let (record, before) = (&records[*place], samples.start.saturating_sub(1));
-            let moves = record.input()[before..samples.end].windows(2).filter(|pair| pair[0] != pair[1]).count();
-            as_f64(moves) * record.dt().unwrap_or(self.chain.dt)
+            as_f64(moves(&record.input()[before..samples.end])) * record.dt().unwrap_or(self.chain.dt)
         };
         together(loops.iter().map(moving).zip(&loops))
     }

@@ -206,7 +206,7 @@ impl Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::records::signal::white;
+    use crate::records::signal::{way, white};
 
     fn samples(of: impl Fn(f64, f64) -> f64, drive: &[f64], range: (f64, f64)) -> Samples {
         let mut branches = Branches::new(drive[0], range);
@@ -219,16 +219,10 @@ mod tests {
         Samples::new(&[record], &left, [0.01].into_iter(), range)
     }
 
-    fn triangle(peaks: &[f64]) -> Vec<f64> {
-        let leg =
-            |ends: &[f64]| (0..100).map(|k| ends[0] + (ends[1] - ends[0]) * f64::from(k) / 100.0).collect::<Vec<_>>();
-        peaks.windows(2).flat_map(leg).collect()
-    }
-
     /// Where nothing was recorded the band is that of other stages, not that of the fit.
     #[test]
     fn loops_that_are_all_alike_promise_nothing_of_others() {
-        let drive = triangle(&[0.0, 12.0, 0.0, 12.0, 0.0, 12.0, 0.0]);
+        let drive = way(&[0.0, 12.0, 0.0, 12.0, 0.0, 12.0, 0.0]);
         let errors = Table::of(&samples(|_, _| 1e-3, &drive, (0.0, 12.0)), 0.0).errors(1.0, 1.0, false);
         assert!((errors[6][6] - 1e-3_f64.hypot(UNTOLD_BY_LIKE.1)).abs() < 1e-9, "{}", errors[6][6]);
         assert!((errors[0][6] - 1e-3_f64.hypot(UNTOLD_BY_LIKE.0)).abs() < 1e-9, "{}", errors[0][6]);
@@ -237,7 +231,7 @@ mod tests {
     /// Loops of one speed are alike, and a fit that speaks for its model makes little of both.
     #[test]
     fn one_speed_promises_nothing_unless_the_fit_speaks_for_the_model() {
-        let drive = triangle(&white(400).into_iter().map(|share| 6.0 + 6.0 * share).collect::<Vec<_>>());
+        let drive = way(&white(400).into_iter().map(|share| 6.0 + 6.0 * share).collect::<Vec<_>>());
         let table = Table::of(&samples(|_, _| 1e-5, &drive, (0.0, 12.0)), 0.0);
         let [various, one_speed, true_one] =
             [(1.0, false), (1.0, true), (0.1, true)].map(|(untruth, one)| table.errors(1.0, untruth, one)[6][6]);
@@ -249,7 +243,7 @@ mod tests {
     #[test]
     fn the_table_follows_the_held_out_errors_of_various_loops() {
         let peaks: Vec<f64> = white(400).into_iter().map(|share| 6.0 + 6.0 * share).collect();
-        let drive = triangle(&peaks);
+        let drive = way(&peaks);
         let of = |reversal: f64, _| if reversal > 9.0 { 1e-2 } else { 1e-4 };
         let errors = Table::of(&samples(of, &drive, (0.0, 12.0)), 0.0).errors(1.0, 1.0, false);
         assert!(errors[11][3] > 1e-2, "{}", errors[11][3]);

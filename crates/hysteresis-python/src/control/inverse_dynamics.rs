@@ -169,7 +169,7 @@ impl Preview {
         dead_time: f64,
     ) -> PyResult<Self> {
         let dynamics = dynamics.map(|parts| linear_dynamics("dynamics", parts)).transpose()?;
-        let chain = dynamics.unwrap_or_else(LinearDynamics::none).with_dead_time(dead_time).map_err(raise)?;
+        let chain = in_series(None, dynamics.unwrap_or_default(), dead_time)?;
         Self::made(PreviewCoefficients::restored(&chain, dt, &coefficients, ahead).map_err(raise)?)
     }
 

@@ -29,9 +29,9 @@ use crate::plant::simulate::watch;
 use crate::trajectories::positions::samples;
 
 impl Stage {
-    /// How many samples a preview of this stage looks ahead, unless told.
-    fn ahead(&self, dt: f64) -> PyResult<usize> {
-        self.0.preview_ahead(dt).map_err(raise)
+    /// How many samples a preview looks ahead: as given, or as many as this stage needs.
+    fn ahead(&self, given: Option<SampleCount>, dt: f64) -> PyResult<usize> {
+        given.map_or_else(|| self.0.preview_ahead(dt).map_err(raise), |ahead| Ok(ahead.0))
     }
 
     fn made_preview(&self, dt: f64, options: &PreviewOptions) -> PyResult<Preview> {
@@ -88,7 +88,7 @@ impl Stage {
         #[py(= None)] degree: Option<SampleCount>,
     ) -> PyResult<Preview> {
         let options = PreviewOptions {
-            ahead: ahead.map_or_else(|| self.ahead(dt), |ahead| Ok(ahead.0))?,
+            ahead: self.ahead(ahead, dt)?,
             window: window.map(|window| window.0),
             degree: degree.map(|degree| degree.0),
             band: None,
@@ -399,9 +399,7 @@ impl Stage {
         };
         let preview = match feedforward {
             Feedforward::Preview => {
-                let ahead = wishes.ahead.as_ref().map_or_else(|| self.ahead(dt), |ahead| Ok(ahead.0))?;
-                let options = PreviewOptions::new(ahead);
-                let preview = self.made_preview(dt, &options)?;
+                let preview = self.made_preview(dt, &PreviewOptions::new(self.ahead(wishes.ahead, dt)?))?;
                 Some(Py::new(py, if smoothing == 0.0 { preview } else { preview.behind_smoothing(smoothing)? })?)
             }
             _ => None,
