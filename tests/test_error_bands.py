@@ -9,6 +9,7 @@ import pickle
 from pathlib import Path
 from typing import Any
 
+import law_stages
 import mpi_hyst as mh
 import numpy as np
 import pytest
@@ -265,6 +266,25 @@ def test_loops_of_one_speed_promise_nothing_of_another() -> None:
     missed = late(slower) - said
     assert np.std(missed) > 5.0 * NOISE
     assert np.mean(np.abs(missed - missed.mean()) <= 0.5 * (high - low)) > 0.9
+
+
+def test_three_curves_are_not_green_where_loops_only_decay() -> None:
+    """They follow any loop together, and no loop about one middle says what they do elsewhere."""
+    stage = next(stage for stage in law_stages.STAGES if stage.name == "curved position")
+    middle, half = 0.5 * (stage.low + stage.high), 0.5 * (stage.high - stage.low)
+    t = np.arange(2000) * law_stages.DT
+    decay = middle + half * np.linspace(1.0, 0.1, t.size) * np.sin(4.0 * np.pi * t)
+    drive = np.concatenate([law_stages.way([0.0, middle], 4.0 * half), decay])
+    position = law_stages.measured(stage, drive)
+
+    def identified(**asked: Any) -> mh.results.Identification:
+        maps: dict[str, Any] = {"input_map": "smooth", "output_map": "smooth"}
+        return mh.identify(drive, position, dt=law_stages.DT, **maps, **asked)
+
+    three = identified(duhem="fit")
+    (wide,) = three.warnings
+    assert wide.code == "wide_error_band" and wide.value > wide.limit == 0.0055
+    assert three.verdict == "amber" and identified().verdict == "green"
 
 
 def test_many_small_loops_do_not_put_all_large_ones_aside() -> None:

@@ -1,6 +1,6 @@
 """What a fit promises, and whether it holds, on records of stages of other physics.
 
-`make bench-random-cases`. A case is one of the stages of `foreign_stages.py` with a random record:
+`make bench-random-cases`. A case is one of the stages of `other_physics.py` with a random record:
 full triangles, strokes of random heights, a sum of sines or a decaying sine at a random speed, or
 what `mh.signals.experiment` makes. Noise is 0.01 to 0.2 % of the range.
 Then four drives and four motions are asked for that were not recorded, within the range and the
@@ -23,8 +23,9 @@ from typing import NamedTuple
 
 import mpi_hyst as mh
 import numpy as np
-from foreign_stages import STAGES, Recorded, Stage, off, recorded, sines, terms_of, unseen
+from foreign_stages import Recorded, off, recorded, sines, terms_of, unseen
 from law_stages import DT, way
+from other_physics import STAGES, Stage
 from records import Array, heading, tell
 
 KINDS = ("triangles", "strokes", "sines", "decay", "several")

@@ -112,7 +112,7 @@ fn fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>)
     let records = &leaving_out(records, &left_out)?[..];
     let found = identification(records, with_least_slope(records, found)?, monitor.evaluations())?;
     let error_band = found.band_of(records);
-    let found = Identification { error_band, ..found };
+    let found = Identification { error_band, ..found }.with_wide_band_named(records);
     judge_sign(records, found, monitor)
 }
 

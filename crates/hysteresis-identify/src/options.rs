@@ -276,6 +276,12 @@ impl Options {
         }
     }
 
+    /// The same with no map but those that are asked for.
+    pub(crate) fn without_open_maps(&self) -> Self {
+        let asked = |map: MapModel| if map == MapModel::Auto { MapModel::None } else { map };
+        Self { input_map: asked(self.input_map), output_map: asked(self.output_map), ..self.clone() }
+    }
+
     /// The same with a dead time that is searched: it takes the place of their lag.
     pub(crate) fn hysteresis_alone(&self) -> Self {
         Self { dead_time: Setting::Fit, ..self.hysteresis_and_dead_time() }

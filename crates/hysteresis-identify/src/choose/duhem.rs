@@ -7,12 +7,12 @@
 
 use core::f64::consts::TAU;
 
-use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
+use crate::choose::cross_validation::CrossValidation;
 use crate::choose::found::{Found, LinearEvidence, Place};
 use crate::choose::structure::with_structure;
 use crate::choose::term_search::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::told::Variety;
-use crate::choose::trial::{TermTrial, TrialOutcome};
+use crate::choose::trial::{DUHEM, TermTrial, TrialOutcome};
 use crate::error::Error;
 use crate::fit::descent::best_attempt;
 use crate::fit::joint::{Attempts, JointFit, JointProblem};
@@ -31,12 +31,8 @@ use crate::records::signal::{as_f64, sensor_noise};
 use crate::terms::duhem::{DuhemModel, DuhemTable, shapes};
 use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
-use crate::terms::maps::MapModel;
 use crate::terms::operators::ModelKind;
 use crate::terms::weights::WeightBasis;
-
-/// How results call it.
-const NAME: &str = "Duhem operator";
 
 /// What plays leave below this share of the range, rms, no other family is asked to explain, nor white noise.
 const LEAST_LEFT: f64 = 3e-4;
@@ -92,10 +88,10 @@ pub(crate) fn with_duhem(
     if plays.partial || !(is_forced || is_open && leaves_something(records, &plays)) {
         return Ok(plays);
     }
-    let must_gain = if is_forced { None } else { must_gain(records, &plays) };
+    let needed = if is_forced { None } else { needed(records, &plays) };
     let place = plays.trials.len();
-    if !is_forced && must_gain.is_none() {
-        return Ok(plays.with_trial(place, TermTrial::not_tried(NAME, TrialOutcome::NotTold)));
+    if !is_forced && needed.is_none() {
+        return Ok(plays.with_trial(place, TermTrial::not_tried(DUHEM, TrialOutcome::NotTold)));
     }
     monitor.hold();
     let best = match best_of_directions(records, asked, &plays, monitor) {
@@ -105,16 +101,16 @@ pub(crate) fn with_duhem(
     let (found, predicts) = match best {
         Ok(best) => best,
         Err(outcome) => {
-            let Some(must_gain) = must_gain else { return Ok(plays) };
-            return Ok(plays.with_trial(place, TermTrial::by_stretches(NAME, must_gain, outcome)));
+            let Some(Needed { must_gain, .. }) = needed else { return Ok(plays) };
+            return Ok(plays.with_trial(place, TermTrial::by_stretches(DUHEM, must_gain, outcome)));
         }
     };
-    let Some(must_gain) = must_gain else {
+    let Some(Needed { must_gain, leaves_noise }) = needed else {
         let is_chosen = found.fit.fit.squares < plays.fit.fit.squares;
         return Ok(if is_chosen { found } else { Found { partial: found.partial, ..plays } });
     };
-    let without = validated(records, &plays)?;
-    let outcome = if !is_told(records, &plays, &found) {
+    let without = plays.validated(records)?;
+    let outcome = if leaves_noise && !is_told(records, &plays, &found) {
         TrialOutcome::NotTold
     } else if is_better(&predicts, &without, must_gain) {
         TrialOutcome::Better
@@ -123,15 +119,12 @@ pub(crate) fn with_duhem(
     };
     let partial = found.partial;
     let chosen = if outcome == TrialOutcome::Better { found } else { Found { partial, ..plays } };
-    let trial = TermTrial::by_stretches(NAME, must_gain, outcome);
+    let trial = TermTrial::by_stretches(DUHEM, must_gain, outcome);
     Ok(chosen.with_trial(place, trial.with_gain(without.typical_error() / predicts.typical_error())))
 }
 
 /// Whether an operator is more than one of many that follow loops of one size: the right one leaves their noise.
 fn is_told(records: &[Record<'_>], plays: &Found, found: &Found) -> bool {
-    if Variety::of(records).amplitudes {
-        return true;
-    }
     let residuals: Vec<_> = found.problem(records).residuals(&found.fit).collect();
     let noise = sensor_noise(&residuals) / largest_range(records);
     let misfit = |found: &Found| (left(records, found).powi(2) - noise * noise).max(0.0).sqrt();
@@ -162,7 +155,7 @@ fn best_of_directions(
         if found.leads(asked) || !rises(&found) {
             continue;
         }
-        let predicts = validated(records, &found)?;
+        let predicts = found.validated(records)?;
         if best.as_ref().is_none_or(|(_, best)| is_better(&predicts, best, 1.0)) {
             best = Some((found, predicts));
         }
@@ -206,10 +199,17 @@ pub(crate) fn no_inverse(rise: f64, fall: f64) -> Option<Finding> {
     Some(Finding::new(FindingCode::NoInverse, rise - fall, 0.0, message))
 }
 
-/// By which factor an operator must lower the mean square error of prediction; none where time explains what plays
-/// leave, as loops that need not close would follow any drift. Loops that are traversed backwards neither plays nor
-/// time explain.
-fn must_gain(records: &[Record<'_>], plays: &Found) -> Option<f64> {
+/// What an operator must do to be chosen.
+struct Needed {
+    /// By which factor of the mean square error of prediction it is better.
+    must_gain: f64,
+    /// Whether what it leaves is no more than the noise, as other operators would do as well.
+    leaves_noise: bool,
+}
+
+/// What is asked of an operator beside the plays; nothing suffices where time explains what plays leave, as loops that
+/// need not close would follow any drift. Loops that are traversed backwards neither plays nor time explain.
+fn needed(records: &[Record<'_>], plays: &Found) -> Option<Needed> {
     let findings = findings_of_fit(records, &plays.fit.chain(plays.interval(records)), &plays.options.thresholds);
     let has = |code: FindingCode| findings.iter().any(|finding| finding.code == code);
     let range = |record: &Record<'_>| record.input_bounds().1 - record.input_bounds().0;
@@ -218,13 +218,15 @@ fn must_gain(records: &[Record<'_>], plays: &Found) -> Option<f64> {
     let has_transient = findings
         .iter()
         .any(|finding| finding.code == FindingCode::StartUpTransient && finding.record.is_none_or(is_large));
-    // Loops that only decay do not tell an operator from what time does; on others a drift may stand for it.
-    let is_apart = Variety::of(records).apart_from_time;
-    match has(FindingCode::Drift) || has(FindingCode::Leakage) {
-        _ if has_transient => None,
-        true => (is_apart || are_backwards(records)).then_some(MUST_GAIN_OF_LIKE_LOOPS),
-        false => Some(if is_apart { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS }),
+    // Loops that only decay do not tell an operator from what time does; on others a drift may stand for it. A first
+    // way that plays fail at is a transient, unless an operator leaves noise of loops that are all alike.
+    let Variety { amplitudes, apart_from_time, .. } = Variety::of(records);
+    let drifts = has(FindingCode::Drift) || has(FindingCode::Leakage);
+    if has_transient && amplitudes || drifts && !(apart_from_time || are_backwards(records)) {
+        return None;
     }
+    let must_gain = if apart_from_time && !drifts { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS };
+    Some(Needed { must_gain, leaves_noise: !amplitudes })
 }
 
 /// The plays with the linear part at which an operator is looked for: a lag may hide an amplifier in front and a mode.
@@ -299,14 +301,14 @@ fn begun_at(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
     let all = asked.with_open_terms(&asked.intervals(records)?);
-    let is_auto = |map: MapModel| if map == MapModel::Auto { MapModel::None } else { map };
+    let Options { input_map, output_map, .. } = asked.without_open_maps();
     let options = Options {
         duhem: DuhemModel::Near(start.clone()),
         dynamics: plays.options.dynamics,
         slow_gain: plays.options.slow_gain,
         loop_shift: if asked.loop_shift == LoopShiftModel::Auto { LoopShiftModel::None } else { all.loop_shift },
-        input_map: is_auto(asked.input_map),
-        output_map: is_auto(asked.output_map),
+        input_map,
+        output_map,
         ..all
     };
     let basis = options.weight_basis(Space::new(records, &options)?.sides());
@@ -371,7 +373,7 @@ fn mode_starts(space: &Space, point: &Point) -> Vec<Point> {
 }
 
 /// Whether plays leave anything that another family may explain.
-fn leaves_something(records: &[Record<'_>], plays: &Found) -> bool {
+pub(crate) fn leaves_something(records: &[Record<'_>], plays: &Found) -> bool {
     left(records, plays) > LEAST_LEFT && plays.problem(records).colour(&plays.fit).is_coloured()
 }
 
@@ -463,7 +465,7 @@ fn with_knots_where_z_comes(
     };
     let options = Options { duhem: DuhemModel::Near(table), ..found.options.clone() };
     let finer = Found { fit, options, ..found.clone() };
-    let is_chosen = is_better(&validated(records, &finer)?, &validated(records, found)?, 1.0);
+    let is_chosen = is_better(&finer.validated(records)?, &found.validated(records)?, 1.0);
     Ok(is_chosen.then_some(finer))
 }
 
@@ -486,15 +488,4 @@ fn knots((low, high): (f64, f64)) -> Vec<f64> {
         return (0..5).map(|i| low + 0.25 * f64::from(i) * (high - low)).collect();
     }
     vec![low, 0.5 * low, 0.0, 0.5 * high, high]
-}
-
-/// How a result predicts stretches of the records from others.
-fn validated(records: &[Record<'_>], found: &Found) -> Result<CrossValidation, Error> {
-    let space = &found.fit.space;
-    let projection = rough(records, space, &found.basis, found.smoothness)?;
-    let fit = projection.fit(&found.fit.fit.point, None);
-    let terms =
-        Terms { creep: space.creep_amplitudes(), loop_shift: found.options.loop_shift, smoothness: found.smoothness };
-    let stretches = Stretches::new(&projection, &fit);
-    Ok(stretches.under(&found.options, &found.basis).cross_validate(&terms))
 }

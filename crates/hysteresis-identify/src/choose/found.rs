@@ -1,11 +1,12 @@
 //! What a search has found, with what was chosen and what the records said of it.
 
-use crate::choose::cross_validation::CrossValidation;
+use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
 use crate::choose::trial::{TermTrial, TrialOutcome, overrule};
 use crate::error::Error;
 use crate::fit::joint::{JointFit, JointProblem};
 use crate::fit::point::Point;
 use crate::fit::progress::SearchMonitor;
+use crate::fit::projection::rough;
 use crate::fit::space::Space;
 use crate::options::Options;
 use crate::records::record::Record;
@@ -47,6 +48,27 @@ impl Found {
     /// something else.
     pub(crate) fn leads(&self, asked: &Options) -> bool {
         asked.dynamics == DynamicsModel::Auto && self.fit.leads()
+    }
+
+    /// Whether there is an operator of the other family.
+    pub(crate) fn has_duhem(&self) -> bool {
+        self.fit.space.duhem(&self.fit.fit.point).is_some()
+    }
+
+    /// How it predicts stretches that are held out.
+    pub(crate) fn validated(&self, records: &[Record<'_>]) -> Result<CrossValidation, Error> {
+        let space = &self.fit.space;
+        let projection = rough(records, space, &self.basis, self.smoothness)?;
+        let fit = projection.fit(&self.fit.fit.point, None);
+        let (creep, loop_shift, smoothness) = (space.creep_amplitudes(), self.options.loop_shift, self.smoothness);
+        let stretches = Stretches::new(&projection, &fit);
+        let terms = Terms { creep, loop_shift, smoothness };
+        Ok(stretches.under(&self.options, &self.basis).cross_validate(&terms))
+    }
+
+    /// The same where the search was stopped.
+    pub(crate) fn stopped(self) -> Self {
+        Self { partial: true, ..self }
     }
 
     /// The same after trials that came before all others.

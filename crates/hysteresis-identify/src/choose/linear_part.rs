@@ -34,7 +34,7 @@ const SAME_EVIDENCE: f64 = 4.0;
 
 /// How results call these terms.
 const AMPLIFIER: &str = "amplifier";
-const SECOND_ORDER: &str = "dynamics of second order";
+pub(crate) const SECOND_ORDER: &str = "dynamics of second order";
 const FIRST_ORDER: &str = "lag of first order";
 
 /// Hysteresis and linear part together, and what the records tell of the latter; and whether the search was stopped and

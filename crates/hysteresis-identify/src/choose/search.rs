@@ -4,6 +4,7 @@ use crate::choose::duhem::with_duhem;
 use crate::choose::found::{Found, LinearEvidence, Structure};
 use crate::choose::linear_part::{FoundJoint, search_joint};
 use crate::choose::quiet_record::{Told, told_by_quietest};
+use crate::choose::rivals::search_with_rivals;
 use crate::choose::structure::{with_operators_chosen, with_structure};
 use crate::choose::trial::{COUPLED_PLAYS, TermTrial};
 use crate::error::Error;
@@ -37,13 +38,13 @@ pub(crate) fn search_all(
 /// lacks. Where all that were found lead, which nothing can run, everything is searched once more with a dead time
 /// alone.
 fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
-    let found = search_plays(records, asked, monitor)?;
+    let found = search_with_rivals(records, asked, search_plays, monitor)?;
     if !found.leads(asked) || found.partial {
         return Ok(found);
     }
     let without = Options { dynamics: DynamicsModel::None, ..asked.clone() };
     let trials = found.overruled(|_| true);
-    anew(found, trials, monitor, |monitor| search_plays(records, &without, monitor))
+    anew(found, trials, monitor, |monitor| search_with_rivals(records, &without, search_plays, monitor))
 }
 
 /// The same with dynamics that may lead. Where coupled plays are better than the plays that were asked for first, or

@@ -3,7 +3,9 @@
 use crate::choose::dynamics::starts;
 use crate::choose::found::{LinearEvidence, Place};
 use crate::choose::linear_part::{amplifier_starts, to_compare};
-use crate::choose::term_search::{Candidate, PASSES, Row, Term, TermSearch, Variant};
+use crate::choose::term_search::{
+    Candidate, MUST_GAIN_OF_LIKE_LOOPS, OfLikeLoops, PASSES, Row, Term, TermSearch, Variant,
+};
 use crate::choose::trial::{COUPLED_PLAYS, TermTrial, TrialOutcome};
 use crate::error::Error;
 use crate::fit::descent::{best_attempt, best_points};
@@ -22,22 +24,23 @@ use crate::terms::operators::ModelKind;
 use crate::terms::relaxing_plays::RelaxingPlaysModel;
 use crate::terms::slow_gain::SlowGainModel;
 
-/// Where loops are all alike, one predicts the other with any term that fits: it must be of use to a fit that leaves so
-/// much of the range.
-const LEAST_LEFT: f64 = 0.005;
+/// What a term must gain where all loops are alike: a map less where the fit is poor.
+const CURVE: OfLikeLoops = OfLikeLoops { usual_left: 0.005, gain_of_poor: 1.5 };
+const OTHER: OfLikeLoops = OfLikeLoops { usual_left: 0.005, gain_of_poor: MUST_GAIN_OF_LIKE_LOOPS };
+const COUPLING: OfLikeLoops = OfLikeLoops { usual_left: 0.0, gain_of_poor: MUST_GAIN_OF_LIKE_LOOPS };
 
 /// The terms. What makes a stage harder to read must gain a tenth of the error: more unknowns cost something.
 pub(crate) const TABLE: [Row; 10] = [
-    Row { terms: 1, is_costly: false, least_left: LEAST_LEFT, term: &Curves { in_front: true, behind: false } },
-    Row { terms: 1, is_costly: false, least_left: LEAST_LEFT, term: &Curves { in_front: false, behind: true } },
-    Row { terms: 1, is_costly: false, least_left: 0.0, term: &CoupledPlays },
-    Row { terms: 1, is_costly: false, least_left: LEAST_LEFT, term: &CreepOfEveryDecade },
-    Row { terms: 1, is_costly: false, least_left: LEAST_LEFT, term: &SlowGainOfUsualTime },
-    Row { terms: 0, is_costly: false, least_left: LEAST_LEFT, term: &NoDynamics },
-    Row { terms: 2, is_costly: true, least_left: LEAST_LEFT, term: &Curves { in_front: true, behind: true } },
-    Row { terms: 1, is_costly: true, least_left: LEAST_LEFT, term: &LagInFront },
-    Row { terms: 1, is_costly: true, least_left: LEAST_LEFT, term: &RelaxingPlays },
-    Row { terms: 1, is_costly: true, least_left: LEAST_LEFT, term: &DynamicsBehindMap },
+    Row { terms: 1, is_costly: false, of_like_loops: CURVE, term: &Curves { in_front: true, behind: false } },
+    Row { terms: 1, is_costly: false, of_like_loops: CURVE, term: &Curves { in_front: false, behind: true } },
+    Row { terms: 1, is_costly: false, of_like_loops: COUPLING, term: &CoupledPlays },
+    Row { terms: 1, is_costly: false, of_like_loops: OTHER, term: &CreepOfEveryDecade },
+    Row { terms: 1, is_costly: false, of_like_loops: OTHER, term: &SlowGainOfUsualTime },
+    Row { terms: 0, is_costly: false, of_like_loops: OTHER, term: &NoDynamics },
+    Row { terms: 2, is_costly: true, of_like_loops: CURVE, term: &Curves { in_front: true, behind: true } },
+    Row { terms: 1, is_costly: true, of_like_loops: OTHER, term: &LagInFront },
+    Row { terms: 1, is_costly: true, of_like_loops: OTHER, term: &RelaxingPlays },
+    Row { terms: 1, is_costly: true, of_like_loops: OTHER, term: &DynamicsBehindMap },
 ];
 
 /// The terms that are open in what was asked for and closed in what that was

@@ -38,9 +38,35 @@ pub(crate) struct Row {
     /// Whether its variants are searches of their own, or may stand for a term that another row has: then they are
     /// tried where no other term is better.
     pub(crate) is_costly: bool,
-    /// Where loops are all alike: the share of the range that a fit leaves at least where its variants are tried.
-    pub(crate) least_left: f64,
+    pub(crate) of_like_loops: OfLikeLoops,
     pub(crate) term: &'static dyn Term,
+}
+
+/// What a term must gain where loops are all alike. One predicts the other with any term that fits, so it must halve the
+/// error of a fit that leaves what is usual, and gain more where less is left.
+pub(crate) struct OfLikeLoops {
+    /// The share of the range that such a fit leaves.
+    pub(crate) usual_left: f64,
+    /// By which factor it must lower the mean square error of a fit that is poor: that describes nothing without it.
+    pub(crate) gain_of_poor: f64,
+}
+
+impl OfLikeLoops {
+    /// Below this part of what is usually left no term is tried.
+    const LITTLE: f64 = 0.25;
+
+    /// A fit that leaves this share of the range is poor.
+    const POOR: f64 = 0.02;
+
+    fn leaves_little(&self, left: f64) -> bool {
+        left < Self::LITTLE * self.usual_left
+    }
+
+    /// By which factor a term must lower the mean square error of a fit that leaves so much.
+    fn must_gain(&self, left: f64) -> f64 {
+        let less = (self.usual_left / left).max(1.0);
+        if left < Self::POOR { MUST_GAIN_OF_LIKE_LOOPS * less } else { self.gain_of_poor }
+    }
 }
 
 /// A term of the table. Nothing else in the search names one.
@@ -155,11 +181,18 @@ pub(crate) struct Chosen {
     pub(crate) trials: Vec<TermTrial>,
 }
 
+/// What a variant must do for its place.
+struct Cost {
+    /// By which factor it must lower the mean square error of the candidate that it comes from.
+    must_gain: f64,
+    /// By which factor it must be better than another variant to be taken alone.
+    must_beat: f64,
+}
+
 /// A neighbour that is better than a candidate.
 struct Neighbour {
     one: Candidate,
-    /// By which factor of the mean square error it had to be.
-    must_gain: f64,
+    must_beat: f64,
     /// Where its trial stands in the list.
     trial: usize,
 }
@@ -221,7 +254,7 @@ impl TermSearch<'_> {
     fn left_untried(&self, first: &Candidate, outcome: TrialOutcome) -> Vec<TermTrial> {
         let is_left = |row: &&Row| {
             let is_open = row.term.is_open(self.asked, &first.options) && !row.term.is_in(first);
-            is_open && (outcome == TrialOutcome::NothingLeft || self.left(first) < self.least_left(row))
+            is_open && (outcome == TrialOutcome::NothingLeft || self.leaves_little(first, row))
         };
         let untried = |row: &Row| TermTrial::not_tried(row.term.name(), outcome);
         self.table.iter().filter(is_left).map(untried).collect()
@@ -241,9 +274,9 @@ impl TermSearch<'_> {
         TermTrial { beside, ..TermTrial::by_stretches(row.term.name(), must_gain, TrialOutcome::Better) }
     }
 
-    /// The share of the range that a fit leaves at least where a term is tried.
-    fn least_left(&self, row: &Row) -> f64 {
-        if self.variety.amplitudes { 0.0 } else { row.least_left }
+    /// Whether a candidate leaves too little for a term to be tried.
+    fn leaves_little(&self, from: &Candidate, row: &Row) -> bool {
+        !self.variety.amplitudes && row.of_like_loops.leaves_little(self.left(from))
     }
 
     /// Where the search ends from a candidate, if not there: of several neighbours that are better than it, and none of
@@ -265,7 +298,7 @@ impl TermSearch<'_> {
         }
         ends.sort_by_key(|end| end.one.place.space.maps());
         let better = |best: End, end: End| {
-            let is_best = is_better(&end.one.alone, &best.one.alone, self.must_gain(1, true));
+            let is_best = is_better(&end.one.alone, &best.one.alone, self.must_gain());
             let (best, beaten) = if is_best { (end, best) } else { (best, end) };
             way.trials[beaten.trial].outcome = TrialOutcome::Beaten;
             overrule(&mut way.trials[beaten.further], TrialOutcome::Beaten, |_| true);
@@ -284,9 +317,8 @@ impl TermSearch<'_> {
     /// where its trial stands: what is quick to try comes first, then what is costly, then what is simpler.
     fn better_neighbours(&self, from: &Candidate, way: &mut Way<'_, '_>) -> Result<Vec<(usize, Candidate)>, Error> {
         if self.leaves_something(from) {
-            let left = self.left(from);
             for costly in [false, true] {
-                let rows = self.table.iter().filter(|row| row.is_costly == costly && left >= self.least_left(row));
+                let rows = self.table.iter().filter(|row| row.is_costly == costly && !self.leaves_little(from, row));
                 let better = self.better_of_rows(rows, from, way)?;
                 if !better.is_empty() {
                     return Ok(better);
@@ -306,28 +338,28 @@ impl TermSearch<'_> {
         let mut variants = Vec::new();
         for row in rows {
             for variant in row.term.variants(self, from, way.monitor)? {
-                let must_gain = self.must_gain(row.terms, variant.adds);
+                let cost = self.cost(row, from, variant.adds);
                 let trial = way.trials.len();
-                way.trials.push(self.trial(row, from, must_gain));
-                variants.push(((must_gain, trial, variant), way.next_try()));
+                way.trials.push(self.trial(row, from, cost.must_gain));
+                variants.push(((cost, trial, variant), way.next_try()));
             }
         }
-        let tried = way.monitor.side_by_side(variants, |(must_gain, trial, variant), span, monitor| {
-            Ok((must_gain, trial, self.tried_if_promising(variant, from, span, monitor)?))
+        let tried = way.monitor.side_by_side(variants, |(cost, trial, variant), span, monitor| {
+            Ok((cost, trial, self.tried_if_promising(variant, from, span, monitor)?))
         })?;
         let mut better: Vec<Neighbour> = Vec::new();
-        for (must_gain, trial, one) in tried {
+        for (Cost { must_gain, must_beat }, trial, one) in tried {
             let judged = one.and_then(|one| {
                 way.trials[trial].gain = Some(from.typical() / one.typical());
                 self.judged(one, from, must_gain, &mut way.untold)
             });
             match judged {
-                Ok(one) => better.push(Neighbour { one, must_gain, trial }),
+                Ok(one) => better.push(Neighbour { one, must_beat, trial }),
                 Err(outcome) => way.trials[trial].outcome = outcome,
             }
         }
         let is_beaten =
-            |one: &Neighbour| better.iter().any(|other| is_better(&other.one.alone, &one.one.alone, other.must_gain));
+            |one: &Neighbour| better.iter().any(|other| is_better(&other.one.alone, &one.one.alone, other.must_beat));
         let beaten: Vec<bool> = better.iter().map(is_beaten).collect();
         let mut best = Vec::new();
         for (Neighbour { one, trial, .. }, is_beaten) in better.into_iter().zip(beaten) {
@@ -388,10 +420,19 @@ impl TermSearch<'_> {
         self.table.iter().any(|row| row.term.is_more() && row.term.is_in(one))
     }
 
-    /// By which factor a model must lower the mean square error of one with so many terms less, or with others.
-    fn must_gain(&self, terms: i32, adds: bool) -> f64 {
-        let of_one = if adds && !self.variety.amplitudes { MUST_GAIN_OF_LIKE_LOOPS } else { MUST_GAIN };
-        of_one.powi(terms)
+    /// By which factor a model must lower the mean square error of one with a term less, or with others.
+    fn must_gain(&self) -> f64 {
+        if self.variety.amplitudes { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS }
+    }
+
+    /// What a variant of a term costs beside those of a candidate.
+    fn cost(&self, row: &Row, from: &Candidate, adds: bool) -> Cost {
+        let usual = if adds { self.must_gain() } else { MUST_GAIN };
+        let is_usual = !adds || self.variety.amplitudes;
+        let of_one = if is_usual { usual } else { row.of_like_loops.must_gain(self.left(from)) };
+        // Two terms together follow any loop: a second one has no discount.
+        let of_one = if self.has_more(from) { of_one.max(usual) } else { of_one };
+        Cost { must_gain: of_one.powi(row.terms), must_beat: usual.powi(row.terms) }
     }
 
     /// The same without a map that the dynamics behind it made needless: with it the model does not predict better by
@@ -404,7 +445,7 @@ impl TermSearch<'_> {
             let Some(variant) = row.term.left_out(self.asked, from) else { continue };
             let span = way.next_try();
             let Some(one) = to_compare(self.tried(variant, PASSES, span, way.monitor))? else { continue };
-            let must_gain = self.must_gain(1, true);
+            let must_gain = self.must_gain();
             if !is_better(&from.alone, &one.alone, must_gain) {
                 let trial = TermTrial::by_stretches(row.term.name(), must_gain, TrialOutcome::Needless);
                 way.trials.push(trial.with_gain(one.typical() / from.typical()));

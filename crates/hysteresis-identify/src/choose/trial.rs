@@ -2,6 +2,8 @@
 
 /// How results call the term that more than one file speaks of.
 pub(crate) const COUPLED_PLAYS: &str = "coupled plays";
+pub(crate) const DUHEM: &str = "Duhem operator";
+pub(crate) const DEAD_TIME: &str = "dead time";
 
 /// A term that the search tried, or did not try, and why.
 ///

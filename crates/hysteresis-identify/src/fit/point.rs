@@ -155,11 +155,16 @@ pub(crate) struct Axis {
 impl Axis {
     /// Whether a point lies between the bounds: at one of them the search ended, and what it looks for may lie beyond.
     pub(crate) fn is_inside(&self, point: &Point) -> bool {
-        self.lower < point.get(self.parameter) && !self.is_at_upper(point)
+        self.lower + self.edge() < point.get(self.parameter) && !self.is_at_upper(point)
+    }
+
+    /// What is nearer to a bound is at it, as steps end there but for rounding.
+    fn edge(&self) -> f64 {
+        1e-9 * (self.upper - self.lower)
     }
 
     pub(crate) fn is_at_upper(&self, point: &Point) -> bool {
-        point.get(self.parameter) >= self.upper
+        point.get(self.parameter) >= self.upper - self.edge()
     }
 }
 

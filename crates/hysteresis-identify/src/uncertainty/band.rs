@@ -12,9 +12,11 @@
 
 use hysteresis_control::stage::{Branches, CELLS, ErrorBand, Place};
 
+use crate::judge::finding::Finding;
+use crate::judge::finding_code::FindingCode;
 use crate::judge::loops::{tells_middles, tells_speeds};
 use crate::records::record::Record;
-use crate::records::signal::as_f64;
+use crate::records::signal::{as_f64, median};
 use crate::result::identification::Identification;
 use crate::terms::weights::WeightLaw;
 
@@ -24,6 +26,9 @@ const UNTOLD: (f64, f64) = (0.02, 0.06);
 
 /// The same of records that are alike.
 const UNTOLD_BY_LIKE: (f64, f64) = (0.03, 0.07);
+
+/// 95 % of a normal distribution lie within so many standard deviations.
+const NORMAL_95: f64 = 1.96;
 
 /// From how many cells on nothing is told of a place.
 const FAR: usize = 2;
@@ -59,21 +64,60 @@ impl Identification {
         let left = self.held_out_residuals(records).unwrap_or_else(|_| self.own_residuals(records));
         let intervals = records.iter().map(|record| record.dt().unwrap_or(self.chain.dt));
         let samples = Samples::new(records, &left, intervals, self.drive_range);
-        let width = self.record_fits.iter().filter_map(|fit| fit.loop_width).fold(0.0, f64::max);
-        let width = if width > 0.0 { width } else { USUAL_WIDTH * self.fit.range };
+        let width = self.width();
         let noise = self.sensor_noise();
         let table = Table::of(&samples, noise);
         let are_alike = !(tells_speeds(records) && tells_middles(records));
-        let errors = table.errors(width, self.untruth(width), are_alike);
+        let errors = table.errors(width, self.untruth(), are_alike);
         let rates = samples.factors(&errors, noise, |sample| sample.rate);
         let times = samples.factors(&errors, noise, |sample| sample.seconds);
         ErrorBand::new(noise, self.drive_range, width, errors, rates, times).ok()
     }
 
+    /// The same with a finding, where there is no other, if the model has several curves that follow any loop, and its
+    /// band says that it is open what they do in other motions.
+    pub(crate) fn with_wide_band_named(mut self, records: &[Record<'_>]) -> Self {
+        /// Half of the recorded way has a wider band. A stage that missed other motions by 1.4 % of the range had 0.006.
+        const LIMIT: f64 = 0.0055;
+        const SEVERAL: usize = 3;
+        let curves = self.curves();
+        if !self.warnings.is_empty() || curves < SEVERAL {
+            return self;
+        }
+        let Some(band) = &self.error_band else { return self };
+        let of_record = |record: &Record<'_>| {
+            let dt = record.dt().unwrap_or(self.chain.dt);
+            band.deviations(record.input(), &[], dt).unwrap_or_default()
+        };
+        let deviations: Vec<f64> = records.iter().flat_map(of_record).collect();
+        let value = NORMAL_95 * median(&deviations) / self.fit.range;
+        if value > LIMIT {
+            let message = format!(
+                "{curves} curves together (maps, relaxing plays, a Duhem operator) follow any loop, and the records leave open \
+                 what other motions do: the error band of 95 % is {:.1} % of the range to either side",
+                100.0 * value
+            );
+            self.warnings.push(Finding::new(FindingCode::WideErrorBand, value, LIMIT, message));
+        }
+        self
+    }
+
+    /// How many parts it has that follow a loop whatever it is.
+    fn curves(&self) -> usize {
+        let maps = usize::from(self.input_map().is_some()) + usize::from(self.output_map().is_some());
+        maps + usize::from(self.relaxing_plays.is_some()) + usize::from(self.duhem().is_some())
+    }
+
+    /// The width of the widest loop of the records.
+    fn width(&self) -> f64 {
+        let width = self.record_fits.iter().filter_map(|fit| fit.loop_width).fold(0.0, f64::max);
+        if width > 0.0 { width } else { USUAL_WIDTH * self.fit.range }
+    }
+
     /// How far what stages of other physics lack is to be expected of this one, from little to 1: a law of few unknowns
     /// that leaves nothing but noise is true, while free weights, two maps or a second family follow any loop that they
     /// are fitted to.
-    fn untruth(&self, width: f64) -> f64 {
+    fn untruth(&self) -> f64 {
         let both_maps = self.input_map().is_some() && self.output_map().is_some();
         let follows_anything = both_maps || self.relaxing_plays.is_some() || self.duhem().is_some();
         if self.weights != WeightLaw::Quadratic || follows_anything {
@@ -81,7 +125,7 @@ impl Identification {
         }
         let noise = self.sensor_noise();
         let left = (self.fit.rmse.powi(2) - noise.powi(2)).max(0.0).sqrt().hypot(TOLD_FROM_NOISE * noise);
-        (left / (COINCIDENCE * width)).clamp(LEAST_UNTRUTH, 1.0)
+        (left / (COINCIDENCE * self.width())).clamp(LEAST_UNTRUTH, 1.0)
     }
 
     /// What the fit itself leaves; NaN where nothing is fitted.

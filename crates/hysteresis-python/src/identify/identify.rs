@@ -62,7 +62,8 @@ use crate::convert::errors;
 ///     of the range or its middle if the plays alone fit far better with that. The conventional model fixes it at the
 ///     middle of the input range.
 /// dead_time : "fit" or float
-///     What y lags u besides, in seconds; in samples where there is no dt.
+///     What y lags u besides, in seconds; in samples where there is no dt. Where loops are all alike, more than a sample
+///     must lower the error of prediction by a tenth.
 /// dynamics : "auto", None, 2 or 1
 ///     Linear dynamics behind the hysteresis: of second order, or a first-order lag. They need dt and records that
 ///     reach their frequency; a warning says if these do not tell those that were asked for. "auto" is 2, 1 or None: 1
@@ -107,8 +108,9 @@ use crate::convert::errors;
 ///     A rising map of the drive in front of the hysteresis, and of the position behind it, over the range of the
 ///     records: the logarithm of its slope is a cubic, all of them straight pieces in the stage. "auto" fits the one
 ///     that predicts held-out stretches better by a tenth of the error, and both if the other one gains as much again.
-///     Where loops are all alike a map must halve the error, of a fit that leaves 0.5 % of the range at least. Loops
-///     that only decay must say more for a map than for a loop shift: see the finding `map_not_told`.
+///     Where loops are all alike a map must halve the error of a fit that leaves 0.5 % of the range, or lower it by
+///     more where less is left; where 2 % is left, by a fifth. Loops that only decay must say more for a map than for
+///     a loop shift: see the finding `map_not_told`.
 /// thresholds : "uniform", "quantiles", "geometric" or array, optional
 ///     The r_i: evenly spaced, at quantiles of the amplitudes at which u turns round, growing by a constant factor, or
 ///     given. "geometric" gives small loops more operators: r_i = X / q^(n - i), i >= 1, q = min(2, 100^(1 / (n - 1))):
