@@ -346,7 +346,7 @@ OUTCOMES = {
     "nothing_left": "not tried: the fit leaves noise alone",
     "little_left": "not tried: loops are all alike, and the fit leaves little",
     "not_fitted": "the records do not bear it",
-    "needless": "left out again: not needed",
+    "needless": "left out again: it gains too little",
 }
 """What came of a term that was tried."""
 

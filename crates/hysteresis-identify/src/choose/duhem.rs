@@ -105,12 +105,12 @@ pub(crate) fn with_duhem(
             return Ok(plays.with_trial(place, TermTrial::by_stretches(DUHEM, must_gain, outcome)));
         }
     };
-    let Some(Needed { must_gain, leaves_noise }) = needed else {
+    let Some(Needed { must_gain, must_leave_noise }) = needed else {
         let is_chosen = found.fit.fit.squares < plays.fit.fit.squares;
         return Ok(if is_chosen { found } else { Found { partial: found.partial, ..plays } });
     };
     let without = plays.validated(records)?;
-    let outcome = if leaves_noise && !is_told(records, &plays, &found) {
+    let outcome = if must_leave_noise && !is_told(records, &plays, &found) {
         TrialOutcome::NotTold
     } else if is_better(&predicts, &without, must_gain) {
         TrialOutcome::Better
@@ -203,8 +203,8 @@ pub(crate) fn no_inverse(rise: f64, fall: f64) -> Option<Finding> {
 struct Needed {
     /// By which factor of the mean square error of prediction it is better.
     must_gain: f64,
-    /// Whether what it leaves is no more than the noise, as other operators would do as well.
-    leaves_noise: bool,
+    /// Whether it must leave no more than the noise, as other operators would follow such loops as well.
+    must_leave_noise: bool,
 }
 
 /// What is asked of an operator beside the plays; nothing suffices where time explains what plays leave, as loops that
@@ -226,7 +226,7 @@ fn needed(records: &[Record<'_>], plays: &Found) -> Option<Needed> {
         return None;
     }
     let must_gain = if apart_from_time && !drifts { MUST_GAIN } else { MUST_GAIN_OF_LIKE_LOOPS };
-    Some(Needed { must_gain, leaves_noise: !amplitudes })
+    Some(Needed { must_gain, must_leave_noise: !amplitudes })
 }
 
 /// The plays with the linear part at which an operator is looked for: a lag may hide an amplifier in front and a mode.

@@ -66,11 +66,6 @@ impl Found {
         Ok(stretches.under(&self.options, &self.basis).cross_validate(&terms))
     }
 
-    /// The same where the search was stopped.
-    pub(crate) fn stopped(self) -> Self {
-        Self { partial: true, ..self }
-    }
-
     /// The same after trials that came before all others.
     pub(crate) fn after(mut self, mut before: Vec<TermTrial>) -> Self {
         before.append(&mut self.trials);

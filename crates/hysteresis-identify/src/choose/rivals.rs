@@ -1,27 +1,32 @@
 //! What may stand for something else where loops are all alike.
 //!
-//! Maps follow such loops as an operator of another family would, and what they leave may promise nothing of it. A dead
-//! time of any length, or a mode that rings for ever, follows what plays lack, as long as the speed is one. So each of
+//! Maps follow such loops as an operator of another family would, and what they leave may promise nothing of it. Where
+//! their speed is one, too, a dead time of any length, or a mode that rings for ever, follows what plays lack. So each of
 //! these has a rival: everything searched once more without it.
 
 use crate::choose::duhem::leaves_something;
 use crate::choose::found::{Found, Search};
-use crate::choose::linear_part::SECOND_ORDER;
+use crate::choose::linear_part::{SECOND_ORDER, to_compare};
 use crate::choose::term_search::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::told::Variety;
 use crate::choose::trial::{DEAD_TIME, DUHEM, TermTrial, TrialOutcome, overrule};
 use crate::error::Error;
-use crate::fit::point::Parameter;
-use crate::fit::progress::SearchMonitor;
+use crate::fit::point::DAMPINGS;
+use crate::fit::progress::{SearchMonitor, SearchStage};
+use crate::judge::loops::tells_speeds;
 use crate::options::{Options, Setting};
 use crate::records::record::Record;
 use crate::terms::duhem::DuhemModel;
-use crate::terms::dynamics::DynamicsModel;
+use crate::terms::dynamics::{DynamicsModel, Order};
 use crate::terms::maps::MapModel;
 use crate::terms::operators::ModelKind;
 
 /// Up to so many samples a dead time is that of a converter.
 const USUAL_DEAD_TIME: f64 = 1.0;
+
+/// A mode that is damped by less than so many times the least damping of the search rings for ever: steps end at that
+/// bound but for rounding.
+const UNDAMPED: f64 = 1.001;
 
 /// What may follow loops of one speed without being there.
 struct Doubt {
@@ -33,15 +38,10 @@ struct Doubt {
     must_gain: f64,
 }
 
-/// A mode at the bounds of its search goes on as nothing does that is damped.
 const DOUBTS: [Doubt; 2] = [
     Doubt {
         term: SECOND_ORDER,
-        is_raised: |asked, found| {
-            let first = found.fit.space.axis(Parameter::LogDamping);
-            let is_damped = first.is_none_or(|axis| axis.is_inside(&found.fit.fit.point));
-            asked.dynamics == DynamicsModel::Auto && !(is_damped && found.fit.has_distinct_modes())
-        },
+        is_raised: |asked, found| asked.dynamics == DynamicsModel::Auto && rings_for_ever(found),
         without: |asked| Options { dynamics: DynamicsModel::None, ..asked.clone() },
         must_gain: MUST_GAIN_OF_LIKE_LOOPS,
     },
@@ -61,27 +61,37 @@ pub(crate) fn search_with_rivals(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
     let (mut found, mut asked) = (search(records, asked, monitor)?, asked.clone());
-    if Variety::of(records).amplitudes {
+    if Variety::of(records).amplitudes || found.leads(&asked) {
         return Ok(found);
     }
-    for doubt in DOUBTS {
+    let doubts = if tells_speeds(records) { &[][..] } else { &DOUBTS };
+    for doubt in doubts {
         if found.partial || !(doubt.is_raised)(&asked, &found) {
             continue;
         }
         let without = (doubt.without)(&asked);
-        let Some(rival) = rival(records, &without, search, monitor)? else { return Ok(found.stopped()) };
-        let is_told;
-        (found, is_told) = with_or_without(records, &doubt, found, rival)?;
-        asked = if is_told { asked } else { without };
+        match rival(records, &without, search, monitor) {
+            Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
+            rival => {
+                if let Some(rival) = rival?.filter(|rival| is_simpler(rival, &found)) {
+                    (found, asked) = with_or_without(records, doubt, (found, asked), (rival, without))?;
+                }
+            }
+        }
     }
     if !may_stand_for_duhem(records, &asked, &found) {
         return Ok(found);
     }
-    let Some(rival) = rival(records, &asked.without_open_maps(), search, monitor)? else { return Ok(found.stopped()) };
-    without_maps(records, found, rival)
+    match rival(records, &asked.without_open_maps(), search, monitor) {
+        Err(Error::Interrupted) if monitor.keeps_best() => Ok(Found { partial: true, ..found }),
+        rival => match rival? {
+            Some(rival) => without_maps(records, found, rival),
+            None => Ok(found),
+        },
+    }
 }
 
-/// What is found with other options; none where the search is stopped, and the best so far is kept.
+/// What is found with other options; nothing where these cannot be fitted.
 fn rival(
     records: &[Record<'_>],
     without: &Options,
@@ -89,35 +99,53 @@ fn rival(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Option<Found>, Error> {
     monitor.hold();
-    match search(records, without, monitor) {
-        Ok(Found { partial: true, .. }) | Err(Error::Interrupted) if monitor.keeps_best() => Ok(None),
-        rival => rival.map(Some),
+    monitor.enter(SearchStage::Scan);
+    let rival = to_compare(search(records, without, monitor))?;
+    // What was stopped on its way is compared with nothing.
+    if rival.as_ref().is_some_and(|rival| rival.partial) { Err(Error::Interrupted) } else { Ok(rival) }
+}
+
+/// The model and its options without what is in doubt, unless that is worse by more than it costs.
+fn with_or_without(
+    records: &[Record<'_>],
+    doubt: &Doubt,
+    (found, asked): (Found, Options),
+    (rival, without): (Found, Options),
+) -> Result<(Found, Options), Error> {
+    let (here, there) = (found.validated(records)?, rival.validated(records)?);
+    let trial = |outcome| {
+        let trial = TermTrial::by_stretches(doubt.term, doubt.must_gain, outcome);
+        trial.with_gain(there.typical_error() / here.typical_error())
+    };
+    if is_better(&here, &there, doubt.must_gain) {
+        let place = found.trials.len();
+        return Ok((found.with_trial(place, trial(TrialOutcome::Better)), asked));
     }
+    let (place, before) = (rival.trials.len(), found.overruled(|_| true));
+    Ok((rival.with_trial(place, trial(TrialOutcome::Needless)).after(before), without))
 }
 
-/// The model without what is in doubt, unless that is worse by more than it costs or has other terms in its place; and
-/// whether it is.
-fn with_or_without(records: &[Record<'_>], doubt: &Doubt, found: Found, rival: Found) -> Result<(Found, bool), Error> {
-    let (with, without) = (found.validated(records)?, rival.validated(records)?);
-    let is_simpler = terms(&rival).iter().zip(terms(&found)).all(|(there, here)| *there <= here);
-    let is_told = !is_simpler || is_better(&with, &without, doubt.must_gain);
-    let outcome = if is_told { TrialOutcome::Better } else { TrialOutcome::Needless };
-    let trial = TermTrial::by_stretches(doubt.term, doubt.must_gain, outcome)
-        .with_gain(without.typical_error() / with.typical_error());
-    let (chosen, before) = if is_told { (found, Vec::new()) } else { (rival, found.overruled(|_| true)) };
-    let place = chosen.trials.len();
-    Ok((chosen.with_trial(place, trial).after(before), is_told))
+/// Whether a rival has nothing in the place of what is in doubt.
+fn is_simpler(rival: &Found, found: &Found) -> bool {
+    terms(rival).iter().zip(terms(found)).all(|(there, here)| *there <= here)
 }
 
-/// How many of what may be beside plays a model has.
-fn terms(found: &Found) -> [usize; 4] {
+/// How much there is of what may be in the place of another term.
+fn terms(found: &Found) -> [usize; 6] {
     let space = &found.fit.space;
     [
         usize::from(space.order().is_some()),
+        usize::from(space.order() == Some(Order::Second)) * space.modes(),
         usize::from(space.has_amplifier()),
         space.maps(),
+        space.creep_amplitudes(),
         usize::from(found.has_duhem()),
     ]
+}
+
+fn rings_for_ever(found: &Found) -> bool {
+    let modes = found.fit.space.linear_part(&found.fit.fit.point).modes();
+    found.fit.space.order() == Some(Order::Second) && modes.iter().any(|mode| mode.damping < UNDAMPED * DAMPINGS.0)
 }
 
 /// Whether maps that were chosen may stand for an operator that they left nothing for.

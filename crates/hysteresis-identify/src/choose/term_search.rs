@@ -42,8 +42,8 @@ pub(crate) struct Row {
     pub(crate) term: &'static dyn Term,
 }
 
-/// What a term must gain where loops are all alike. One predicts the other with any term that fits, so it must halve the
-/// error of a fit that leaves what is usual, and gain more where less is left.
+/// What a term must gain where loops are all alike. One predicts the other with any term that fits, so it must halve
+/// the error of a fit that leaves what is usual, and gain more where less is left.
 pub(crate) struct OfLikeLoops {
     /// The share of the range that such a fit leaves.
     pub(crate) usual_left: f64,
@@ -55,17 +55,19 @@ impl OfLikeLoops {
     /// Below this part of what is usually left no term is tried.
     const LITTLE: f64 = 0.25;
 
-    /// A fit that leaves this share of the range is poor.
+    /// A fit that leaves this share of the range, noise included, is poor.
     const POOR: f64 = 0.02;
 
     fn leaves_little(&self, left: f64) -> bool {
         left < Self::LITTLE * self.usual_left
     }
 
-    /// By which factor a term must lower the mean square error of a fit that leaves so much.
-    fn must_gain(&self, left: f64) -> f64 {
-        let less = (self.usual_left / left).max(1.0);
-        if left < Self::POOR { MUST_GAIN_OF_LIKE_LOOPS * less } else { self.gain_of_poor }
+    /// By which factor terms must lower the mean square error of a fit that leaves so much; beside another one they have
+    /// no discount, as two together follow any loop.
+    fn must_gain(&self, left: f64, terms: i32, is_beside: bool) -> f64 {
+        let is_poor = left >= Self::POOR && !is_beside;
+        let of_one = if is_poor { self.gain_of_poor } else { MUST_GAIN_OF_LIKE_LOOPS };
+        of_one.powi(terms) * (self.usual_left / left).max(1.0)
     }
 }
 
@@ -427,12 +429,10 @@ impl TermSearch<'_> {
 
     /// What a variant of a term costs beside those of a candidate.
     fn cost(&self, row: &Row, from: &Candidate, adds: bool) -> Cost {
-        let usual = if adds { self.must_gain() } else { MUST_GAIN };
+        let must_beat = if adds { self.must_gain() } else { MUST_GAIN }.powi(row.terms);
         let is_usual = !adds || self.variety.amplitudes;
-        let of_one = if is_usual { usual } else { row.of_like_loops.must_gain(self.left(from)) };
-        // Two terms together follow any loop: a second one has no discount.
-        let of_one = if self.has_more(from) { of_one.max(usual) } else { of_one };
-        Cost { must_gain: of_one.powi(row.terms), must_beat: usual.powi(row.terms) }
+        let of_like = || row.of_like_loops.must_gain(self.left(from), row.terms, self.has_more(from));
+        Cost { must_gain: if is_usual { must_beat } else { of_like() }, must_beat }
     }
 
     /// The same without a map that the dynamics behind it made needless: with it the model does not predict better by

@@ -60,7 +60,7 @@ pub enum TrialOutcome {
     NothingLeft,
     /// It could not be fitted to these records.
     NotFitted,
-    /// It is left out again: the model predicts as well without it.
+    /// It is left out again: without it the model predicts no worse than by what it must gain.
     Needless,
 }
 

@@ -155,21 +155,16 @@ pub(crate) struct Axis {
 impl Axis {
     /// Whether a point lies between the bounds: at one of them the search ended, and what it looks for may lie beyond.
     pub(crate) fn is_inside(&self, point: &Point) -> bool {
-        self.lower + self.edge() < point.get(self.parameter) && !self.is_at_upper(point)
-    }
-
-    /// What is nearer to a bound is at it, as steps end there but for rounding.
-    fn edge(&self) -> f64 {
-        1e-9 * (self.upper - self.lower)
+        self.lower < point.get(self.parameter) && !self.is_at_upper(point)
     }
 
     pub(crate) fn is_at_upper(&self, point: &Point) -> bool {
-        point.get(self.parameter) >= self.upper - self.edge()
+        point.get(self.parameter) >= self.upper
     }
 }
 
 /// The damping ratios that are searched.
-const DAMPINGS: (f64, f64) = (1e-4, 10.0);
+pub(crate) const DAMPINGS: (f64, f64) = (1e-4, 10.0);
 
 /// The highest frequency that is searched, in cycles per sample of the fastest record.
 const MAX_CYCLES_PER_SAMPLE: f64 = 0.5;

@@ -183,8 +183,9 @@ pub enum FindingCode {
     /// speed and the frequency vary by less, one speed is all there is.
     RateDependenceNotTold,
     /// The model has three or four of two maps, relaxing plays and a Duhem operator, which follow any loop together, and
-    /// the records leave open what they do in other motions. Value: how far the error band of 95 % reaches on half of
-    /// the way of the records, without noise, over the range of the position; limit 0.0055. Told where nothing else is.
+    /// loops of one speed or about one middle leave open what they do in other motions. Value: how far the error band
+    /// of 95 % reaches at half of the samples, without noise, over the range of the position; limit 0.0055. Told where
+    /// nothing else is.
     WideErrorBand,
     /// The position leaks towards its mean: charge that leaks off, or a sensor or an amplifier that passes nothing
     /// slow. Value: the correlation of what operators and slow changes leave of the residual with the falling integral
@@ -527,8 +528,8 @@ impl FindingCode {
             Self::WideErrorBand => (
                 "wide_error_band",
                 Never,
-                "add a record of other speeds and of loops of several sizes, as those of mpi-hyst excite; or ask for the band of a motion \
-                 before it is driven",
+                "add a record of other speeds and of loops about several middles, as those of mpi-hyst excite; or ask for the band of a \
+                 motion before it is driven",
             ),
             Self::RateDependenceNotTold => (
                 "rate_dependence_not_told",

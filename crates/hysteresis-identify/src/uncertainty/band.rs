@@ -67,21 +67,20 @@ impl Identification {
         let width = self.width();
         let noise = self.sensor_noise();
         let table = Table::of(&samples, noise);
-        let are_alike = !(tells_speeds(records) && tells_middles(records));
-        let errors = table.errors(width, self.untruth(), are_alike);
+        let errors = table.errors(width, self.untruth(), are_alike(records));
         let rates = samples.factors(&errors, noise, |sample| sample.rate);
         let times = samples.factors(&errors, noise, |sample| sample.seconds);
         ErrorBand::new(noise, self.drive_range, width, errors, rates, times).ok()
     }
 
-    /// The same with a finding, where there is no other, if the model has several curves that follow any loop, and its
-    /// band says that it is open what they do in other motions.
+    /// The same with a finding, where there is no other, if the model has several curves that follow any loop, the
+    /// records are alike, and the band says that it is open what these curves do in other motions.
     pub(crate) fn with_wide_band_named(mut self, records: &[Record<'_>]) -> Self {
-        /// Half of the recorded way has a wider band. A stage that missed other motions by 1.4 % of the range had 0.006.
+        /// Half of the samples have a wider band. A stage that missed other motions by 1.4 % of the range had 0.006.
         const LIMIT: f64 = 0.0055;
         const SEVERAL: usize = 3;
         let curves = self.curves();
-        if !self.warnings.is_empty() || curves < SEVERAL {
+        if !self.warnings.is_empty() || curves < SEVERAL || !are_alike(records) {
             return self;
         }
         let Some(band) = &self.error_band else { return self };
@@ -138,6 +137,11 @@ impl Identification {
         };
         records.iter().enumerate().map(of_record).collect()
     }
+}
+
+/// Whether loops have one speed or one middle.
+fn are_alike(records: &[Record<'_>]) -> bool {
+    !(tells_speeds(records) && tells_middles(records))
 }
 
 /// A held-out sample.

@@ -233,7 +233,7 @@ impl Identification {
         self.found.standard_errors.ratios.into()
     }
 
-    /// Standard error of the input offset: 0 if it was given, and for plays.
+    /// Standard error of the input offset: 0 if it was given, or left out, and for plays.
     #[getter]
     fn input_offset_std(&self) -> f64 {
         self.found.standard_errors.input_offset

@@ -62,12 +62,13 @@ use crate::convert::errors;
 ///     of the range or its middle if the plays alone fit far better with that. The conventional model fixes it at the
 ///     middle of the input range.
 /// dead_time : "fit" or float
-///     What y lags u besides, in seconds; in samples where there is no dt. Where loops are all alike, more than a sample
-///     must lower the error of prediction by a tenth.
+///     What y lags u besides, in seconds; in samples where there is no dt. In loops of one size and speed, more than a
+///     sample must lower the error of prediction by a tenth, unless another term would take its place.
 /// dynamics : "auto", None, 2 or 1
 ///     Linear dynamics behind the hysteresis: of second order, or a first-order lag. They need dt and records that
 ///     reach their frequency; a warning says if these do not tell those that were asked for. "auto" is 2, 1 or None: 1
-///     in the place of an overdamped 2 that is not told from it, or where that predicts better behind a map.
+///     in the place of an overdamped 2 that is not told from it, or where that predicts better behind a map. In loops of
+///     one size and speed, a mode without damping must halve the error of prediction.
 /// modes : "auto", 1, 2 or 3
 ///     How many modes in parallel the second-order dynamics have: G(s) = sum_i g_i / ((s/w_i)^2 + 2 zeta_i s/w_i + 1),
 ///     the gains g_i sum to 1. "auto" begins with one, and adds a second and a third as far as the records tell them. A
