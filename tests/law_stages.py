@@ -87,6 +87,12 @@ def creeping(u: Array) -> Array:
     return x + sum(0.012 * lagged(x, time) for time in (0.1, 1.0, 10.0))
 
 
+def screw(u: Array) -> Array:
+    """Backlash, and an error with the pitch of the screw."""
+    x = plays(u, np.array([0.0, 1.5]), np.array([0.0, 1.0]))
+    return np.asarray(x + 0.4 * np.sin(2.0 * np.pi * x / 24.0))
+
+
 STAGES = [
     Stage("plays", -50.0, 50.0, usual),
     Stage("plays to one side", 0.0, 100.0, usual),
@@ -101,6 +107,10 @@ STAGES = [
     Stage("mode of a square", 0.0, 100.0, lambda u: ringing(usual(u) ** 2 / 60.0, 40.0, 0.05)),
     Stage("one side curved", -50.0, 50.0, lambda u: usual(u) + 0.002 * np.maximum(u, 0.0) ** 2),
 ]
+
+
+def named(name: str) -> Stage:
+    return next(stage for stage in STAGES if stage.name == name)
 
 
 def way(corners: list[float], speed: float) -> Array:

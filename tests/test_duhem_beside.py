@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from law_stages import DT as LAW_DT
-from law_stages import STAGES, Stage, alike, lagged, measured, varied
+from law_stages import Stage, alike, lagged, measured, named, varied
 from law_stages import loops as loops_of
 from mpi_hyst._cli.stage import is_static
 from mpi_hyst._report.models import linear_parts
@@ -168,7 +168,7 @@ def test_identify_chooses_the_operator_where_plays_fail() -> None:
 
 @pytest.mark.parametrize("record", [varied, alike])
 def test_identify_finds_what_the_piezo_form_subtracts(record: Callable[[Stage], Array]) -> None:
-    kind = next(stage for stage in STAGES if stage.name == "Bouc-Wen")
+    kind = named("Bouc-Wen")
     u, other = record(kind), loops_of(kind, [0.7, 0.9, 0.35, 0.6])
     found = mh.identify(u, measured(kind, u), dt=LAW_DT)
     plays = mh.identify(u, measured(kind, u), dt=LAW_DT, duhem=None)
@@ -265,7 +265,7 @@ def test_of_both_directions_the_one_that_predicts_better_is_taken() -> None:
 
 
 def test_a_fit_without_an_inverse_is_red() -> None:
-    kind = next(stage for stage in STAGES if stage.name == "plays")
+    kind = named("plays")
     u = varied(kind)
     steep = mh.Duhem.from_bouc_wen(-5.0, 0.03, 0.8, -0.3)
     found = mh.identify(u, measured(kind, u), dt=LAW_DT, duhem=steep)

@@ -270,7 +270,7 @@ def test_loops_of_one_speed_promise_nothing_of_another() -> None:
 
 def test_three_curves_are_not_green_where_loops_only_decay() -> None:
     """They follow any loop together, and no loop about one middle says what they do elsewhere."""
-    stage = next(stage for stage in law_stages.STAGES if stage.name == "curved position")
+    stage = law_stages.named("curved position")
     middle, half = 0.5 * (stage.low + stage.high), 0.5 * (stage.high - stage.low)
     t = np.arange(2000) * law_stages.DT
     decay = middle + half * np.linspace(1.0, 0.1, t.size) * np.sin(4.0 * np.pi * t)

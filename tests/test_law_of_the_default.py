@@ -16,7 +16,7 @@ from typing import Any
 import mpi_hyst as mh
 import numpy as np
 import pytest
-from law_stages import DT, STAGES, Stage, alike, loops, measured, varied
+from law_stages import DT, STAGES, Stage, alike, loops, measured, named, varied
 from support import Array
 
 FIXED: dict[str, dict[str, Any]] = {
@@ -130,7 +130,7 @@ def test_a_known_dead_time_leaves_plays_virgin_where_they_were() -> None:
 
 def test_a_mode_that_is_asked_for_is_found_behind_a_square() -> None:
     # Without the map the records tell too little of it: 1.0 % is left with a dead time alone.
-    stage = next(stage for stage in STAGES if stage.name == "mode of a square")
+    stage = named("mode of a square")
     u = varied(stage)
     in_sample, off = errors(stage, u, measured(stage, u), {"dynamics": 2})
     assert max(in_sample, off) < 0.2

@@ -5,17 +5,11 @@ from __future__ import annotations
 import mpi_hyst as mh
 import numpy as np
 import pytest
-from law_stages import DT, STAGES, Stage, measured, plays, way
+from law_stages import DT, Stage, measured, named, screw, way
 from support import Array
 
 SIZE = 100.0  # V
 TRIANGLES = way([0.0, *[SIZE, 0.0] * 3], 2.0 * SIZE)
-
-
-def screw(u: Array) -> Array:
-    """Backlash, and an error with the pitch of the screw."""
-    x = plays(u, np.array([0.0, 1.5]), np.array([0.0, 1.0]))
-    return np.asarray(x + 0.4 * np.sin(2.0 * np.pi * x / 24.0))
 
 
 def identified(stage: Stage, u: Array) -> mh.results.Identification:
@@ -53,7 +47,7 @@ def test_a_dead_time_that_is_there_stays() -> None:
 
 
 def test_a_map_leaves_room_for_an_operator_that_is_right() -> None:
-    stage = next(stage for stage in STAGES if stage.name == "one side curved")
+    stage = named("one side curved")
     low, high = stage.low, stage.high
     found = identified(stage, way([0.0, *[high, low] * 3, 0.0], 2.0 * (high - low)))
     assert found.duhem is not None and found.input_map is None
@@ -61,7 +55,7 @@ def test_a_map_leaves_room_for_an_operator_that_is_right() -> None:
 
 
 def test_a_first_way_that_plays_fail_at_may_be_that_of_an_operator() -> None:
-    stage = next(stage for stage in STAGES if stage.name == "Bouc-Wen")
+    stage = named("Bouc-Wen")
     low, high = stage.low, stage.high
     found = identified(stage, way([0.0, *[high, low] * 3, 0.0], 2.0 * (high - low)))
     assert found.duhem is not None

@@ -351,12 +351,6 @@ def eddy_currents(u: Array, dt: float) -> Array:
     return out
 
 
-def screw(u: Array, _: float) -> Array:
-    """Backlash, and an error with the pitch of the screw."""
-    x = play_outputs(u, np.array([1.5]))[:, 0]
-    return np.asarray(x + 0.4 * np.sin(2.0 * math.pi * x / 24.0))
-
-
 def bent_creep(u: Array, dt: float) -> Array:
     """Plays that creep in two times, seen by a bent sensor."""
     x = ordinary_plays(u)
@@ -399,6 +393,6 @@ STAGES = (
     Stage("sharp Preisach", -50.0, 50.0, sharp_preisach),
     Stage("limited", 0.0, 100.0, limited),
     Stage("eddy currents", -50.0, 50.0, eddy_currents),
-    Stage("screw", 0.0, 100.0, screw),
+    Stage("screw", 0.0, 100.0, lambda u, _: law_stages.screw(u)),
     Stage("bent creep", 0.0, 100.0, bent_creep),
 )

@@ -84,8 +84,7 @@ pub(crate) fn with_duhem(
     monitor: &mut SearchMonitor<'_>,
 ) -> Result<Found, Error> {
     let is_forced = asked.duhem == DuhemModel::Fit;
-    let is_open = asked.duhem == DuhemModel::Auto && asked.model == ModelKind::Modified;
-    if plays.partial || !(is_forced || is_open && leaves_something(records, &plays)) {
+    if plays.partial || !(is_forced || is_sought(records, asked, &plays)) {
         return Ok(plays);
     }
     let needed = if is_forced { None } else { needed(records, &plays) };
@@ -372,9 +371,10 @@ fn mode_starts(space: &Space, point: &Point) -> Vec<Point> {
     within.map(|log| damped.with(Parameter::LogFrequency, log)).collect()
 }
 
-/// Whether plays leave anything that another family may explain.
-pub(crate) fn leaves_something(records: &[Record<'_>], plays: &Found) -> bool {
-    left(records, plays) > LEAST_LEFT && plays.problem(records).colour(&plays.fit).is_coloured()
+/// Whether an operator is left open, and plays leave anything that another family may explain.
+pub(crate) fn is_sought(records: &[Record<'_>], asked: &Options, plays: &Found) -> bool {
+    let is_open = asked.duhem == DuhemModel::Auto && asked.model == ModelKind::Modified;
+    is_open && left(records, plays) > LEAST_LEFT && plays.problem(records).colour(&plays.fit).is_coloured()
 }
 
 /// What a fit leaves, rms, as a share of the range.

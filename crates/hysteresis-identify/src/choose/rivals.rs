@@ -4,7 +4,7 @@
 //! their speed is one, too, a dead time of any length, or a mode that rings for ever, follows what plays lack. So each of
 //! these has a rival: everything searched once more without it.
 
-use crate::choose::duhem::leaves_something;
+use crate::choose::duhem::is_sought;
 use crate::choose::found::{Found, Search};
 use crate::choose::linear_part::{SECOND_ORDER, to_compare};
 use crate::choose::term_search::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
@@ -16,10 +16,8 @@ use crate::fit::progress::{SearchMonitor, SearchStage};
 use crate::judge::loops::tells_speeds;
 use crate::options::{Options, Setting};
 use crate::records::record::Record;
-use crate::terms::duhem::DuhemModel;
-use crate::terms::dynamics::{DynamicsModel, Order};
+use crate::terms::dynamics::DynamicsModel;
 use crate::terms::maps::MapModel;
-use crate::terms::operators::ModelKind;
 
 /// Up to so many samples a dead time is that of a converter.
 const USUAL_DEAD_TIME: f64 = 1.0;
@@ -131,11 +129,10 @@ fn is_simpler(rival: &Found, found: &Found) -> bool {
 }
 
 /// How much there is of what may be in the place of another term.
-fn terms(found: &Found) -> [usize; 6] {
+fn terms(found: &Found) -> [usize; 5] {
     let space = &found.fit.space;
     [
-        usize::from(space.order().is_some()),
-        usize::from(space.order() == Some(Order::Second)) * space.modes(),
+        usize::from(space.order().is_some()) + space.modes(),
         usize::from(space.has_amplifier()),
         space.maps(),
         space.creep_amplitudes(),
@@ -145,14 +142,14 @@ fn terms(found: &Found) -> [usize; 6] {
 
 fn rings_for_ever(found: &Found) -> bool {
     let modes = found.fit.space.linear_part(&found.fit.fit.point).modes();
-    found.fit.space.order() == Some(Order::Second) && modes.iter().any(|mode| mode.damping < UNDAMPED * DAMPINGS.0)
+    found.fit.space.modes() > 0 && modes.iter().any(|mode| mode.damping < UNDAMPED * DAMPINGS.0)
 }
 
 /// Whether maps that were chosen may stand for an operator that they left nothing for.
 fn may_stand_for_duhem(records: &[Record<'_>], asked: &Options, found: &Found) -> bool {
-    let is_open = asked.duhem == DuhemModel::Auto && asked.model == ModelKind::Modified && !found.has_duhem();
     let given = [asked.input_map, asked.output_map].into_iter().filter(|map| *map == MapModel::Smooth).count();
-    is_open && found.fit.space.maps() > given && !found.partial && leaves_something(records, found)
+    let has_chosen_map = found.fit.space.maps() > given;
+    has_chosen_map && !found.has_duhem() && !found.partial && is_sought(records, asked, found)
 }
 
 /// The model without maps, if it has an operator and predicts better.

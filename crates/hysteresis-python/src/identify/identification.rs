@@ -233,13 +233,13 @@ impl Identification {
         self.found.standard_errors.ratios.into()
     }
 
-    /// Standard error of the input offset: 0 if it was given, or left out, and for plays.
+    /// Standard error of the input offset: 0 if it was given, and for plays.
     #[getter]
     fn input_offset_std(&self) -> f64 {
         self.found.standard_errors.input_offset
     }
 
-    /// Standard error of the dead time, in the unit of `lag`: 0 if it was given, NaN at a bound.
+    /// Standard error of the dead time, in the unit of `lag`: 0 if it was given or left out, NaN at a bound.
     #[getter]
     fn dead_time_std(&self) -> f64 {
         self.found.standard_errors.dead_time
