@@ -226,12 +226,12 @@ def plays(u: Array) -> Array:
     return model.forward().run(u)
 
 
-def test_a_fit_that_leaves_nothing_by_few_unknowns_promises_more() -> None:
+def test_a_fit_that_leaves_nothing_promises_more() -> None:
     # Equal triangles tell no other loop; what speaks for the model is that it leaves noise alone.
+    # Two maps follow any loop, so theirs says nothing.
     y = plays(ALIKE) + np.random.default_rng(3).normal(0.0, NOISE, ALIKE.size)
     found = mh.identify(ALIKE, y, dt=DT)
-    follows = mh.identify(ALIKE, y, dt=DT, weights="free")
-    assert found.weights_law == "quadratic"
+    follows = mh.identify(ALIKE, y, dt=DT, input_map="smooth", output_map="smooth")
     u = others(2)
     true = plays(u)
     halves = []
@@ -240,8 +240,8 @@ def test_a_fit_that_leaves_nothing_by_few_unknowns_promises_more() -> None:
         missed = true - said
         assert np.mean(np.abs(missed - missed.mean()) <= 0.5 * (high - low)) > 0.95
         halves.append(0.5 * float(np.mean(high - low)))
-    # 0.26 was measured.
-    assert halves[0] < 0.4 * halves[1]
+    # 0.39 was measured.
+    assert halves[0] < 0.5 * halves[1]
 
 
 def late(u: Array) -> Array:
@@ -281,9 +281,9 @@ def test_three_curves_are_not_green_where_loops_only_decay() -> None:
         maps: dict[str, Any] = {"input_map": "smooth", "output_map": "smooth"}
         return mh.identify(drive, position, dt=law_stages.DT, **maps, **asked)
 
-    three = identified(duhem="fit")
+    three = identified(relaxing_plays="fit")
     (wide,) = three.warnings
-    assert wide.code == "wide_error_band" and wide.value > wide.limit == 0.0055
+    assert wide.code == "wide_error_band" and wide.value > wide.limit == 0.004
     assert three.verdict == "amber" and identified().verdict == "green"
 
 
@@ -303,9 +303,16 @@ def test_many_small_loops_do_not_put_all_large_ones_aside() -> None:
 
 
 def test_loops_about_one_middle_promise_nothing_of_others() -> None:
-    t = np.arange(6000) * DT
-    sine = 50.0 + 50.0 * np.linspace(1.0, 0.1, t.size) * np.cos(2.0 * np.pi * t)
-    decay = np.concatenate([path([0.0, 100.0]), sine])
-    found = mh.identify(decay, measured(decay, 1), dt=DT, duhem=None)
-    # 0.84 was measured, and 0.77 if what the loops about one middle leave were all.
-    assert covered(found, 0.95)[0] > 0.8
+    """What comes out of a lag in front is taken for what comes out of one behind."""
+    stage = law_stages.named("lag in front")
+    middle, half = 0.5 * (stage.low + stage.high), 0.5 * (stage.high - stage.low)
+    t = np.arange(3000) * law_stages.DT
+    sine = middle + half * np.linspace(1.0, 0.1, t.size) * np.sin(3.0 * np.pi * t)
+    decay = np.concatenate([law_stages.way([0.0, middle], 4.0 * half), sine])
+    found = mh.identify(decay, law_stages.measured(stage, decay), dt=law_stages.DT)
+    ends = [0.0, 0.9, 0.2, 0.7, -0.1, 0.3, -0.9, -0.2, -0.7, 0.1, 0.0]
+    other = law_stages.way([middle + half * share for share in ends], 4.0 * half)
+    said, low, high = found.predict(other, dt=law_stages.DT, interval=0.95)
+    missed = law_stages.measured(stage, other) - said
+    # 0.96 was measured, and 0.42 if loops about one middle are taken for various ones.
+    assert np.mean(np.abs(missed - missed.mean()) <= 0.5 * (high - low)) > 0.9

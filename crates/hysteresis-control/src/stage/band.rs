@@ -18,8 +18,9 @@ pub const CELLS: usize = 12;
 /// The drive turns round where it goes back by this share of its range: less is the noise of a converter.
 const SWING: f64 = 0.02;
 
-/// How many independent errors a branch, from one reversal to the next, counts for: a long one crosses many cells.
-const ERRORS_PER_BRANCH: i32 = 8;
+/// How many independent errors a branch, from one reversal to the next, counts for: a long one crosses many cells, and
+/// errors differ within one.
+const ERRORS_PER_BRANCH: i32 = 32;
 
 /// What identification knows of the errors of its model on records that were not fitted.
 ///

@@ -27,7 +27,7 @@ use crate::judge::finding_code::FindingCode;
 use crate::judge::{are_backwards, findings_of_fit};
 use crate::options::Options;
 use crate::records::record::{Record, largest_range};
-use crate::records::signal::{as_f64, sensor_noise};
+use crate::records::signal::{as_f64, bounds, bounds_of, sensor_noise};
 use crate::terms::duhem::{DuhemModel, DuhemTable, shapes};
 use crate::terms::dynamics::{AmplifierModel, DynamicsModel, Order};
 use crate::terms::loop_shift::LoopShiftModel;
@@ -93,15 +93,16 @@ pub(crate) fn with_duhem(
         return Ok(plays.with_trial(place, TermTrial::not_tried(DUHEM, TrialOutcome::NotTold)));
     }
     monitor.hold();
-    let best = match best_of_directions(records, asked, &plays, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..plays }),
-        best => best?,
-    };
+    let best = monitor.unless_stopped(|monitor| best_of_directions(records, asked, &plays, monitor))?;
+    let Some(best) = best else { return Ok(plays.stopped()) };
     let (found, predicts) = match best {
         Ok(best) => best,
         Err(outcome) => {
-            let Some(Needed { must_gain, .. }) = needed else { return Ok(plays) };
-            return Ok(plays.with_trial(place, TermTrial::by_stretches(DUHEM, must_gain, outcome)));
+            let trial = match needed {
+                Some(Needed { must_gain, .. }) => TermTrial::by_stretches(DUHEM, must_gain, outcome),
+                None => TermTrial::not_tried(DUHEM, outcome),
+            };
+            return Ok(plays.with_trial(place, trial));
         }
     };
     let Some(Needed { must_gain, must_leave_noise }) = needed else {
@@ -143,15 +144,13 @@ fn best_of_directions(
     directions.retain(|direction| asked.duhem == DuhemModel::Fit || direction.promise >= MUST_PROMISE);
     let mut best: Option<(Found, CrossValidation)> = None;
     for Direction { starts, .. } in &directions {
-        let found = match searched(records, asked, &begun, starts, monitor) {
-            // What was stopped on its way is compared with nothing.
-            Ok(Found { partial: true, .. }) | Err(Error::Interrupted) if monitor.keeps_best() => {
-                let stopped = |(found, predicts)| (Found { partial: true, ..found }, predicts);
-                return best.map(stopped).map_or(Err(Error::Interrupted), |best| Ok(Ok(best)));
-            }
-            found => found?,
+        let found = monitor.unless_stopped(|monitor| searched(records, asked, &begun, starts, monitor))?;
+        // What was stopped on its way is compared with nothing.
+        let Some(found) = found.filter(|found| !found.partial) else {
+            let stopped = |(found, predicts): (Found, _)| Ok((found.stopped(), predicts));
+            return best.map(stopped).ok_or(Error::Interrupted);
         };
-        if found.leads(asked) || !rises(&found) {
+        if found.leads(asked) || !rises(&found) || !forgets(records, &found) {
             continue;
         }
         let predicts = found.validated(records)?;
@@ -171,6 +170,12 @@ fn rises(found: &Found) -> bool {
     let plays: f64 = found.fit.space.weights_of_operators(&found.fit.fit.weights).iter().sum();
     let steepest = found.fit.space.duhem(&found.fit.fit.point).map_or(0.0, |table| table.steepest_rise());
     fall < STEEPEST_FALL * rise || fall == 0.0 && plays < SMALL_PLAYS * steepest
+}
+
+/// Whether its operator forgets over the range of the records.
+fn forgets(records: &[Record<'_>], found: &Found) -> bool {
+    let table = found.fit.space.duhem(&found.fit.fit.point);
+    table.is_none_or(|table| table.forgets(bounds_of(inputs(records, found).map(|inputs| bounds(&inputs)))))
 }
 
 /// The flattest slope of the plays, that of their identity, and by how much an operator beside them falls at most.
@@ -457,12 +462,8 @@ fn with_knots_where_z_comes(
     monitor.hold();
     let space = found.fit.space.with_duhem(&table);
     let point = at_duhem(&found.fit.fit.point, &table);
-    let fit = match found.problem(records).search_from(space, &point, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => {
-            return Ok(Some(Found { partial: true, ..found.clone() }));
-        }
-        fit => fit?,
-    };
+    let fit = monitor.unless_stopped(|monitor| found.problem(records).search_from(space, &point, monitor))?;
+    let Some(fit) = fit else { return Ok(Some(found.clone().stopped())) };
     let options = Options { duhem: DuhemModel::Near(table), ..found.options.clone() };
     let finer = Found { fit, options, ..found.clone() };
     let is_chosen = is_better(&finer.validated(records)?, &found.validated(records)?, 1.0);
@@ -471,12 +472,16 @@ fn with_knots_where_z_comes(
 
 /// The least and the largest z along all records.
 fn range(records: &[Record<'_>], found: &Found, table: &DuhemTable) -> (f64, f64) {
+    bounds_of(inputs(records, found).map(|inputs| table.range(inputs.into_iter())))
+}
+
+/// What the operators of a fit are shown of every record.
+fn inputs<'a>(records: &'a [Record<'_>], found: &'a Found) -> impl Iterator<Item = Vec<f64>> + 'a {
     let at = found.fit.space.operators(&found.fit.fit.point);
     let intervals = found.fit.space.intervals();
-    records.iter().enumerate().fold((0.0, 0.0), |(low, high): (f64, f64), (place, record)| {
+    records.iter().enumerate().map(move |(place, record)| {
         let mut path = at.path.lane(intervals.of_record(place));
-        let of_record = table.range(record.input().iter().map(|u| path.next(*u) - at.input_offset));
-        (low.min(of_record.0), high.max(of_record.1))
+        record.input().iter().map(|u| path.next(*u) - at.input_offset).collect()
     })
 }
 

@@ -39,6 +39,11 @@ pub(crate) struct Found {
 }
 
 impl Found {
+    /// The same of a search that was stopped and had to keep its best.
+    pub(crate) fn stopped(self) -> Self {
+        Self { partial: true, ..self }
+    }
+
     /// The sampling interval of records that have none of their own; 1, in samples, if none is known.
     pub(crate) fn interval(&self, records: &[Record<'_>]) -> f64 {
         self.options.dt.or(records.iter().find_map(Record::dt)).unwrap_or(1.0)

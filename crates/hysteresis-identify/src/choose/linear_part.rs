@@ -56,10 +56,9 @@ pub(crate) fn search_joint(
 ) -> Result<FoundJoint, Error> {
     let mut linear = LinearEvidence::default();
     let mut joint = JointSearch { problem, plain, is_open, best: None, trials: Vec::new() };
-    let (fit, partial) = match joint.search(&mut linear, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => (joint.best_so_far(monitor.kept().as_ref())?, true),
-        searched => (searched?, false),
-    };
+    let searched = monitor.unless_stopped(|monitor| joint.search(&mut linear, monitor))?;
+    let partial = searched.is_none();
+    let fit = searched.map_or_else(|| joint.best_so_far(monitor.kept().as_ref()), Ok)?;
     Ok(FoundJoint { fit, linear, trials: joint.trials, partial })
 }
 

@@ -68,24 +68,20 @@ pub(crate) fn search_with_rivals(
             continue;
         }
         let without = (doubt.without)(&asked);
-        match rival(records, &without, search, monitor) {
-            Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
-            rival => {
-                if let Some(rival) = rival?.filter(|rival| is_simpler(rival, &found)) {
-                    (found, asked) = with_or_without(records, doubt, (found, asked), (rival, without))?;
-                }
-            }
+        let rival = monitor.unless_stopped(|monitor| rival(records, &without, search, monitor))?;
+        let Some(rival) = rival else { return Ok(found.stopped()) };
+        if let Some(rival) = rival.filter(|rival| is_simpler(rival, &found)) {
+            (found, asked) = with_or_without(records, doubt, (found, asked), (rival, without))?;
         }
     }
     if !may_stand_for_duhem(records, &asked, &found) {
         return Ok(found);
     }
-    match rival(records, &asked.without_open_maps(), search, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => Ok(Found { partial: true, ..found }),
-        rival => match rival? {
-            Some(rival) => without_maps(records, found, rival),
-            None => Ok(found),
-        },
+    let rival = monitor.unless_stopped(|monitor| rival(records, &asked.without_open_maps(), search, monitor))?;
+    match rival {
+        None => Ok(found.stopped()),
+        Some(None) => Ok(found),
+        Some(Some(rival)) => without_maps(records, found, rival),
     }
 }
 

@@ -72,7 +72,7 @@ pub(crate) fn anew(
     let found = search(monitor)?;
     let is_worse = found.partial && before.fit.fit.objective < found.fit.fit.objective;
     let keeps_before = is_worse && !before.fit.leads();
-    Ok(if keeps_before { Found { partial: true, ..before } } else { found.after(trials) })
+    Ok(if keeps_before { before.stopped() } else { found.after(trials) })
 }
 
 /// The same with the plays, and the Duhem operator if there is a first one, that are asked for.
@@ -118,14 +118,12 @@ pub(crate) fn search_again(
 ) -> Result<Found, Error> {
     let (space, point) = (found.fit.space.clone(), found.fit.fit.point);
     let problem = found.problem(records);
-    let searched = match found.told_alone {
+    let searched = monitor.unless_stopped(|monitor| match found.told_alone {
         Some(_) => problem.keeping_dynamics(&found.fit, monitor),
         None => problem.search_from(space.clone(), &point, monitor),
-    };
-    let (fit, partial) = match searched {
-        Err(Error::Interrupted) if monitor.keeps_best() => (problem.at(&space, &point)?, true),
-        searched => (searched?, false),
-    };
+    })?;
+    let partial = searched.is_none();
+    let fit = searched.map_or_else(|| problem.at(&space, &point), Ok)?;
     (found.fit, found.partial) = (fit, partial);
     with_own_gains(records, found, monitor)
 }
@@ -143,21 +141,18 @@ fn with_dynamics_told_alone(
     }
     monitor.begin(Span { from: 0.8, to: 0.82 });
     let problem = found.problem(records);
-    let told = match told_by_quietest(&problem, &found.fit, asked, search_fit, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
-        told => told?,
-    };
+    let told = monitor.unless_stopped(|monitor| told_by_quietest(&problem, &found.fit, asked, search_fit, monitor))?;
+    let Some(told) = told else { return Ok(found.stopped()) };
     let Some(Told { space, point, linear, alone }) = told else { return Ok(found) };
     let options =
         Options { dynamics: space.order().map_or(DynamicsModel::None, DynamicsModel::Order), ..found.options.clone() };
     let space = space.knowing_dynamics(&point);
     // The hysteresis may have stood in for the dynamics, too.
     monitor.begin(Span { from: 0.82, to: 0.84 });
-    let (rest, partial) = match problem.search_around(space.clone(), &point, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => (problem.at(&space, &point)?, true),
-        rest => (rest?, false),
-    };
-    Ok(Found { fit: rest, options, linear: Some(linear), told_alone: Some(alone), partial, ..found })
+    let rest = monitor.unless_stopped(|monitor| problem.search_around(space.clone(), &point, monitor))?;
+    let partial = rest.is_none();
+    let fit = rest.map_or_else(|| problem.at(&space, &point), Ok)?;
+    Ok(Found { fit, options, linear: Some(linear), told_alone: Some(alone), partial, ..found })
 }
 
 /// The same with dynamics that do not stand in for what the hysteresis lacks.
@@ -171,10 +166,9 @@ fn with_own_gains(records: &[Record<'_>], found: Found, monitor: &mut SearchMoni
         return Ok(found);
     }
     monitor.begin(Span { from: 0.97, to: 1.0 });
-    match found.problem(records).with_own_gains(&found.fit, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => Ok(Found { partial: true, ..found }),
-        fit => Ok(Found { fit: fit?, ..found }),
-    }
+    let fit = monitor.unless_stopped(|monitor| found.problem(records).with_own_gains(&found.fit, monitor))?;
+    let Some(fit) = fit else { return Ok(found.stopped()) };
+    Ok(Found { fit, ..found })
 }
 
 /// Hysteresis, loop shift and a dead time.

@@ -159,10 +159,8 @@ pub(crate) fn with_structure(
     monitor.begin_structure();
     let smoothness = if asked.smoothness == Setting::Fit { USUAL_SMOOTHNESS } else { found.smoothness };
     let search = TermSearch { table: &TABLE, records, asked, smoothness, plain, variety: Variety::of(records) };
-    let chosen = match search.choose(&found, monitor) {
-        Err(Error::Interrupted) if monitor.keeps_best() => return Ok(Found { partial: true, ..found }),
-        chosen => chosen?,
-    };
+    let chosen = monitor.unless_stopped(|monitor| search.choose(&found, monitor))?;
+    let Some(chosen) = chosen else { return Ok(found.stopped()) };
     let Some(Chosen { candidate: Candidate { options, place, linear, .. }, untold, trials }) = chosen else {
         let place = Place { space: found.fit.space.clone(), point: found.fit.fit.point };
         let found = Found { trials: [found.trials.clone(), search.nothing_left(&found)].concat(), ..found };
@@ -226,16 +224,14 @@ fn last_descents(
     loop {
         structure.smoothness = problem.smoothness;
         monitor.within(1, 2);
-        let fit = match problem.search_around(space.clone(), &point, monitor) {
-            Err(Error::Interrupted) if monitor.keeps_best() => {
-                // Once about the weights that were begun with, then about its own. Of several starts that were tried at
-                // once, the one that was looked at first may be worse than what was begun with.
-                let begun = problem.at(&space, &point)?;
-                let kept = monitor.kept().map(|kept| problem.at(&space, &kept)).transpose()?;
-                let best = kept.filter(|kept| kept.fit.objective < begun.fit.objective).unwrap_or(begun);
-                return Ok((problem.at(&best.space, &best.fit.point)?, true));
-            }
-            searched => searched?,
+        let fit = monitor.unless_stopped(|monitor| problem.search_around(space.clone(), &point, monitor))?;
+        let Some(fit) = fit else {
+            // Once about the weights that were begun with, then about its own. Of several starts that were tried at
+            // once, the one that was looked at first may be worse than what was begun with.
+            let begun = problem.at(&space, &point)?;
+            let kept = monitor.kept().map(|kept| problem.at(&space, &kept)).transpose()?;
+            let best = kept.filter(|kept| kept.fit.objective < begun.fit.objective).unwrap_or(begun);
+            return Ok((problem.at(&best.space, &best.fit.point)?, true));
         };
         descents += 1;
         if fit.has_amplifier_at_bound() {
@@ -375,13 +371,11 @@ pub(crate) fn with_operators_chosen(
         monitor.begin(Span { from: BEFORE, to: AFTER });
         monitor.hold();
         let mut choice = Choice { records, asked, found: &found, tried: Vec::new() };
-        let chosen = match choice.choose(count, monitor) {
-            Err(Error::Interrupted) if monitor.keeps_best() => {
-                let tried = choice.tried;
-                let operators_tried = if found.operators_tried.is_empty() { tried } else { found.operators_tried };
-                return Ok(Found { operators_tried, partial: true, ..found });
-            }
-            chosen => chosen?,
+        let chosen = monitor.unless_stopped(|monitor| choice.choose(count, monitor))?;
+        let Some(chosen) = chosen else {
+            let tried = choice.tried;
+            let operators_tried = if found.operators_tried.is_empty() { tried } else { found.operators_tried };
+            return Ok(Found { operators_tried, ..found }.stopped());
         };
         let operators_tried = choice.tried;
         let before = (found.options.operators(), found.options.weights);

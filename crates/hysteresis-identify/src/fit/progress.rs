@@ -116,9 +116,15 @@ impl<'a> SearchMonitor<'a> {
         self.enter(SearchStage::Refine);
     }
 
-    /// Whether the search was stopped and the best is to be kept.
-    pub(crate) fn keeps_best(&self) -> bool {
-        self.keeps_best
+    /// What comes of a search; none if it was stopped and the best so far is to be kept.
+    pub(crate) fn unless_stopped<T>(
+        &mut self,
+        search: impl FnOnce(&mut Self) -> Result<T, Error>,
+    ) -> Result<Option<T>, Error> {
+        match search(self) {
+            Err(Error::Interrupted) if self.keeps_best => Ok(None),
+            found => found.map(Some),
+        }
     }
 
     /// Begins the search for dynamics: what was best for the hysteresis alone is none of its points.
@@ -337,7 +343,7 @@ mod tests {
             })
         };
         let found = round(0, ROUNDS[0]).and_then(|first| Ok([first, round(ROUNDS[0], ROUNDS[1])?].concat()));
-        let keeps_best = monitor.keeps_best();
+        let keeps_best = monitor.keeps_best;
         drop(monitor);
         (found, seen, keeps_best)
     }

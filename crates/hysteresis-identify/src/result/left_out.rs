@@ -19,7 +19,7 @@ use crate::terms::weights::{WeightBasis, penalised};
 const MOST: usize = 200;
 
 /// Into about how many stretches of loops records are cut for their error band.
-const STRETCHES: f64 = 10.0;
+const STRETCHES: f64 = 20.0;
 
 /// One loop, predicted with and without its own share in the weights.
 #[derive(Clone, Debug, PartialEq)]
@@ -402,8 +402,8 @@ mod tests {
     #[test]
     fn equal_loops_are_shared_out_equally() {
         for duration in [0.053, 0.1, 1.0 / 3.0] {
-            assert_eq!(stretches(&[duration; 10]).len(), 10);
-            assert!(stretches(&[duration; 40]).iter().all(|stretch| stretch.len() == 4));
+            assert_eq!(stretches(&[duration; 20]).len(), 20);
+            assert!(stretches(&[duration; 80]).iter().all(|stretch| stretch.len() == 4));
         }
     }
 
@@ -412,13 +412,13 @@ mod tests {
         let durations = [[1.0; 5].as_slice(), &[0.01; 500]].concat();
         let found = stretches(&durations);
         assert_eq!(found[..5], [0..1, 1..2, 2..3, 3..4, 4..5]);
-        assert_eq!(found.len(), 10);
+        assert_eq!(found.len(), 15);
     }
 
     /// There always is something to predict from.
     #[test]
     fn one_long_loop_is_not_joined_by_the_others() {
-        assert_eq!(stretches(&[[1.0; 19].as_slice(), &[190.0]].concat()), [0..19, 19..20]);
+        assert_eq!(stretches(&[[1.0; 10].as_slice(), &[190.0]].concat()), [0..10, 10..11]);
         assert_eq!(stretches(&[99.0, 1.0]), [0..1, 1..2]);
     }
 

@@ -16,16 +16,13 @@ use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
 use crate::judge::loops::{tells_middles, tells_speeds};
 use crate::records::record::Record;
-use crate::records::signal::{as_f64, median};
+use crate::records::signal::{as_f64, median, moves};
 use crate::result::identification::Identification;
-use crate::terms::weights::WeightLaw;
+use crate::result::quality::loop_width;
 
-/// What a stage may lack beside what the table of various records says, as a share of its loop width: where loops were
-/// recorded, and two cells from any.
-const UNTOLD: (f64, f64) = (0.02, 0.06);
-
-/// The same of records that are alike.
-const UNTOLD_BY_LIKE: (f64, f64) = (0.03, 0.07);
+/// What a stage may lack beside what the table says, as a share of its loop width: where loops were recorded, and two
+/// cells from any.
+const UNTOLD: (f64, f64) = (0.025, 0.07);
 
 /// 95 % of a normal distribution lie within so many standard deviations.
 const NORMAL_95: f64 = 1.96;
@@ -39,15 +36,15 @@ const UNSEEN: (f64, f64) = (0.5, 0.8);
 /// Various records whose errors are below this share of the loop width tell that the model lacks less.
 const USUAL: f64 = 0.03;
 
-/// A fit by a law of few unknowns that leaves less than this share of the loop width beside noise is no coincidence:
-/// the stage lacks less, in proportion, down to this part.
-const COINCIDENCE: f64 = 0.003;
+/// A fit that leaves less than this share of the loop width beside noise is no coincidence: the stage lacks less, in
+/// proportion, down to this part.
+const COINCIDENCE: f64 = 0.002;
 const LEAST_UNTRUTH: f64 = 0.06;
 
 /// Below this share of the noise what a fit leaves is not told from it.
 const TOLD_FROM_NOISE: f64 = 0.03;
 
-/// Where the width of a loop is not known, it is taken for this share of the range of positions.
+/// A model without hysteresis lacks a loop of this share of the range of positions.
 const USUAL_WIDTH: f64 = 0.1;
 
 /// Up to which shares of the largest rate and of the longest time a factor counts.
@@ -63,21 +60,22 @@ impl Identification {
         // One loop alone, or records shorter than the dead time: what they leave themselves.
         let left = self.held_out_residuals(records).unwrap_or_else(|_| self.own_residuals(records));
         let intervals = records.iter().map(|record| record.dt().unwrap_or(self.chain.dt));
-        let samples = Samples::new(records, &left, intervals, self.drive_range);
-        let width = self.width();
+        let mut samples = Samples::new(records, &left, intervals, self.drive_range);
+        let width = self.width(records);
         let noise = self.sensor_noise();
         let table = Table::of(&samples, noise);
-        let errors = table.errors(width, self.untruth(), are_alike(records));
-        let rates = samples.factors(&errors, noise, |sample| sample.rate);
-        let times = samples.factors(&errors, noise, |sample| sample.seconds);
+        let errors = table.errors(width, self.untruth(width), are_alike(records));
+        samples.expect(&errors);
+        let rates = samples.factors(noise, |sample| sample.rate);
+        let times = samples.factors(noise, |sample| sample.seconds);
         ErrorBand::new(noise, self.drive_range, width, errors, rates, times).ok()
     }
 
     /// The same with a finding, where there is no other, if the model has several curves that follow any loop, the
     /// records are alike, and the band says that it is open what these curves do in other motions.
     pub(crate) fn with_wide_band_named(mut self, records: &[Record<'_>]) -> Self {
-        /// Half of the samples have a wider band. A stage that missed other motions by 1.4 % of the range had 0.006.
-        const LIMIT: f64 = 0.0055;
+        /// Half of the samples have a wider band. A stage that missed other motions by 1.4 % of the range had 0.005.
+        const LIMIT: f64 = 0.004;
         const SEVERAL: usize = 3;
         let curves = self.curves();
         if !self.warnings.is_empty() || curves < SEVERAL || !are_alike(records) {
@@ -107,24 +105,38 @@ impl Identification {
         maps + usize::from(self.relaxing_plays.is_some()) + usize::from(self.duhem().is_some())
     }
 
-    /// The width of the widest loop of the records.
-    fn width(&self) -> f64 {
-        let width = self.record_fits.iter().filter_map(|fit| fit.loop_width).fold(0.0, f64::max);
-        if width > 0.0 { width } else { USUAL_WIDTH * self.fit.range }
+    /// The width of the model's loop over the whole range, at the mean speed at which the records move: few records have
+    /// such a loop.
+    fn width(&self, records: &[Record<'_>]) -> f64 {
+        const FEWEST: f64 = 100.0;
+        const MOST: f64 = 10_000.0;
+        let of_record = |record: &Record<'_>| {
+            let way: f64 = record.input().windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+            (way, as_f64(moves(record.input())) * record.dt().unwrap_or(self.chain.dt))
+        };
+        let (way, time) = records.iter().map(of_record).fold((0.0, 0.0), |(a, b), (way, time)| (a + way, b + time));
+        let (low, high) = self.drive_range;
+        let samples = ((high - low) * time / (way * self.chain.dt)).clamp(FEWEST, MOST).ceil();
+        let stroke = |from: f64, to: f64| {
+            std::iter::successors(Some(0.0), |k| Some(k + 1.0))
+                .take_while(move |k| *k <= samples)
+                .map(move |k| from + (to - from) * (k / samples))
+        };
+        let drive: Vec<f64> =
+            [(low, high), (high, low), (low, high)].iter().flat_map(|(a, b)| stroke(*a, *b)).collect();
+        let width = loop_width(&drive, &self.chain.response(&drive, self.chain.dt)).ok().flatten();
+        width.filter(|width| *width > 0.0).unwrap_or(USUAL_WIDTH * self.fit.range)
     }
 
-    /// How far what stages of other physics lack is to be expected of this one, from little to 1: a law of few unknowns
-    /// that leaves nothing but noise is true, while free weights, two maps or a second family follow any loop that they
-    /// are fitted to.
-    fn untruth(&self) -> f64 {
-        let both_maps = self.input_map().is_some() && self.output_map().is_some();
-        let follows_anything = both_maps || self.relaxing_plays.is_some() || self.duhem().is_some();
-        if self.weights != WeightLaw::Quadratic || follows_anything {
+    /// How far what stages of other physics lack is to be expected of this one, from little to 1: a fit that leaves
+    /// nothing but noise is true, while two curves and more follow any loop that they are fitted to.
+    fn untruth(&self, width: f64) -> f64 {
+        if self.curves() > 1 {
             return 1.0;
         }
         let noise = self.sensor_noise();
         let left = (self.fit.rmse.powi(2) - noise.powi(2)).max(0.0).sqrt().hypot(TOLD_FROM_NOISE * noise);
-        (left / (COINCIDENCE * self.width())).clamp(LEAST_UNTRUTH, 1.0)
+        (left / (COINCIDENCE * width)).clamp(LEAST_UNTRUTH, 1.0)
     }
 
     /// What the fit itself leaves; NaN where nothing is fitted.
@@ -150,6 +162,8 @@ struct Sample {
     rate: f64,
     seconds: f64,
     square: f64,
+    /// What the table, and the factors that are known, expect its square to be beside the noise.
+    expected: f64,
     /// The time that it stands for.
     weight: f64,
 }
@@ -165,29 +179,37 @@ impl Samples {
                 let place = branches.step(*drive);
                 let (rate, seconds) = (place.rate(dt), place.samples * dt);
                 if left.is_finite() {
-                    samples.push(Sample { place, rate, seconds, square: left * left, weight: dt });
+                    samples.push(Sample { place, rate, seconds, square: left * left, expected: 0.0, weight: dt });
                 }
             }
         }
         Self(samples)
     }
 
-    /// By which factors samples exceed a table, up to shares of the largest value of `of`; at least 1, as the table has
-    /// the second largest of its neighbours.
-    fn factors(&self, errors: &[Vec<f64>], noise: f64, of: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
+    /// What a table expects of every sample.
+    fn expect(&mut self, errors: &[Vec<f64>]) {
+        for Sample { place, expected, .. } in &mut self.0 {
+            *expected = errors[place.row()][place.column()].powi(2);
+        }
+    }
+
+    /// By which factors samples exceed what is expected of them, up to shares of the largest value of `of`. They are
+    /// expected from here on, so that nothing counts twice. None is below 1: a few quiet samples promise nothing.
+    fn factors(&mut self, noise: f64, of: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
         let largest = self.0.iter().map(&of).fold(f64::MIN_POSITIVE, f64::max);
         let mut from = f64::NEG_INFINITY;
         let factor = |share: f64| {
             let to = share * largest;
-            let within = self.0.iter().filter(|sample| from < of(sample) && of(sample) <= to);
-            let (mut count, mut found, mut expected) = (0, 0.0, 0.0);
-            for Sample { place, square, weight, .. } in within {
+            let is_within = |sample: &Sample| from < of(sample) && of(sample) <= to;
+            let (mut count, mut found, mut known) = (0, 0.0, 0.0);
+            for Sample { square, expected, weight, .. } in self.0.iter().filter(|sample| is_within(sample)) {
                 count += 1;
                 found += weight * square;
-                expected += weight * (errors[place.row()][place.column()].powi(2) + noise * noise);
+                known += weight * (expected + noise * noise);
             }
+            let factor = if count >= FEWEST && known > 0.0 { (found / known).clamp(1.0, MOST) } else { 1.0 };
+            self.0.iter_mut().filter(|sample| is_within(sample)).for_each(|sample| sample.expected *= factor);
             from = to;
-            let factor = if count >= FEWEST && expected > 0.0 { (found / expected).clamp(1.0, MOST) } else { 1.0 };
             (to, factor)
         };
         SHARES.map(factor).to_vec()
@@ -222,30 +244,25 @@ impl Table {
         cells.filter_map(|(row, column)| Some((row, column, self.square(row, column)?)))
     }
 
-    /// The whole table, rms: of every cell the second largest square around it, and what stages of this loop width lack
-    /// besides.
+    /// The whole table, rms: of every cell the mean square around it, and what stages of this loop width lack besides.
     fn errors(&self, width: f64, untruth: f64, are_alike: bool) -> Vec<Vec<f64>> {
         let seen = self.all().count();
         if seen == 0 {
-            return vec![vec![UNTOLD_BY_LIKE.1 * untruth * width; CELLS]; CELLS];
+            return vec![vec![UNTOLD.1 * untruth * width; CELLS]; CELLS];
         }
         let unseen = 1.0 - as_f64(seen) / as_f64(CELLS * CELLS);
         let unlike_cells = ((unseen - UNSEEN.0) / (UNSEEN.1 - UNSEEN.0)).clamp(0.0, 1.0);
         let alike = if are_alike { 1.0 } else { unlike_cells };
         let error = (self.all().map(|(.., square)| square).sum::<f64>() / as_f64(seen)).sqrt();
-        let (by_like, by_various) = (alike * untruth, (1.0 - alike) * (error / (USUAL * width)).min(1.0));
-        let part = |(near, distant): (f64, f64), far: f64| near + (distant - near) * far;
+        let share = alike * untruth + (1.0 - alike) * (error / (USUAL * width)).min(1.0);
         let of_cell = |row: usize, column: usize| {
             let distance = |r: usize, c: usize| r.abs_diff(row).max(c.abs_diff(column));
             let nearest = self.all().map(|(r, c, _)| distance(r, c)).min().unwrap_or(FAR);
             let around = self.all().filter(|(r, c, _)| distance(*r, *c) <= nearest.max(1));
-            let mut around: Vec<f64> = around.map(|(.., square)| square).collect();
-            around.sort_unstable_by(|one, other| other.total_cmp(one));
-            // The largest alone may be that of a few samples behind a reversal.
-            let second = around.get(1).or(around.first()).copied().unwrap_or_default();
+            let (sum, count) = around.fold((0.0, 0), |(sum, count), (.., square)| (sum + square, count + 1));
             let far = (as_f64(nearest) / as_f64(FAR)).min(1.0);
-            let untold = by_like * part(UNTOLD_BY_LIKE, far) + by_various * part(UNTOLD, far);
-            second.sqrt().hypot(width * untold)
+            let untold = share * (UNTOLD.0 + (UNTOLD.1 - UNTOLD.0) * far);
+            (sum / as_f64(count)).sqrt().hypot(width * untold)
         };
         (0..CELLS).map(|row| (0..CELLS).map(|column| of_cell(row, column)).collect()).collect()
     }
@@ -272,8 +289,8 @@ mod tests {
     fn loops_that_are_all_alike_promise_nothing_of_others() {
         let drive = way(&[0.0, 12.0, 0.0, 12.0, 0.0, 12.0, 0.0]);
         let errors = Table::of(&samples(|_, _| 1e-3, &drive, (0.0, 12.0)), 0.0).errors(1.0, 1.0, false);
-        assert!((errors[6][6] - 1e-3_f64.hypot(UNTOLD_BY_LIKE.1)).abs() < 1e-9, "{}", errors[6][6]);
-        assert!((errors[0][6] - 1e-3_f64.hypot(UNTOLD_BY_LIKE.0)).abs() < 1e-9, "{}", errors[0][6]);
+        assert!((errors[6][6] - 1e-3_f64.hypot(UNTOLD.1)).abs() < 1e-9, "{}", errors[6][6]);
+        assert!((errors[0][6] - 1e-3_f64.hypot(UNTOLD.0)).abs() < 1e-9, "{}", errors[0][6]);
     }
 
     /// Loops of one speed are alike, and a fit that speaks for its model makes little of both.
@@ -283,7 +300,7 @@ mod tests {
         let table = Table::of(&samples(|_, _| 1e-5, &drive, (0.0, 12.0)), 0.0);
         let [various, one_speed, true_one] =
             [(1.0, false), (1.0, true), (0.1, true)].map(|(untruth, one)| table.errors(1.0, untruth, one)[6][6]);
-        assert!(various < 1e-3 && one_speed >= UNTOLD_BY_LIKE.0, "{various} {one_speed}");
+        assert!(various < 1e-3 && one_speed >= UNTOLD.0, "{various} {one_speed}");
         assert!((true_one / one_speed - 0.1).abs() < 1e-3, "{true_one} {one_speed}");
     }
 
