@@ -8,9 +8,9 @@
 use core::f64::consts::TAU;
 
 use crate::choose::cross_validation::CrossValidation;
+use crate::choose::evidence::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::found::{Found, LinearEvidence, Place};
 use crate::choose::structure::with_structure;
-use crate::choose::term_search::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::told::Variety;
 use crate::choose::trial::{DUHEM, TermTrial, TrialOutcome};
 use crate::error::Error;

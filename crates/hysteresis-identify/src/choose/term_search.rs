@@ -9,6 +9,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
+use crate::choose::evidence::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, OfLikeLoops, is_better};
 use crate::choose::found::{Found, LinearEvidence, Place, UntoldMap};
 use crate::choose::linear_part::to_compare;
 use crate::choose::told::Variety;
@@ -40,35 +41,6 @@ pub(crate) struct Row {
     pub(crate) is_costly: bool,
     pub(crate) of_like_loops: OfLikeLoops,
     pub(crate) term: &'static dyn Term,
-}
-
-/// What a term must gain where loops are all alike. One predicts the other with any term that fits, so it must halve
-/// the error of a fit that leaves what is usual, and gain more where less is left.
-pub(crate) struct OfLikeLoops {
-    /// The share of the range that such a fit leaves.
-    pub(crate) usual_left: f64,
-    /// By which factor it must lower the mean square error of a fit that is poor: that describes nothing without it.
-    pub(crate) gain_of_poor: f64,
-}
-
-impl OfLikeLoops {
-    /// Below this part of what is usually left no term is tried.
-    const LITTLE: f64 = 0.25;
-
-    /// A fit that leaves this share of the range, noise included, is poor.
-    const POOR: f64 = 0.02;
-
-    fn leaves_little(&self, left: f64) -> bool {
-        left < Self::LITTLE * self.usual_left
-    }
-
-    /// By which factor terms must lower the mean square error of a fit that leaves so much; beside another one they have
-    /// no discount, as two together follow any loop.
-    fn must_gain(&self, left: f64, terms: i32, is_beside: bool) -> f64 {
-        let is_poor = left >= Self::POOR && !is_beside;
-        let of_one = if is_poor { self.gain_of_poor } else { MUST_GAIN_OF_LIKE_LOOPS };
-        of_one.powi(terms) * (self.usual_left / left).max(1.0)
-    }
 }
 
 /// A term of the table. Nothing else in the search names one.
@@ -106,12 +78,6 @@ pub(crate) trait Term: Sync {
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<Vec<Variant>, Error>;
 }
-
-/// By which factor a term must lower the mean square error of prediction.
-pub(crate) const MUST_GAIN: f64 = 1.2;
-
-/// Where loops are all alike, one predicts the other with any term that fits: a term must halve the error.
-pub(crate) const MUST_GAIN_OF_LIKE_LOOPS: f64 = 4.0;
 
 /// By which factor a term must lower the objective by the derivatives at the fit without it, before it is searched at
 /// all. Where there is a map in truth that is 1.4 at least, elsewhere 1.1 at most: a quarter of what it must gain is
@@ -652,12 +618,6 @@ impl Candidate {
         let starts_alone = !self.place.space.has_map();
         Variant { starts_alone, was_sought: false, ..self.with(space, vec![self.place.point]) }
     }
-}
-
-/// Whether one predicts better than another by this factor of the mean square error, and by more than chance.
-pub(crate) fn is_better(one: &CrossValidation, other: &CrossValidation, must_gain: f64) -> bool {
-    let pair = [other.clone(), one.clone()];
-    CrossValidation::good(&pair, must_gain).all(|place| place != 0)
 }
 
 /// What would explain less of the range than this, rms, is not told.

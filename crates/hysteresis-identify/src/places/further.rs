@@ -6,7 +6,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::choose::term_search::{MUST_GAIN, is_better};
+use crate::choose::evidence::{MUST_GAIN, is_better};
 use crate::error::Error;
 use crate::options::Options;
 use crate::places::given::{Given, PlacesOptions};
