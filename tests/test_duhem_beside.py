@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from law_stages import DT as LAW_DT
-from law_stages import Stage, alike, lagged, measured, named, varied
+from law_stages import Stage, alike, lagged, measured, named, varied, way
 from law_stages import loops as loops_of
 from mpi_hyst._cli.stage import is_static
 from mpi_hyst._report.models import linear_parts
@@ -275,6 +275,24 @@ def test_a_fit_without_an_inverse_is_red() -> None:
         found.stage.inverse(LAW_DT)
     with pytest.raises(ValueError, match="duhem: expected a Duhem operator that falls less"):
         found.stage.controller(LAW_DT)
+
+
+@pytest.mark.parametrize("duhem", ["auto", "fit"])
+def test_an_operator_that_would_run_away_is_refused(duhem: Any) -> None:
+    """It follows the decaying loops of a stage whose charge leaks off, and nothing else."""
+    r = np.linspace(0.0, 40.0, 33)
+    weights = np.r_[0.6, 0.025 * np.exp(-r[1:] / 20.0)]
+    plays = mh.ModifiedPrandtlIshlinskii.from_ratios(weights, r, ra=1.0, rb=1.0, rc=1.0)
+    t = np.arange(2500) * LAW_DT
+    decay = 50.0 + 50.0 * np.linspace(1.0, 0.1, t.size) * np.sin(2.0 * np.pi * t)
+    u = np.concatenate([way([0.0, 50.0], 100.0), decay])
+    x = plays.forward().run(u)
+    clean = x - 0.9 * lagged(x - x[0], 25.0)
+    y = clean + np.random.default_rng(1).normal(0.0, 5e-4 * np.ptp(clean), u.size)
+    found = mh.identify(u, y, dt=LAW_DT, duhem=duhem)
+    assert found.duhem is None and found.verdict != "green"
+    outcomes = [one["outcome"] for one in found.terms_tried if one["term"] == "Duhem operator"]
+    assert outcomes == ["stands_for_other"]
 
 
 def test_plays_that_adapt_take_no_operator_beside_them() -> None:

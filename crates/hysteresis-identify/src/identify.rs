@@ -6,7 +6,7 @@ use hysteresis_control::linear::{Creep, Modes, SecondOrder};
 use hysteresis_control::stage::{LoopShift, RelaxingPlays, SlowGain};
 use hysteresis_core::{Model, ModifiedPrandtlIshlinskii, Offsets, PrandtlIshlinskii};
 
-use crate::choose::duhem::without_inverse;
+use crate::choose::duhem::{runs_away, without_inverse};
 use crate::choose::found::Found;
 use crate::choose::glitches::search_without_glitches;
 use crate::choose::linear_part::{joint_findings, untold_dead_time};
@@ -139,7 +139,7 @@ fn judge_sign(
 fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> Result<Identification, Error> {
     let chain = found.fit.chain(found.interval(records));
     let untold_map = found.untold_map.and_then(untold_map);
-    let no_inverse = without_inverse(&found.fit, &found.basis);
+    let of_operator = without_inverse(&found.fit, &found.basis).into_iter().chain(runs_away(records, &found));
     let colour = found.problem(records).colour(&found.fit);
     let answers = answers_tried(records, &found);
     let Found {
@@ -177,7 +177,7 @@ fn identification(records: &[Record<'_>], found: Found, evaluations: usize) -> R
         None => Vec::from_iter(untold_dead_time(&space, &fit, &standard_errors)),
     };
     warnings.extend(of_linear_part.into_iter().chain(coloured).filter(|finding| !told.contains(&finding.code)));
-    warnings.extend(untold_map.into_iter().chain(no_inverse));
+    warnings.extend(untold_map.into_iter().chain(of_operator));
     if !intervals.are_seconds() {
         warnings = without_interval(warnings, chain.linear.dead_time);
     }

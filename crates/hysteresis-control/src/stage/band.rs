@@ -1,8 +1,8 @@
 //! How far a position may be from the one that a stage predicts, said before anything is driven.
 //!
 //! What the model lacks depends on where the drive turned round last and on where it is now. So the squared errors on
-//! held-out loops lie in a table over these two, and where nothing was recorded there is what stages lack there by
-//! experience: a share of the width of their loop. Identification fills the table; here it is read.
+//! held-out loops lie in a table over these two, with what stages lack besides by experience: a share of the width of
+//! their loop, more where nothing was recorded. Identification fills the table; here it is read.
 
 use core::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
@@ -31,8 +31,8 @@ const ERRORS_PER_BRANCH: i32 = 32;
 /// s = sqrt(E(u_r, u)^2 R(v) T(t) + (W b)^2)            b: how far u is beyond the range of the records, as a share of it
 /// ```
 ///
-/// E is a table of [`CELLS`] by [`CELLS`] rms errors on held-out loops, where none were recorded what the loop width W
-/// tells by experience. R and T are factors that are 1 or more. A sample that is measured has the noise of the sensor
+/// E is a table of [`CELLS`] by [`CELLS`] rms errors on held-out loops, with a share of the loop width W that tells by
+/// experience what loops leave open, more where none were recorded. R and T are factors that are 1 or more. A sample that is measured has the noise of the sensor
 /// on top. The bounds of a level p are at z s, with P(|Z| <= z) = p for a normal Z.
 ///
 /// ```
@@ -468,7 +468,7 @@ mod tests {
     #[test]
     fn one_number_for_all_branches_is_wider_than_the_bounds_of_one() {
         assert!((within(&[(0.0, 1.0)], 0.95_f64.powi(ERRORS_PER_BRANCH)) - normal_quantile(0.95)).abs() < 1e-5);
-        assert!(within(&[(0.0, 1.0); 20], 0.95) > 3.0);
+        assert!(within(&[(0.0, 1.0); 20], 0.95) > 3.8);
         // What limits hold back comes on top.
         assert!(within(&[(5.0, 1.0)], 0.95) > 6.0 && within(&[(5.0, 0.0)], 0.95) >= 5.0);
     }

@@ -98,16 +98,17 @@ pub(crate) fn with_duhem(
     let (found, predicts) = match best {
         Ok(best) => best,
         Err(outcome) => {
-            let trial = match needed {
-                Some(Needed { must_gain, .. }) => TermTrial::by_stretches(DUHEM, must_gain, outcome),
-                None => TermTrial::not_tried(DUHEM, outcome),
-            };
-            return Ok(plays.with_trial(place, trial));
+            let must_gain = needed.map_or(1.0, |needed| needed.must_gain);
+            return Ok(plays.with_trial(place, TermTrial::by_stretches(DUHEM, must_gain, outcome)));
         }
     };
     let Some(Needed { must_gain, must_leave_noise }) = needed else {
         let is_chosen = found.fit.fit.squares < plays.fit.fit.squares;
-        return Ok(if is_chosen { found } else { Found { partial: found.partial, ..plays } });
+        if is_chosen {
+            return Ok(found);
+        }
+        let plays = Found { partial: found.partial, ..plays };
+        return Ok(plays.with_trial(place, TermTrial::by_stretches(DUHEM, 1.0, TrialOutcome::NotBetter)));
     };
     let without = plays.validated(records)?;
     let outcome = if must_leave_noise && !is_told(records, &plays, &found) {
@@ -150,7 +151,7 @@ fn best_of_directions(
             let stopped = |(found, predicts): (Found, _)| Ok((found.stopped(), predicts));
             return best.map(stopped).ok_or(Error::Interrupted);
         };
-        if found.leads(asked) || !rises(&found) || !forgets(records, &found) {
+        if found.leads(asked) || !rises(&found) || runs_away(records, &found).is_some() {
             continue;
         }
         let predicts = found.validated(records)?;
@@ -170,12 +171,6 @@ fn rises(found: &Found) -> bool {
     let plays: f64 = found.fit.space.weights_of_operators(&found.fit.fit.weights).iter().sum();
     let steepest = found.fit.space.duhem(&found.fit.fit.point).map_or(0.0, |table| table.steepest_rise());
     fall < STEEPEST_FALL * rise || fall == 0.0 && plays < SMALL_PLAYS * steepest
-}
-
-/// Whether its operator forgets over the range of the records.
-fn forgets(records: &[Record<'_>], found: &Found) -> bool {
-    let table = found.fit.space.duhem(&found.fit.fit.point);
-    table.is_none_or(|table| table.forgets(bounds_of(inputs(records, found).map(|inputs| bounds(&inputs)))))
 }
 
 /// The flattest slope of the plays, that of their identity, and by how much an operator beside them falls at most.
@@ -201,6 +196,28 @@ pub(crate) fn no_inverse(rise: f64, fall: f64) -> Option<Finding> {
          position may fall where the drive rises, and the stage has no inverse"
     );
     Some(Finding::new(FindingCode::NoInverse, rise - fall, 0.0, message))
+}
+
+/// What there is to say of an operator that comes to no loop of its own over the range of the records.
+pub(crate) fn runs_away(records: &[Record<'_>], found: &Found) -> Option<Finding> {
+    let table = found.fit.space.duhem(&found.fit.fit.point)?;
+    never_rests(&table, bounds_of(inputs(records, found).map(|of_record| bounds(&of_record))))
+}
+
+/// The same for the range of what it is shown.
+pub(crate) fn never_rests(table: &DuhemTable, range: (f64, f64)) -> Option<Finding> {
+    /// An operator that comes to its loop by a tenth of what is left in every round moves by less in the tenth.
+    const LIMIT: f64 = 0.05;
+    let value = table.drift(range);
+    if value <= LIMIT {
+        return None;
+    }
+    let message = format!(
+        "the Duhem operator comes to no loop of its own: driven over the range and back, it still moves by {:.0} % of its stroke after \
+         ten rounds. It follows these records, and runs away on others",
+        100.0 * value
+    );
+    Some(Finding::new(FindingCode::OperatorRunsAway, value, LIMIT, message))
 }
 
 /// What an operator must do to be chosen.
@@ -472,7 +489,7 @@ fn with_knots_where_z_comes(
 
 /// The least and the largest z along all records.
 fn range(records: &[Record<'_>], found: &Found, table: &DuhemTable) -> (f64, f64) {
-    bounds_of(inputs(records, found).map(|inputs| table.range(inputs.into_iter())))
+    bounds_of(inputs(records, found).map(|of_record| table.range(of_record.into_iter())))
 }
 
 /// What the operators of a fit are shown of every record.

@@ -39,7 +39,7 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// The same of a search that was stopped and had to keep its best.
+    /// The same, marked as the best of a search that was stopped.
     pub(crate) fn stopped(self) -> Self {
         Self { partial: true, ..self }
     }

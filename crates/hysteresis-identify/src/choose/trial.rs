@@ -45,8 +45,8 @@ pub enum TrialOutcome {
     TooSmall,
     /// The derivatives of the fit without it promise so little that it was not fitted.
     NotPromising,
-    /// At the bounds of its search, without an inverse, before the drive, or with states that part: a model with it
-    /// stands for something else.
+    /// At the bounds of its search, without an inverse, before the drive, or running away on other drives: a model with
+    /// it stands for something else.
     StandsForOther,
     /// Something that these records do not tell from it explains as much: a loop shift, a drift, a transient, or any
     /// term that follows loops of one size.

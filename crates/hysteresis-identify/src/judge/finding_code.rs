@@ -77,6 +77,9 @@ pub enum FindingCode {
     /// A Duhem operator falls by more than the plays rise right after a reversal: the stage has no inverse. Value: the
     /// flattest slope of their sum; limit 0.
     NoInverse,
+    /// A Duhem operator that comes to no loop of its own: it follows the records, and runs away on other drives. Value:
+    /// by how much it still moves, over its stroke, after ten rounds over the range; limit 0.05.
+    OperatorRunsAway,
     /// Samples far from their neighbours. Value: the largest distance of a residual from the median of the five
     /// around it, in robust standard deviations of all residuals (1.4826 times the median of magnitudes); limit 7,
     /// which noise of normal distribution passes less than once in 10^8 samples. A deviation below 1e-5 of the range
@@ -228,7 +231,7 @@ pub enum FindingCode {
 
 impl FindingCode {
     /// All codes, causes before what follows from them.
-    pub const ALL: [Self; 58] = [
+    pub const ALL: [Self; 59] = [
         Self::WrongSign,
         Self::RecordsDiffer,
         Self::LoopBackwards,
@@ -261,6 +264,7 @@ impl FindingCode {
         Self::InputEffects,
         Self::MapNotTold,
         Self::NoInverse,
+        Self::OperatorRunsAway,
         Self::Outliers,
         Self::BadStretch,
         Self::OutputJump,
@@ -433,6 +437,11 @@ impl FindingCode {
             ),
             Self::NoInverse => (
                 "no_inverse",
+                Always,
+                "leave the Duhem operator to the search (duhem=\"auto\"), or leave it out (duhem=None)",
+            ),
+            Self::OperatorRunsAway => (
+                "operator_runs_away",
                 Always,
                 "leave the Duhem operator to the search (duhem=\"auto\"), or leave it out (duhem=None)",
             ),

@@ -315,6 +315,19 @@ fn swings(record: &Record<'_>, swing: f64) -> Vec<Swing> {
     turns.windows(2).map(of_turns).collect()
 }
 
+/// At which speed records move from turn to turn, on average; none if they do not turn.
+pub(crate) fn mean_speed(records: &[Record<'_>], dt: f64) -> Option<f64> {
+    let (low, high) = input_bounds(records);
+    let of_record = |record: &Record<'_>| -> Vec<(f64, f64)> {
+        let seconds = if record.dt().is_some() { 1.0 } else { dt };
+        swings(record, SWING * (high - low)).into_iter().map(|swing| (swing.travel, seconds * swing.moving)).collect()
+    };
+    let swings: Vec<(f64, f64)> = records.iter().flat_map(of_record).collect();
+    let (way, time) =
+        swings.into_iter().fold((0.0, 0.0), |(way, time), (travel, moving)| (way + travel, time + moving));
+    (time > 0.0).then(|| way / time)
+}
+
 /// One loop: between which inputs, in how many samples, and where it begins.
 struct Loop {
     ends: (f64, f64),

@@ -83,7 +83,7 @@ impl Identification {
         self.left_out(records, &self.stretches(records), |pass, solutions| Ok(pass.held_out(solutions)))
     }
 
-    /// The loops, those whose middles lie in the same tenth of the time together. By number, the many small loops of a
+    /// The loops, those whose middles lie in the same of [`STRETCHES`] parts of the time together. By number, the many small loops of a
     /// chirp would leave all the large ones in one stretch, and the others tell nothing of that.
     fn stretches(&self, records: &[Record<'_>]) -> Vec<(usize, Range<usize>)> {
         let loops = loops(records, usize::MAX);

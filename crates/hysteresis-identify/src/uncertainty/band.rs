@@ -14,9 +14,9 @@ use hysteresis_control::stage::{Branches, CELLS, ErrorBand, Place};
 
 use crate::judge::finding::Finding;
 use crate::judge::finding_code::FindingCode;
-use crate::judge::loops::{tells_middles, tells_speeds};
+use crate::judge::loops::{mean_speed, tells_middles, tells_speeds};
 use crate::records::record::Record;
-use crate::records::signal::{as_f64, median, moves};
+use crate::records::signal::{as_f64, median};
 use crate::result::identification::Identification;
 use crate::result::quality::loop_width;
 
@@ -44,8 +44,10 @@ const LEAST_UNTRUTH: f64 = 0.06;
 /// Below this share of the noise what a fit leaves is not told from it.
 const TOLD_FROM_NOISE: f64 = 0.03;
 
-/// A model without hysteresis lacks a loop of this share of the range of positions.
+/// A model without hysteresis lacks a loop of this share of the range of positions. Below the second share a width is
+/// rounding.
 const USUAL_WIDTH: f64 = 0.1;
+const ROUNDING: f64 = 1e-9;
 
 /// Up to which shares of the largest rate and of the longest time a factor counts.
 const SHARES: [f64; 4] = [0.01, 0.1, 0.3, 1.0];
@@ -60,14 +62,14 @@ impl Identification {
         // One loop alone, or records shorter than the dead time: what they leave themselves.
         let left = self.held_out_residuals(records).unwrap_or_else(|_| self.own_residuals(records));
         let intervals = records.iter().map(|record| record.dt().unwrap_or(self.chain.dt));
-        let mut samples = Samples::new(records, &left, intervals, self.drive_range);
+        let samples = Samples::new(records, &left, intervals, self.drive_range);
         let width = self.width(records);
         let noise = self.sensor_noise();
         let table = Table::of(&samples, noise);
         let errors = table.errors(width, self.untruth(width), are_alike(records));
-        samples.expect(&errors);
-        let rates = samples.factors(noise, |sample| sample.rate);
-        let times = samples.factors(noise, |sample| sample.seconds);
+        let mut expected = samples.expected(&errors);
+        let rates = samples.take_factors(&mut expected, noise, |sample| sample.rate);
+        let times = samples.take_factors(&mut expected, noise, |sample| sample.seconds);
         ErrorBand::new(noise, self.drive_range, width, errors, rates, times).ok()
     }
 
@@ -99,33 +101,28 @@ impl Identification {
         self
     }
 
-    /// How many parts it has that follow a loop whatever it is.
+    /// How many parts it has that bend freely.
     fn curves(&self) -> usize {
         let maps = usize::from(self.input_map().is_some()) + usize::from(self.output_map().is_some());
         maps + usize::from(self.relaxing_plays.is_some()) + usize::from(self.duhem().is_some())
     }
 
-    /// The width of the model's loop over the whole range, at the mean speed at which the records move: few records have
-    /// such a loop.
+    /// The width of the model's loop over the whole range, at the mean speed of the records: few of them have such a
+    /// loop.
     fn width(&self, records: &[Record<'_>]) -> f64 {
-        const FEWEST: f64 = 100.0;
-        const MOST: f64 = 10_000.0;
-        let of_record = |record: &Record<'_>| {
-            let way: f64 = record.input().windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
-            (way, as_f64(moves(record.input())) * record.dt().unwrap_or(self.chain.dt))
-        };
-        let (way, time) = records.iter().map(of_record).fold((0.0, 0.0), |(a, b), (way, time)| (a + way, b + time));
+        const STROKE: i32 = 1000;
         let (low, high) = self.drive_range;
-        let samples = ((high - low) * time / (way * self.chain.dt)).clamp(FEWEST, MOST).ceil();
-        let stroke = |from: f64, to: f64| {
-            std::iter::successors(Some(0.0), |k| Some(k + 1.0))
-                .take_while(move |k| *k <= samples)
-                .map(move |k| from + (to - from) * (k / samples))
+        let of_loop = |speed: f64| {
+            let to = |k: i32| low + (high - low) * f64::from(k) / f64::from(STROKE);
+            let drive: Vec<f64> =
+                (0..STROKE).map(to).chain((0..STROKE).rev().map(to)).chain((0..=STROKE).map(to)).collect();
+            let output = self.chain.response(&drive, (high - low) / (speed * f64::from(STROKE)));
+            // The first stroke is the way from rest.
+            let first = STROKE.unsigned_abs() as usize;
+            loop_width(&drive[first..], &output[first..]).ok().flatten()
         };
-        let drive: Vec<f64> =
-            [(low, high), (high, low), (low, high)].iter().flat_map(|(a, b)| stroke(*a, *b)).collect();
-        let width = loop_width(&drive, &self.chain.response(&drive, self.chain.dt)).ok().flatten();
-        width.filter(|width| *width > 0.0).unwrap_or(USUAL_WIDTH * self.fit.range)
+        let width = mean_speed(records, self.chain.dt).and_then(of_loop);
+        width.filter(|width| *width > ROUNDING * self.fit.range).unwrap_or(USUAL_WIDTH * self.fit.range)
     }
 
     /// How far what stages of other physics lack is to be expected of this one, from little to 1: a fit that leaves
@@ -162,8 +159,6 @@ struct Sample {
     rate: f64,
     seconds: f64,
     square: f64,
-    /// What the table, and the factors that are known, expect its square to be beside the noise.
-    expected: f64,
     /// The time that it stands for.
     weight: f64,
 }
@@ -179,36 +174,33 @@ impl Samples {
                 let place = branches.step(*drive);
                 let (rate, seconds) = (place.rate(dt), place.samples * dt);
                 if left.is_finite() {
-                    samples.push(Sample { place, rate, seconds, square: left * left, expected: 0.0, weight: dt });
+                    samples.push(Sample { place, rate, seconds, square: left * left, weight: dt });
                 }
             }
         }
         Self(samples)
     }
 
-    /// What a table expects of every sample.
-    fn expect(&mut self, errors: &[Vec<f64>]) {
-        for Sample { place, expected, .. } in &mut self.0 {
-            *expected = errors[place.row()][place.column()].powi(2);
-        }
+    /// What a table expects the square of every sample to be, without noise.
+    fn expected(&self, errors: &[Vec<f64>]) -> Vec<f64> {
+        self.0.iter().map(|Sample { place, .. }| errors[place.row()][place.column()].powi(2)).collect()
     }
 
-    /// By which factors samples exceed what is expected of them, up to shares of the largest value of `of`. They are
-    /// expected from here on, so that nothing counts twice. None is below 1: a few quiet samples promise nothing.
-    fn factors(&mut self, noise: f64, of: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
+    /// By which factors squares exceed what is expected, up to shares of the largest value of `of`; what is expected
+    /// has them from here on, so that nothing counts twice. None is below 1: a few quiet samples promise nothing.
+    fn take_factors(&self, expected: &mut [f64], noise: f64, of: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
         let largest = self.0.iter().map(&of).fold(f64::MIN_POSITIVE, f64::max);
         let mut from = f64::NEG_INFINITY;
         let factor = |share: f64| {
             let to = share * largest;
-            let is_within = |sample: &Sample| from < of(sample) && of(sample) <= to;
-            let (mut count, mut found, mut known) = (0, 0.0, 0.0);
-            for Sample { square, expected, weight, .. } in self.0.iter().filter(|sample| is_within(sample)) {
-                count += 1;
-                found += weight * square;
-                known += weight * (expected + noise * noise);
+            let is_within = |k: &usize| from < of(&self.0[*k]) && of(&self.0[*k]) <= to;
+            let within: Vec<usize> = (0..self.0.len()).filter(is_within).collect();
+            let sum = |of: &dyn Fn(usize) -> f64| within.iter().map(|k| self.0[*k].weight * of(*k)).sum::<f64>();
+            let (known, found) = (sum(&|k| expected[k]), sum(&|k| self.0[k].square - noise * noise));
+            let factor = if within.len() >= FEWEST && known > 0.0 { (found / known).clamp(1.0, MOST) } else { 1.0 };
+            for k in within {
+                expected[k] *= factor;
             }
-            let factor = if count >= FEWEST && known > 0.0 { (found / known).clamp(1.0, MOST) } else { 1.0 };
-            self.0.iter_mut().filter(|sample| is_within(sample)).for_each(|sample| sample.expected *= factor);
             from = to;
             (to, factor)
         };
@@ -254,14 +246,14 @@ impl Table {
         let unlike_cells = ((unseen - UNSEEN.0) / (UNSEEN.1 - UNSEEN.0)).clamp(0.0, 1.0);
         let alike = if are_alike { 1.0 } else { unlike_cells };
         let error = (self.all().map(|(.., square)| square).sum::<f64>() / as_f64(seen)).sqrt();
-        let share = alike * untruth + (1.0 - alike) * (error / (USUAL * width)).min(1.0);
+        let open = alike * untruth + (1.0 - alike) * (error / (USUAL * width)).min(1.0);
         let of_cell = |row: usize, column: usize| {
             let distance = |r: usize, c: usize| r.abs_diff(row).max(c.abs_diff(column));
             let nearest = self.all().map(|(r, c, _)| distance(r, c)).min().unwrap_or(FAR);
             let around = self.all().filter(|(r, c, _)| distance(*r, *c) <= nearest.max(1));
             let (sum, count) = around.fold((0.0, 0), |(sum, count), (.., square)| (sum + square, count + 1));
             let far = (as_f64(nearest) / as_f64(FAR)).min(1.0);
-            let untold = share * (UNTOLD.0 + (UNTOLD.1 - UNTOLD.0) * far);
+            let untold = open * (UNTOLD.0 + (UNTOLD.1 - UNTOLD.0) * far);
             (sum / as_f64(count)).sqrt().hypot(width * untold)
         };
         (0..CELLS).map(|row| (0..CELLS).map(|column| of_cell(row, column)).collect()).collect()
@@ -313,5 +305,33 @@ mod tests {
         let errors = Table::of(&samples(of, &drive, (0.0, 12.0)), 0.0).errors(1.0, 1.0, false);
         assert!(errors[11][3] > 1e-2, "{}", errors[11][3]);
         assert!(errors[2][8] < 5e-3, "{}", errors[2][8]);
+    }
+
+    /// One cell that a few samples behind a reversal spoil is not that of all around it.
+    #[test]
+    fn a_cell_has_the_mean_square_around_it() {
+        let mut sums = vec![vec![(0.0, 0.0); CELLS]; CELLS];
+        (4..7).for_each(|row| (4..7).for_each(|column| sums[row][column] = (0.0, 1.0)));
+        sums[5][5] = (1e-4, 1.0);
+        let errors = Table { sums, noise: 0.0 }.errors(1.0, 0.0, true);
+        assert!((errors[5][5] - 1e-2 / 3.0).abs() < 1e-9, "{}", errors[5][5]);
+        assert!((errors[4][4] - 1e-2 / 2.0).abs() < 1e-9, "{}", errors[4][4]);
+    }
+
+    /// Short ways are fast ones, but for some samples behind a turn. What noise adds to both sides makes no factor smaller.
+    #[test]
+    fn what_the_rate_explains_is_not_counted_for_the_time_again() {
+        let way = |k: u32| if k < 500 { f64::from(k) / 500.0 } else { f64::from(600 - k) / 100.0 };
+        let drive: Vec<f64> = (0..6000).map(|k| 12.0 * way(k % 600)).collect();
+        let noise = 5e-3_f64;
+        let left: Vec<f64> = (0..6000).map(|k| if k % 600 < 500 { 1e-2 } else { 1.5e-2 }).collect();
+        let record = Record::new(&drive, &drive, 0).unwrap();
+        let samples = Samples::new(&[record], &[left], [0.01].into_iter(), (0.0, 12.0));
+        let mut expected = vec![1e-4 - noise * noise; samples.0.len()];
+        let rates = samples.take_factors(&mut expected, noise, |sample| sample.rate);
+        let times = samples.take_factors(&mut expected, noise, |sample| sample.seconds);
+        let largest = |factors: &[(f64, f64)]| factors.iter().map(|(_, factor)| *factor).fold(0.0, f64::max);
+        let right = (2.25 - 0.25) / (1.0 - 0.25);
+        assert!((largest(&rates) / right - 1.0).abs() < 0.08 && largest(&times) < 1.1, "{rates:?} {times:?}");
     }
 }

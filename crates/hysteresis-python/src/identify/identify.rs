@@ -98,9 +98,9 @@ use crate::convert::errors;
 ///     of a few shapes, added or subtracted, promises a twentieth of the error; it stays if it predicts held-out
 ///     stretches better by a tenth. It must halve the error where loops only decay or are all alike, and where what
 ///     plays leave looks like a drift. Of loops that are all alike it must leave no more beside the noise than the
-///     noise, too: many operators follow such loops. "fit" has one wherever it lowers the error and leaves an inverse.
-///     A `Duhem` is where the search begins: its knots move with its amplitude, by a factor of 4.5 at most. See the
-///     finding `no_inverse`.
+///     noise, too: many operators follow such loops. "fit" has one wherever it lowers the error, leaves an inverse and
+///     does not run away on other drives. A `Duhem` is where the search begins: its knots move with its amplitude, by a
+///     factor of 4.5 at most. See the findings `no_inverse` and `operator_runs_away`.
 /// amplifier : "auto", None or float
 ///     The amplifier in front of the hysteresis, a first-order lag: of this bandwidth in Hz, beside second-order
 ///     dynamics or with `dynamics=None`. "auto" fits one beside second-order dynamics if the records tell its lag from
