@@ -47,7 +47,8 @@ impl OfLikeLoops {
 mod tests {
     use super::*;
 
-    /// Half the error at what is usually left; less of a poor fit, unless another term is there; more where little is left.
+    /// Half the error at what is usually left; less of a poor fit, unless another term is there; more where little is
+    /// left.
     #[test]
     fn what_like_loops_ask_for_depends_on_what_is_left() {
         let map = OfLikeLoops { usual_left: 0.005, gain_of_poor: 1.5 };

@@ -318,7 +318,8 @@ mod tests {
         assert!((errors[4][4] - 1e-2 / 2.0).abs() < 1e-9, "{}", errors[4][4]);
     }
 
-    /// Short ways are fast ones, but for some samples behind a turn. What noise adds to both sides makes no factor smaller.
+    /// Short ways are fast ones, but for some samples behind a turn. What noise adds to both sides makes no factor
+    /// smaller.
     #[test]
     fn what_the_rate_explains_is_not_counted_for_the_time_again() {
         let way = |k: u32| if k < 500 { f64::from(k) / 500.0 } else { f64::from(600 - k) / 100.0 };
