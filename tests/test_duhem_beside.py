@@ -277,9 +277,8 @@ def test_a_fit_without_an_inverse_is_red() -> None:
         found.stage.controller(LAW_DT)
 
 
-@pytest.mark.parametrize("duhem", ["auto", "fit"])
-def test_an_operator_that_would_run_away_is_refused(duhem: Any) -> None:
-    """It follows the decaying loops of a stage whose charge leaks off, and nothing else."""
+def leaking_decay() -> tuple[Array, Array]:
+    """Return decaying loops of a stage whose charge leaks off: no operator is true there."""
     r = np.linspace(0.0, 40.0, 33)
     weights = np.r_[0.6, 0.025 * np.exp(-r[1:] / 20.0)]
     plays = mh.ModifiedPrandtlIshlinskii.from_ratios(weights, r, ra=1.0, rb=1.0, rc=1.0)
@@ -288,11 +287,25 @@ def test_an_operator_that_would_run_away_is_refused(duhem: Any) -> None:
     u = np.concatenate([way([0.0, 50.0], 100.0), decay])
     x = plays.forward().run(u)
     clean = x - 0.9 * lagged(x - x[0], 25.0)
-    y = clean + np.random.default_rng(1).normal(0.0, 5e-4 * np.ptp(clean), u.size)
+    return u, clean + np.random.default_rng(1).normal(0.0, 5e-4 * np.ptp(clean), u.size)
+
+
+@pytest.mark.parametrize("duhem", ["auto", "fit"])
+def test_an_operator_that_would_run_away_is_refused(duhem: Any) -> None:
+    u, y = leaking_decay()
     found = mh.identify(u, y, dt=LAW_DT, duhem=duhem)
     assert found.duhem is None and found.verdict != "green"
     outcomes = [one["outcome"] for one in found.terms_tried if one["term"] == "Duhem operator"]
     assert outcomes == ["stands_for_other"]
+
+
+def test_an_operator_that_runs_away_is_red_where_it_was_given() -> None:
+    u, y = leaking_decay()
+    rising = [0.027, 0.212, 0.244, 0.266, 0.279]
+    near = mh.Duhem([-6.0, -3.0, 0.0, 14.7, 29.3], rising, [0.319, 0.282, 0.268, 0.282, 0.304])
+    found = mh.identify(u, y, dt=LAW_DT, duhem=near)
+    (runs,) = (one for one in found.warnings if one.code == "operator_runs_away")
+    assert found.verdict == "red" and runs.value > runs.limit == 0.05
 
 
 def test_plays_that_adapt_take_no_operator_beside_them() -> None:

@@ -1,3 +1,5 @@
+//! A number by which a saved state knows its model.
+
 /// A number that tells sets of parameters apart, so that a saved state is not restored into another model.
 ///
 /// FNV-1a over the bits of numbers: no protection against intent, but against mistakes.

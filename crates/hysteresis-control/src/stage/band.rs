@@ -28,12 +28,13 @@ const ERRORS_PER_BRANCH: i32 = 32;
 /// then, the error of the predicted position has the standard deviation
 ///
 /// ```text
-/// s = sqrt(E(u_r, u)^2 R(v) T(t) + (W b)^2)            b: how far u is beyond the range of the records, as a share of it
+/// s = sqrt(E(u_r, u)^2 R(v) T(t) + (W b)^2)        b: how far u is beyond the records, as a share of their range
 /// ```
 ///
 /// E is a table of [`CELLS`] by [`CELLS`] rms errors on held-out loops, with a share of the loop width W that tells by
-/// experience what loops leave open, more where none were recorded. R and T are factors that are 1 or more. A sample that is measured has the noise of the sensor
-/// on top. The bounds of a level p are at z s, with P(|Z| <= z) = p for a normal Z.
+/// experience what loops leave open, more where none were recorded. R and T are factors that are 1 or more. A sample
+/// that is measured has the noise of the sensor on top. The bounds of a level p are at z s, with P(|Z| <= z) = p for a
+/// normal Z.
 ///
 /// ```
 /// use hysteresis_control::stage::{CELLS, ErrorBand};

@@ -1,3 +1,5 @@
+//! Line by line over a field, with smooth turns.
+
 use super::scans::{Axis, Scan};
 use super::{GREATEST_SLOPE, Motion, ROUNDING, Run, Smooth, Trajectory, check_bounded, rise};
 use crate::sampling::{Error, MAX_SAMPLES, check_finite, check_number, check_positive, check_whole, reserve};

@@ -1,3 +1,5 @@
+//! Creep behind the hysteresis, sample by sample.
+
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 

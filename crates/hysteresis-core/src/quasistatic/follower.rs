@@ -1,3 +1,5 @@
+//! What loop shift and slow gain know of the past of the drive.
+
 /// What loop shift and slow gain see of the scaled drive x: the follower f, how far it stays behind, e, and the mean
 /// square m of that. The equations stand at [`LoopShiftTerms`](super::LoopShiftTerms).
 #[derive(Clone, Copy, Debug)]

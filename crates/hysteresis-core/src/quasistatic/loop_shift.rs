@@ -1,3 +1,5 @@
+//! A shift of loops with their amplitude, sample by sample.
+
 use alloc::vec;
 use alloc::vec::Vec;
 

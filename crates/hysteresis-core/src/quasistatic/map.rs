@@ -1,3 +1,5 @@
+//! Monotone maps in front of the hysteresis and behind it.
+
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 

@@ -1,3 +1,5 @@
+//! Plays that follow late, sample by sample.
+
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 

@@ -1,3 +1,5 @@
+//! A gain that follows the amplitude slowly, sample by sample.
+
 use alloc::vec;
 use alloc::vec::Vec;
 

@@ -1,3 +1,5 @@
+//! Many streams side by side.
+
 use alloc::boxed::Box;
 use core::fmt;
 use core::hint::black_box;

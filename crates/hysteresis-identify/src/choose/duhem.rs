@@ -8,8 +8,8 @@
 use core::f64::consts::TAU;
 
 use crate::choose::cross_validation::CrossValidation;
-use crate::choose::evidence::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::found::{Found, LinearEvidence, Place};
+use crate::choose::must_gain::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::structure::with_structure;
 use crate::choose::told::Variety;
 use crate::choose::trial::{DUHEM, TermTrial, TrialOutcome};
@@ -200,22 +200,16 @@ pub(crate) fn no_inverse(rise: f64, fall: f64) -> Option<Finding> {
 
 /// What there is to say of an operator that comes to no loop of its own over the range of the records.
 pub(crate) fn runs_away(records: &[Record<'_>], found: &Found) -> Option<Finding> {
-    let table = found.fit.space.duhem(&found.fit.fit.point)?;
-    never_rests(&table, bounds_of(inputs(records, found).map(|of_record| bounds(&of_record))))
-}
-
-/// The same for the range of what it is shown.
-pub(crate) fn never_rests(table: &DuhemTable, range: (f64, f64)) -> Option<Finding> {
-    /// An operator that comes to its loop by a tenth of what is left in every round moves by less in the tenth.
+    /// One that comes nearer to its loop by a tenth in every round moves by less in the tenth round.
     const LIMIT: f64 = 0.05;
-    let value = table.drift(range);
+    let table = found.fit.space.duhem(&found.fit.fit.point)?;
+    let value = table.drift(bounds_of(inputs(records, found).map(|of_record| bounds(&of_record))));
     if value <= LIMIT {
         return None;
     }
     let message = format!(
-        "the Duhem operator comes to no loop of its own: driven over the range and back, it still moves by {:.0} % of its stroke after \
-         ten rounds. It follows these records, and runs away on others",
-        100.0 * value
+        "the Duhem operator comes to no loop of its own: driven over the range and back, it still moves by {value:.2} of its \
+         stroke in the tenth round. It follows these records, and runs away on others"
     );
     Some(Finding::new(FindingCode::OperatorRunsAway, value, LIMIT, message))
 }

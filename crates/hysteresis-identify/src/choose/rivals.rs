@@ -5,9 +5,9 @@
 //! these has a rival: everything searched once more without it.
 
 use crate::choose::duhem::is_sought;
-use crate::choose::evidence::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::found::{Found, Search};
 use crate::choose::linear_part::{SECOND_ORDER, to_compare};
+use crate::choose::must_gain::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, is_better};
 use crate::choose::told::Variety;
 use crate::choose::trial::{DEAD_TIME, DUHEM, TermTrial, TrialOutcome, overrule};
 use crate::error::Error;

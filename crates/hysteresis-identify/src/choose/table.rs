@@ -1,9 +1,9 @@
 //! The table of the terms that are judged by stretches of the records: a term is a type here and a row of the table.
 
 use crate::choose::dynamics::starts;
-use crate::choose::evidence::{MUST_GAIN_OF_LIKE_LOOPS, OfLikeLoops};
 use crate::choose::found::{LinearEvidence, Place};
 use crate::choose::linear_part::{amplifier_starts, to_compare};
+use crate::choose::must_gain::{MUST_GAIN_OF_LIKE_LOOPS, OfLikeLoops};
 use crate::choose::term_search::{Candidate, PASSES, Row, Term, TermSearch, Variant};
 use crate::choose::trial::{COUPLED_PLAYS, TermTrial, TrialOutcome};
 use crate::error::Error;

@@ -9,9 +9,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
-use crate::choose::evidence::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, OfLikeLoops, is_better};
 use crate::choose::found::{Found, LinearEvidence, Place, UntoldMap};
 use crate::choose::linear_part::to_compare;
+use crate::choose::must_gain::{MUST_GAIN, MUST_GAIN_OF_LIKE_LOOPS, OfLikeLoops, is_better};
 use crate::choose::told::Variety;
 use crate::choose::trial::{TermTrial, TrialOutcome, overrule};
 use crate::error::Error;
@@ -43,7 +43,8 @@ pub(crate) struct Row {
     pub(crate) term: &'static dyn Term,
 }
 
-/// A term of the table. Nothing else in the search names one.
+/// A term of the table. The search itself names maps, coupled plays, the loop shift and the order of dynamics besides:
+/// these stand for one another.
 pub(crate) trait Term: Sync {
     /// How results call it.
     fn name(&self) -> &'static str;

@@ -78,7 +78,7 @@ pub enum FindingCode {
     /// flattest slope of their sum; limit 0.
     NoInverse,
     /// A Duhem operator that comes to no loop of its own: it follows the records, and runs away on other drives. Value:
-    /// by how much it still moves, over its stroke, after ten rounds over the range; limit 0.05.
+    /// by how much it still moves, over its stroke, in the tenth round over the range; limit 0.05.
     OperatorRunsAway,
     /// Samples far from their neighbours. Value: the largest distance of a residual from the median of the five
     /// around it, in robust standard deviations of all residuals (1.4826 times the median of magnitudes); limit 7,
@@ -443,7 +443,7 @@ impl FindingCode {
             Self::OperatorRunsAway => (
                 "operator_runs_away",
                 Always,
-                "leave the Duhem operator to the search (duhem=\"auto\"), or leave it out (duhem=None)",
+                "leave the Duhem operator out (duhem=None), or to the search (duhem=\"auto\")",
             ),
             Self::AmplitudeEffects => (
                 "amplitude_effects",

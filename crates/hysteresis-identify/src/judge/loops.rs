@@ -291,6 +291,14 @@ struct Swing {
 }
 
 impl Swing {
+    fn of(way: &[f64], dt: f64) -> Self {
+        Self {
+            travel: (way[way.len() - 1] - way[0]).abs(),
+            duration: dt * as_f64(way.len() - 1),
+            moving: dt * as_f64(signal::moves(way)),
+        }
+    }
+
     fn frequency(&self) -> f64 {
         0.5 / self.moving
     }
@@ -299,15 +307,8 @@ impl Swing {
 /// The swings between the turns of the fitted samples, from the first turn to the last; of a record that turns once,
 /// its two parts.
 fn swings(record: &Record<'_>, swing: f64) -> Vec<Swing> {
-    let (input, dt) = (&record.input()[record.skip()..], record.dt().unwrap_or(1.0));
-    let of_turns = |turns: &[usize]| {
-        let way = &input[turns[0]..=turns[1]];
-        Swing {
-            travel: (way[way.len() - 1] - way[0]).abs(),
-            duration: dt * as_f64(way.len() - 1),
-            moving: dt * as_f64(signal::moves(way)),
-        }
-    };
+    let input = &record.input()[record.skip()..];
+    let of_turns = |turns: &[usize]| Swing::of(&input[turns[0]..=turns[1]], record.dt().unwrap_or(1.0));
     let mut turns = signal::turns(input, swing);
     if let [only] = turns[..] {
         turns = vec![0, only, input.len() - 1];
@@ -315,17 +316,25 @@ fn swings(record: &Record<'_>, swing: f64) -> Vec<Swing> {
     turns.windows(2).map(of_turns).collect()
 }
 
-/// At which speed records move from turn to turn, on average; none if they do not turn.
+/// At which speed records move from turn to turn, on average, but so that the whole range takes a hundred samples. One
+/// that does not turn counts from end to end; none for records that do not move. Records without a sampling interval
+/// have this one.
 pub(crate) fn mean_speed(records: &[Record<'_>], dt: f64) -> Option<f64> {
+    const FEWEST: f64 = 100.0;
     let (low, high) = input_bounds(records);
-    let of_record = |record: &Record<'_>| -> Vec<(f64, f64)> {
+    let of_record = |record: &Record<'_>| {
         let seconds = if record.dt().is_some() { 1.0 } else { dt };
-        swings(record, SWING * (high - low)).into_iter().map(|swing| (swing.travel, seconds * swing.moving)).collect()
+        let swings = swings(record, SWING * (high - low));
+        let fold = |(way, time): (f64, f64), swing: &Swing| (way + swing.travel, time + seconds * swing.moving);
+        if swings.is_empty() {
+            fold((0.0, 0.0), &Swing::of(&record.input()[record.skip()..], record.dt().unwrap_or(1.0)))
+        } else {
+            swings.iter().fold((0.0, 0.0), fold)
+        }
     };
-    let swings: Vec<(f64, f64)> = records.iter().flat_map(of_record).collect();
-    let (way, time) =
-        swings.into_iter().fold((0.0, 0.0), |(way, time), (travel, moving)| (way + travel, time + moving));
-    (time > 0.0).then(|| way / time)
+    let (way, time) = records.iter().map(of_record).fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+    let interval = records.iter().map(|record| record.dt().unwrap_or(dt)).fold(f64::INFINITY, f64::min);
+    (way > 0.0).then(|| (way / time).min((high - low) / (FEWEST * interval)))
 }
 
 /// One loop: between which inputs, in how many samples, and where it begins.

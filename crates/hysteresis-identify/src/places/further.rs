@@ -6,7 +6,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::choose::evidence::{MUST_GAIN, is_better};
+use crate::choose::must_gain::{MUST_GAIN, is_better};
 use crate::error::Error;
 use crate::options::Options;
 use crate::places::given::{Given, PlacesOptions};
@@ -126,8 +126,8 @@ pub(crate) fn with_further(
     }
 }
 
-/// A model with more; where that is left open, none if it is not promising, if there are too few equations, or if its
-/// operator leaves no inverse or runs away.
+/// A model with more; where that is left open, none if it is not promising, if there are too few equations, or if it
+/// leaves no inverse.
 fn tried(
     search: &mut PlaceSearch<'_>,
     chosen: &FoundPlace,
@@ -146,6 +146,6 @@ fn tried(
     };
     let starts = further.starts(&space, &chosen.point);
     let found = search.find(space, starts, proceed)?;
-    let is_sound = found.of_operator(given.drive_bounds()).is_none();
-    Ok(Some(found).filter(|_| is_sound || is_asked))
+    let has_inverse = found.without_inverse().is_none();
+    Ok(Some(found).filter(|_| has_inverse || is_asked))
 }

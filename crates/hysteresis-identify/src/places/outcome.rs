@@ -167,7 +167,7 @@ fn warnings(
     let Doubtful { pairs, lengths, uninformative } = doubtful;
     let mut warnings = doubts::findings(given, weighed, span, (pairs, lengths), uninformative);
     warnings.extend(doubts::missed_lengths(given, &weighed.length_errors, lengths));
-    warnings.extend(errors.found.of_operator(given.drive_bounds()));
+    warnings.extend(errors.found.without_inverse());
     warnings.extend(untold_dead_time(point.dead_time / given.dt, errors.of_axis(Axis::DeadTime) / given.dt));
     let is_searched = space.axes.contains(&Axis::ThermalLag);
     let longest_lag = if is_searched { given.longest_and_shortest().0 } else { f64::INFINITY };

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::choose::duhem::{never_rests, no_inverse};
+use crate::choose::duhem::no_inverse;
 use crate::error::Error;
 use crate::fit::response::{Chain, OperatorsAt};
 use crate::judge::finding::Finding;
@@ -51,16 +51,11 @@ impl FoundPlace {
         Chain::from_rest(operators, weights, self.space.linear(&self.point), dt)
     }
 
-    /// What there is to say of a Duhem operator that falls more than the plays rise, or that comes to no loop between
-    /// these drives.
-    pub(crate) fn of_operator(&self, drives: (f64, f64)) -> Option<Finding> {
-        let operators = self.operators();
-        let duhem = operators.duhem.as_ref()?;
+    /// What there is to say of a Duhem operator that falls more than the plays rise.
+    pub(crate) fn without_inverse(&self) -> Option<Finding> {
+        let fall = self.operators().duhem?.steepest_fall();
         let has_identity = self.space.thresholds(&self.point).first() == Some(&0.0);
-        let without_inverse =
-            no_inverse(if has_identity { self.weighed.weights[0] } else { 0.0 }, duhem.steepest_fall());
-        let shown = |drive: f64| operators.path.lane(1.0).next(drive) - operators.input_offset;
-        without_inverse.or_else(|| never_rests(duhem, (shown(drives.0), shown(drives.1))))
+        no_inverse(if has_identity { self.weighed.weights[0] } else { 0.0 }, fall)
     }
 }
 

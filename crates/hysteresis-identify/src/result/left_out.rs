@@ -83,8 +83,8 @@ impl Identification {
         self.left_out(records, &self.stretches(records), |pass, solutions| Ok(pass.held_out(solutions)))
     }
 
-    /// The loops, those whose middles lie in the same of [`STRETCHES`] parts of the time together. By number, the many small loops of a
-    /// chirp would leave all the large ones in one stretch, and the others tell nothing of that.
+    /// The loops, those whose middles lie in the same of [`STRETCHES`] parts of the time together. By number, the many
+    /// small loops of a chirp would leave all the large ones in one stretch, and the others tell nothing of that.
     fn stretches(&self, records: &[Record<'_>]) -> Vec<(usize, Range<usize>)> {
         let loops = loops(records, usize::MAX);
         // A long rest is no reason to put all that moves into one stretch.

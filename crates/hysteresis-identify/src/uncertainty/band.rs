@@ -4,11 +4,12 @@
 //! record is what the model lacks. So every stretch of loops is predicted with the weights of all others, and the
 //! squares of what is left go into a table by the drive of the last reversal and that of now.
 //!
-//! Records that are all alike hold no loop out that differs from those that stay: their table promises too much. So does
-//! that of loops of any size at one speed, without rests: time and distance grow together there, and no record tells
-//! them apart. So does that of loops about one middle, as of a decay. So the table gets a share of the width of the
-//! loop: little where loops were recorded, more where none were, less where the fit speaks for the model, and less as
-//! the records become various and the fit stays good. How large, other stages say: see docs/explanation/uncertainty.md.
+//! Records that are all alike hold no loop out that differs from those that stay: their table promises too much. So
+//! does that of loops of any size at one speed, without rests: time and distance grow together there, and no record
+//! tells them apart. So does that of loops about one middle, as of a decay. So the table gets a share of the width of
+//! the loop: little where loops were recorded, more where none were, less where the fit speaks for the model, and less
+//! as the records become various and the fit stays good. How large, other stages say: see
+//! docs/explanation/uncertainty.md.
 
 use hysteresis_control::stage::{Branches, CELLS, ErrorBand, Place};
 
@@ -92,8 +93,8 @@ impl Identification {
         let value = NORMAL_95 * median(&deviations) / self.fit.range;
         if value > LIMIT {
             let message = format!(
-                "{curves} curves together (maps, relaxing plays, a Duhem operator) follow any loop, and the records leave open \
-                 what other motions do: the error band of 95 % is {:.1} % of the range to either side",
+                "{curves} curves together (maps, relaxing plays, a Duhem operator) follow any loop, and the records leave \
+                 open what other motions do: the error band of 95 % is {:.1} % of the range to either side",
                 100.0 * value
             );
             self.warnings.push(Finding::new(FindingCode::WideErrorBand, value, LIMIT, message));
@@ -115,7 +116,7 @@ impl Identification {
         let of_loop = |speed: f64| {
             let to = |k: i32| low + (high - low) * f64::from(k) / f64::from(STROKE);
             let drive: Vec<f64> =
-                (0..STROKE).map(to).chain((0..STROKE).rev().map(to)).chain((0..=STROKE).map(to)).collect();
+                (0..STROKE).map(to).chain((1..=STROKE).rev().map(to)).chain((0..=STROKE).map(to)).collect();
             let output = self.chain.response(&drive, (high - low) / (speed * f64::from(STROKE)));
             // The first stroke is the way from rest.
             let first = STROKE.unsigned_abs() as usize;
@@ -186,8 +187,9 @@ impl Samples {
         self.0.iter().map(|Sample { place, .. }| errors[place.row()][place.column()].powi(2)).collect()
     }
 
-    /// By which factors squares exceed what is expected, up to shares of the largest value of `of`; what is expected
-    /// has them from here on, so that nothing counts twice. None is below 1: a few quiet samples promise nothing.
+    /// By which factors squares exceed what is expected, both without noise, up to shares of the largest value of `of`;
+    /// what is expected has them from here on, so that nothing counts twice. None is below 1: a few quiet samples
+    /// promise nothing.
     fn take_factors(&self, expected: &mut [f64], noise: f64, of: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
         let largest = self.0.iter().map(&of).fold(f64::MIN_POSITIVE, f64::max);
         let mut from = f64::NEG_INFINITY;
@@ -195,8 +197,8 @@ impl Samples {
             let to = share * largest;
             let is_within = |k: &usize| from < of(&self.0[*k]) && of(&self.0[*k]) <= to;
             let within: Vec<usize> = (0..self.0.len()).filter(is_within).collect();
-            let sum = |of: &dyn Fn(usize) -> f64| within.iter().map(|k| self.0[*k].weight * of(*k)).sum::<f64>();
-            let (known, found) = (sum(&|k| expected[k]), sum(&|k| self.0[k].square - noise * noise));
+            let known: f64 = within.iter().map(|k| self.0[*k].weight * expected[*k]).sum();
+            let found: f64 = within.iter().map(|k| self.0[*k].weight * (self.0[*k].square - noise * noise)).sum();
             let factor = if within.len() >= FEWEST && known > 0.0 { (found / known).clamp(1.0, MOST) } else { 1.0 };
             for k in within {
                 expected[k] *= factor;

@@ -1,4 +1,4 @@
-//! The preview of a controller.
+//! Dynamics that are inverted for a whole motion, and the preview of a controller.
 
 use hysteresis_control::feedforward::{DynamicsInverse, PreviewCoefficients, PreviewOptions, smoothing_kernel};
 use hysteresis_control::linear::{FirstOrder, LinearDynamics};

@@ -1,4 +1,4 @@
-//! The feedback loop that learning believes in, and another one to judge it by.
+//! Learning of motions that repeat, iterative and repetitive, and the feedback loop that it believes in.
 
 use std::num::NonZeroUsize;
 

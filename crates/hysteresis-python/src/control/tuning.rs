@@ -1,4 +1,4 @@
-//! What a tuning is, and what it makes over frequency.
+//! Gains and filters for a plant: how they are found, what they are, and what they make over frequency.
 
 use hysteresis_control::linear::{FirstOrder, LinearDynamics};
 use hysteresis_control::stage::{self, PEAK_SENSITIVITY, Stage, StageParts};

@@ -39,7 +39,6 @@ use crate::stage::temperature::{TemperatureTerm, added};
 /// - "positions_not_told": pairs and lengths leave positions open.
 /// - "dead_time_confounded": the pairs do not tell the dead time.
 /// - "no_inverse": the Duhem operator falls by more than the plays rise.
-/// - "operator_runs_away": the Duhem operator comes to no loop of its own between the least and the largest drive.
 /// - "temperature_not_told": the record does not tell how the position follows the temperature.
 ///
 /// Examples

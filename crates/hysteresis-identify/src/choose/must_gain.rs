@@ -1,11 +1,11 @@
-//! The rule of evidence: by how much a model must predict held-out stretches better than a simpler one.
+//! By how much a model must predict held-out stretches better than a simpler one.
 
 use crate::choose::cross_validation::CrossValidation;
 
 /// By which factor a term must lower the mean square error of prediction.
 pub(crate) const MUST_GAIN: f64 = 1.2;
 
-/// Where loops are all alike, one predicts the other with any term that fits: a term must halve the error.
+/// The same where loops are all alike: a term must halve the error.
 pub(crate) const MUST_GAIN_OF_LIKE_LOOPS: f64 = 4.0;
 
 /// Whether one predicts better than another by this factor of the mean square error, and by more than chance.
@@ -34,8 +34,8 @@ impl OfLikeLoops {
         left < Self::LITTLE * self.usual_left
     }
 
-    /// By which factor terms must lower the mean square error of a fit that leaves so much; beside another one they have
-    /// no discount, as two together follow any loop.
+    /// By which factor terms must lower the mean square error of a fit that leaves so much; beside another one they
+    /// have no discount, as two together follow any loop.
     pub(crate) fn must_gain(&self, left: f64, terms: i32, is_beside: bool) -> f64 {
         let is_poor = left >= Self::POOR && !is_beside;
         let of_one = if is_poor { self.gain_of_poor } else { MUST_GAIN_OF_LIKE_LOOPS };
@@ -51,11 +51,11 @@ mod tests {
     /// left.
     #[test]
     fn what_like_loops_ask_for_depends_on_what_is_left() {
-        let map = OfLikeLoops { usual_left: 0.005, gain_of_poor: 1.5 };
-        assert_eq!(map.must_gain(0.01, 1, false), MUST_GAIN_OF_LIKE_LOOPS);
-        assert_eq!(map.must_gain(0.03, 1, false), 1.5);
-        assert_eq!(map.must_gain(0.03, 2, true), MUST_GAIN_OF_LIKE_LOOPS.powi(2));
-        assert_eq!(map.must_gain(0.0025, 1, false), 2.0 * MUST_GAIN_OF_LIKE_LOOPS);
-        assert!(map.leaves_little(0.001) && !map.leaves_little(0.002));
+        let rule = OfLikeLoops { usual_left: 0.005, gain_of_poor: 1.5 };
+        assert_eq!(rule.must_gain(0.01, 1, false), MUST_GAIN_OF_LIKE_LOOPS);
+        assert_eq!(rule.must_gain(0.03, 1, false), 1.5);
+        assert_eq!(rule.must_gain(0.03, 2, true), MUST_GAIN_OF_LIKE_LOOPS.powi(2));
+        assert_eq!(rule.must_gain(0.0025, 1, false), 2.0 * MUST_GAIN_OF_LIKE_LOOPS);
+        assert!(rule.leaves_little(0.001) && !rule.leaves_little(0.002));
     }
 }
