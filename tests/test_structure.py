@@ -59,7 +59,7 @@ MODULES = modules()
 def imports(name: str) -> frozenset[str]:
     """The modules of the package that a module imports, at its top or later.
 
-    `import mpi_hyst as mh` is not among them: what is private uses the whole library by its face.
+    `import mpi_hyst as mh` is not among them: commands and the paper use the library by its face.
     """
     found = set()
     for node in ast.walk(ast.parse(MODULES[name].read_text("utf-8"))):
@@ -92,6 +92,17 @@ def test_imports_run_one_way(name: str) -> None:
     assert name not in reached_from(name, {one: set(imports(one)) for one in MODULES})
     private = {room(one) for one in imports(name)} & set(MAY_IMPORT)
     assert private <= {**MAY_IMPORT, **FACE}.get(room(name), set())
+
+
+def test_what_the_face_is_made_of_does_not_import_the_face() -> None:
+    def uses_the_face(name: str) -> bool:
+        nodes = ast.walk(ast.parse(MODULES[name].read_text("utf-8")))
+        names = [one.name for node in nodes if isinstance(node, ast.Import) for one in node.names]
+        return "mpi_hyst" in names
+
+    behind = reached_from("mpi_hyst", {one: set(imports(one)) for one in MODULES})
+    assert "mpi_hyst._report.models" in behind
+    assert [one for one in sorted(behind) if uses_the_face(one)] == []
 
 
 # A module of Rust by the names on the way to it: ("crate", "engine", "lookup").

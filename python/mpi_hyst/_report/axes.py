@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-import mpi_hyst as mh
+from mpi_hyst._core import AxesIdentification
 from mpi_hyst._report import canvas
 from mpi_hyst._report.page import (
     MEANINGS,
@@ -42,7 +42,7 @@ class Record:
 class Found:
     """What was found, from which records, with the names of their columns."""
 
-    found: mh.results.AxesIdentification
+    found: AxesIdentification
     records: Sequence[Record]
     drives: Sequence[str]
     positions: Sequence[str]

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-import mpi_hyst as mh
-from mpi_hyst._core import LoopReport, LoopTimes, Tuning
+from mpi_hyst._core import LoopReport, LoopTimes, Run, Tuning
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import canvas
 from mpi_hyst._text import in_unit
@@ -92,7 +91,7 @@ _MARKS = 400  # events drawn at most of each kind: their number is in the title
 class Course:
     """A run with its time. `limits` are those of the drive; without `noise` the error is one."""
 
-    run: mh.plant.Run
+    run: Run
     time: Samples
     time_label: str
     quantity: Quantity
@@ -113,7 +112,7 @@ class Course:
         return np.isnan(self.run.measured)
 
 
-def is_noisy(run: mh.plant.Run) -> bool:
+def is_noisy(run: Run) -> bool:
     """Return whether something else was measured than the position."""
     return bool(np.any((run.measured != run.position) & np.isfinite(run.measured)))
 
@@ -208,7 +207,7 @@ def _histogram(axes: canvas.Axes, times: LoopTimes, colour: str) -> None:
     axes.bar(ends, counts, width=-0.2 * ends, align="edge", color=colour)
 
 
-def loop_facts(report: mh.realtime.LoopReport) -> list[tuple[str, str]]:
+def loop_facts(report: LoopReport) -> list[tuple[str, str]]:
     """Return how it ended, what was counted, and the machine."""
     values = report.to_dict()
     machine, counts, datagrams = values["machine"], values["counts"], values["datagrams"]
@@ -230,7 +229,7 @@ def _counted(counts: dict[str, int]) -> str:
     return ", ".join(f"{count} {name}" for name, count in counts.items())
 
 
-def loop_times(report: mh.realtime.LoopReport) -> tuple[list[str], list[list[str]]]:
+def loop_times(report: LoopReport) -> tuple[list[str], list[list[str]]]:
     """Return latency, computing time and period as a table."""
     header = ["µs", "median", "p99", "p99.9", "p99.99", "max"]
     named = [("latency", report.latency), ("compute", report.compute), ("period", report.period)]

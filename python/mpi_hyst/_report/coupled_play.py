@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-import mpi_hyst as mh
+from mpi_hyst._core import CoupledPlay, ModifiedPrandtlIshlinskii
 from mpi_hyst._paper.reproduction import WALK_INPUT as WALK
 from mpi_hyst._paper.reproduction import WALK_THRESHOLDS
 from mpi_hyst._report import canvas
@@ -25,8 +25,8 @@ def walk() -> canvas.Figure:
     figure = canvas.new_figure(4.3)
     plane, course = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
     way, x = moves(WALK, 0.05)
-    z = mh.CoupledPlay(*WALK_THRESHOLDS).run(x)
-    corners = mh.CoupledPlay(*WALK_THRESHOLDS).run(WALK)
+    z = CoupledPlay(*WALK_THRESHOLDS).run(x)
+    corners = CoupledPlay(*WALK_THRESHOLDS).run(WALK)
     _branches(plane)
     plane.plot(x, z, color=canvas.BLUE, linewidth=2.0)
     for at in _arrow_places(way):
@@ -96,7 +96,7 @@ STAIRCASE = (
 )
 
 
-def memory_course(model: mh.ModifiedPrandtlIshlinskii, unit: str) -> canvas.Figure:
+def memory_course(model: ModifiedPrandtlIshlinskii, unit: str) -> canvas.Figure:
     """Draw the reversals that a model remembers while the drive moves in growing steps."""
     from matplotlib.ticker import MultipleLocator
 
@@ -128,7 +128,7 @@ def memory_course(model: mh.ModifiedPrandtlIshlinskii, unit: str) -> canvas.Figu
 
 
 def _lives(
-    model: mh.ModifiedPrandtlIshlinskii, drive: Samples
+    model: ModifiedPrandtlIshlinskii, drive: Samples
 ) -> tuple[list[tuple[float, int, int]], list[int]]:
     """Return each reversal with the samples at which it enters and leaves the memory."""
     stream = model.forward()

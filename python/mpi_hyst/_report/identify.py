@@ -8,7 +8,14 @@ from typing import Any
 
 import numpy as np
 
-import mpi_hyst as mh
+from mpi_hyst._core import (
+    ComparedModel,
+    Comparison,
+    Identification,
+    LeftOutLoop,
+    ModifiedPrandtlIshlinskii,
+    Quality,
+)
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import canvas, models, traces
 from mpi_hyst._report.models import default_drive, model_table, run
@@ -48,21 +55,21 @@ class Result:
     """A fit, and the fit of the other kind of model if there is one."""
 
     task: Task
-    found: mh.results.Identification
-    compared: mh.results.Identification | None
+    found: Identification
+    compared: Identification | None
 
     @property
-    def fits(self) -> list[mh.results.Identification]:
+    def fits(self) -> list[Identification]:
         """All fits; the requested one is last."""
         return [self.found] if self.compared is None else [self.compared, self.found]
 
 
 def report(
     task: Task,
-    found: mh.results.Identification,
-    compared: mh.results.Identification | None,
-    left_out: Sequence[mh.results.LeftOutLoop],
-    comparison: mh.results.Comparison | None = None,
+    found: Identification,
+    compared: Identification | None,
+    left_out: Sequence[LeftOutLoop],
+    comparison: Comparison | None = None,
     provenance: Provenance = (),
 ) -> str:
     """Return the HTML text. `compared` is the other kind of model, to show beside the fit."""
@@ -108,13 +115,13 @@ def report(
 
 
 def report_of_arrays(
-    found: mh.results.Identification,
+    found: Identification,
     given: Records,
     quantities: tuple[Quantity, Quantity],
-    beside: mh.results.Identification | None,
+    beside: Identification | None,
 ) -> str:
     """Return the HTML text."""
-    left_out: Sequence[mh.results.LeftOutLoop] = []
+    left_out: Sequence[LeftOutLoop] = []
     data = []
     if given.known:
         left_out = loops_left_out(given, found)
@@ -125,9 +132,9 @@ def report_of_arrays(
     return report(Task(given, *quantities), found, beside, left_out, provenance=made)
 
 
-def short_name(found: mh.results.Identification) -> str:
+def short_name(found: Identification) -> str:
     """Return the kind of model, for a legend."""
-    if not isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
+    if not isinstance(found.model, ModifiedPrandtlIshlinskii):
         return "conventional (plays)"
     return "modified (plays)" if has_plays(found) else "modified (coupled plays)"
 
@@ -157,9 +164,7 @@ def _cards(result: Result) -> list[Card]:
     return [*cards, Card(value_of_dead_time(found), "dead time")]
 
 
-def _gain(
-    found: mh.results.Identification, compared: mh.results.Identification | None
-) -> float | None:
+def _gain(found: Identification, compared: Identification | None) -> float | None:
     """Return how many times the rms error the other model has."""
     if compared is None:
         return None
@@ -225,7 +230,7 @@ def _errors(result: Result, *, held_out: bool) -> tuple[Rows, list[int]]:
     return (["record", "model", "samples", *errors], rows), best
 
 
-def _error_cells(quality: mh.results.Quality) -> list[str]:
+def _error_cells(quality: Quality) -> list[str]:
     return [
         *(digits(quality.max_error, 3), digits(quality.rmse, 3)),
         *(f"{quality.max_error_percent:.3f}", f"{quality.rmse_percent:.3f}"),
@@ -273,7 +278,7 @@ def _model(result: Result) -> dict[str, Any]:
     }
 
 
-def _compared(comparison: mh.results.Comparison | None, task: Task) -> dict[str, Any]:
+def _compared(comparison: Comparison | None, task: Task) -> dict[str, Any]:
     """Return the errors of every model, and its residuals for the first records."""
     if comparison is None:
         return {"comparison": None}
@@ -295,7 +300,7 @@ def _compared(comparison: mh.results.Comparison | None, task: Task) -> dict[str,
     }
 
 
-def _compared_cells(row: mh.results.ComparedModel) -> list[str]:
+def _compared_cells(row: ComparedModel) -> list[str]:
     percents = (row.fit.rmse_percent, row.held_out_percent, row.worst_stretch_percent)
     return [
         *(row.model, row.weights_law, str(row.unknowns)),
@@ -305,7 +310,7 @@ def _compared_cells(row: mh.results.ComparedModel) -> list[str]:
     ]
 
 
-def _compared_errors(comparison: mh.results.Comparison, task: Task) -> canvas.Figure:
+def _compared_errors(comparison: Comparison, task: Task) -> canvas.Figure:
     """Draw the rms error of every model: fitted, held out, and on the worst stretch."""
     rows = comparison.rows
     figure = canvas.new_figure(1.1 + 0.5 * max(len(rows), _FEWEST))
@@ -343,9 +348,7 @@ def _compared_errors(comparison: mh.results.Comparison, task: Task) -> canvas.Fi
     return figure
 
 
-def _compared_residuals(
-    comparison: mh.results.Comparison, task: Task, record: int
-) -> canvas.Figure:
+def _compared_residuals(comparison: Comparison, task: Task, record: int) -> canvas.Figure:
     """Draw the residuals of every model over the drive, all on one scale."""
     rows, shown = comparison.rows, task.records.fitted[record]
     lines = -(-len(rows) // _COLUMNS)
@@ -370,11 +373,11 @@ def _compared_residuals(
     return figure
 
 
-def _marked(row: mh.results.ComparedModel, comparison: mh.results.Comparison) -> str:
+def _marked(row: ComparedModel, comparison: Comparison) -> str:
     return f"{row.model} *" if row.model == comparison.simplest else row.model
 
 
-def _left_out(loops: Sequence[mh.results.LeftOutLoop], task: Task) -> dict[str, Any]:
+def _left_out(loops: Sequence[LeftOutLoop], task: Task) -> dict[str, Any]:
     """Return how well each loop is predicted by a fit to the others."""
     unit, of_input = task.output.in_parentheses, task.input.in_parentheses
     fitted, predicted = pooled(loops)
@@ -397,9 +400,7 @@ def _left_out(loops: Sequence[mh.results.LeftOutLoop], task: Task) -> dict[str, 
     return {"fitted": fitted, "predicted": predicted, "table": table, "drawn": drawn}
 
 
-def _left_out_figure(
-    loops: Sequence[mh.results.LeftOutLoop], output_quantity: Quantity
-) -> canvas.Figure:
+def _left_out_figure(loops: Sequence[LeftOutLoop], output_quantity: Quantity) -> canvas.Figure:
     """Draw the rms error of every loop in the order of the records, fitted and predicted."""
     from matplotlib.ticker import MaxNLocator
 
@@ -422,7 +423,7 @@ def _left_out_figure(
     return figure
 
 
-def _uncertainty(found: mh.results.Identification, drawn: Sequence[traces.Trace]) -> dict[str, Any]:
+def _uncertainty(found: Identification, drawn: Sequence[traces.Trace]) -> dict[str, Any]:
     """Return half the band that holds the next record, and the effect of noise on the fit."""
     with told_as_a_finding():
         pairs = [(traces.doubted(found, trace.input)[1], trace) for trace in drawn]

@@ -16,8 +16,19 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-import mpi_hyst as mh
-from mpi_hyst._core import Identification, ModifiedPrandtlIshlinskii, PrandtlIshlinskii, Stage
+from mpi_hyst._core import (
+    CoupledPlay,
+    FirstOrder,
+    Identification,
+    LoopShift,
+    Modes,
+    ModifiedPrandtlIshlinskii,
+    Play,
+    PrandtlIshlinskii,
+    RelaxingPlays,
+    SecondOrder,
+    Stage,
+)
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import canvas
 from mpi_hyst._report.page import Table
@@ -86,13 +97,13 @@ class Bank:
     colour: str
     model: Model
     marker: str = "o"
-    found: mh.results.Identification | None = None
+    found: Identification | None = None
     """Where the model was identified: its standard errors are drawn too."""
 
     @property
     def families(self) -> dict[str, Samples]:
         """The weights by line style: dashed for the weights below zero of a split model."""
-        if isinstance(self.model, mh.ModifiedPrandtlIshlinskii) and self.model.split:
+        if isinstance(self.model, ModifiedPrandtlIshlinskii) and self.model.split:
             return {"-": self.model.weights, "--": self.model.weights_negative}
         return {"-": self.model.weights}
 
@@ -123,7 +134,7 @@ class Bank:
     @property
     def thresholds(self) -> Samples:
         """The thresholds r."""
-        if isinstance(self.model, mh.ModifiedPrandtlIshlinskii):
+        if isinstance(self.model, ModifiedPrandtlIshlinskii):
             return self.model.r
         return self.model.thresholds
 
@@ -187,7 +198,7 @@ def _draw_weights(bank: Bank, single: canvas.Axes, total: canvas.Axes, *, hollow
 
 
 def _draw_thresholds(bank: Bank, axes: canvas.Axes, *, hollow: bool) -> None:
-    if not isinstance(bank.model, mh.ModifiedPrandtlIshlinskii):
+    if not isinstance(bank.model, ModifiedPrandtlIshlinskii):
         return
     r, look = bank.thresholds, _bank_look(bank, hollow=hollow) | {"label": None, "linewidth": 0.6}
     named = {"ra": bank.model.ra, "rb": bank.model.rb, "rc": bank.model.rc}
@@ -274,14 +285,14 @@ def draw_operators(
 def contributions(model: Model, drive: Samples) -> list[Samples]:
     """Return the output of every operator times its weight."""
     x = drive - model.input_offset
-    if isinstance(model, mh.PrandtlIshlinskii):
+    if isinstance(model, PrandtlIshlinskii):
         pairs = zip(model.weights.tolist(), model.thresholds.tolist(), strict=True)
-        return [w * mh.Play(r).run(x) for w, r in pairs]
+        return [w * Play(r).run(x) for w, r in pairs]
     thresholds = zip(*(a.tolist() for a in (model.r, model.ra, model.rb, model.rc)), strict=True)
     weights = zip(model.weights.tolist(), model.weights_negative.tolist(), strict=True)
     made = []
     for four, (w, v) in zip(thresholds, weights, strict=True):
-        z = mh.CoupledPlay(*four).run(x)
+        z = CoupledPlay(*four).run(x)
         made.append(np.where(z > 0.0, w, v) * z)
     return made
 
@@ -410,7 +421,7 @@ _ROWS = 60
 
 
 def model_table(
-    model: mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii,
+    model: PrandtlIshlinskii | ModifiedPrandtlIshlinskii,
     weight_unit: str,
     input_unit: str,
     standard_errors: Sequence[Sequence[float]] = (),
@@ -424,7 +435,7 @@ def model_table(
         if std:
             errors = map(_error, weights, std, [sum(weights)] * len(std))
             columns.append(("± std", list(errors)))
-    modified = isinstance(model, mh.ModifiedPrandtlIshlinskii)
+    modified = isinstance(model, ModifiedPrandtlIshlinskii)
     for name in ["r", "ra", "rb", "rc"] if modified else ["thresholds"]:
         values = [digits(value, 5) for value in getattr(model, name).tolist()]
         columns.append((f"{'r' if name == 'thresholds' else name}{_of(input_unit)}", values))
@@ -441,9 +452,9 @@ def model_table(
 
 
 def _families(
-    model: mh.PrandtlIshlinskii | mh.ModifiedPrandtlIshlinskii,
+    model: PrandtlIshlinskii | ModifiedPrandtlIshlinskii,
 ) -> list[tuple[str, list[float]]]:
-    if isinstance(model, mh.ModifiedPrandtlIshlinskii) and model.split:
+    if isinstance(model, ModifiedPrandtlIshlinskii) and model.split:
         return [("w", model.weights.tolist()), ("v", model.weights_negative.tolist())]
     return [("w", model.weights.tolist())]
 
@@ -459,7 +470,7 @@ def _of(unit: str) -> str:
     return f" ({unit})" if unit else ""
 
 
-def linear_parts(stage: mh.Stage) -> list[str]:
+def linear_parts(stage: Stage) -> list[str]:
     """Describe everything of a stage but its hysteresis and its noise."""
     parts = []
     if stage.amplifier_bandwidth is not None:
@@ -486,7 +497,7 @@ def linear_parts(stage: mh.Stage) -> list[str]:
     return parts
 
 
-def relaxing_plays(plays: mh.plant.RelaxingPlays) -> str:
+def relaxing_plays(plays: RelaxingPlays) -> str:
     """Describe plays that relax by their number and their time constants."""
     number, times = len(plays.thresholds), [digits(tau) for tau in plays.time_constants]
     kind = "play that relaxes" if number == 1 else "plays that relax"
@@ -494,25 +505,25 @@ def relaxing_plays(plays: mh.plant.RelaxingPlays) -> str:
     return f"{number} {kind}, time constant{'s' if len(times) > 1 else ''} {few} s"
 
 
-def _loop_shift(shift: mh.plant.LoopShift, unit: str) -> str:
+def _loop_shift(shift: LoopShift, unit: str) -> str:
     square, product = map(digits, shift.amplitudes)
     tau = digits(shift.time_constant)
     return f"loop shift {square} and {product} {unit}, time constant {tau} s"
 
 
-def _sections(stage: mh.Stage) -> list[object]:
+def _sections(stage: Stage) -> list[object]:
     if stage.dynamics is None:
         return []
     return list(stage.dynamics) if isinstance(stage.dynamics, tuple) else [stage.dynamics]
 
 
 def _section_in_words(section: object) -> str:
-    if isinstance(section, mh.plant.SecondOrder):
+    if isinstance(section, SecondOrder):
         frequency, damping = digits(section.frequency), digits(section.damping)
         return f"natural frequency {frequency} Hz, damping ratio {damping}"
-    if isinstance(section, mh.plant.FirstOrder):
+    if isinstance(section, FirstOrder):
         return f"first-order lag of {digits(section.frequency)} Hz"
-    if isinstance(section, mh.plant.Modes):
+    if isinstance(section, Modes):
         modes = zip(section.modes, section.gains, strict=True)
         return "; ".join(
             f"{_section_in_words(mode)}, static gain {digits(float(g))}" for mode, g in modes

@@ -13,7 +13,21 @@ from html import escape
 
 import numpy as np
 
-import mpi_hyst as mh
+from mpi_hyst._core import (
+    Comparison,
+    DynamicsIdentification,
+    Finding,
+    Identification,
+    LoopReport,
+    ManyIdentifications,
+    Metrics,
+    ModifiedPrandtlIshlinskii,
+    Quality,
+    Run,
+    SecondOrder,
+    Stage,
+    Tuning,
+)
 from mpi_hyst._quantity import Stated
 from mpi_hyst._report import models
 from mpi_hyst._report.closed_loop import loop_facts, loop_times
@@ -64,7 +78,7 @@ class Box:
         return f'<div style="{style}">{title}{"".join(parts)}</div>'
 
 
-def findings_of(findings: Iterable[mh.results.Finding]) -> list[tuple[str, str]]:
+def findings_of(findings: Iterable[Finding]) -> list[tuple[str, str]]:
     """Return the findings, the worst first."""
     told = [(one.severity, f"{one.code}: {one.message}. Try: {one.hint}") for one in findings]
     return sorted(told, key=lambda one: one[0] != "red")
@@ -155,7 +169,7 @@ def model(shown: Model) -> Box:
     return Box(_name(shown), rows, tables=[table], loop=loop(shown), note=note)
 
 
-def stage(shown: mh.Stage) -> Box:
+def stage(shown: Stage) -> Box:
     """Return the box of a stage."""
     drive, position = Stated("drive", shown.units[0]), Stated("position", shown.units[1])
     of_slope = f"{position.unit}/{drive.unit}" if drive.unit and position.unit else ""
@@ -187,7 +201,7 @@ def stage(shown: mh.Stage) -> Box:
     return Box(title, rows, verdict, findings, tables, loop(shown))
 
 
-def _standard_errors(shown: mh.Stage) -> dict[str, float]:
+def _standard_errors(shown: Stage) -> dict[str, float]:
     """Return the standard errors by the names of the parameters that were estimated."""
     told = shown.identified or {"parameters": [], "covariance": []}
     variances: Sequence[float] | Samples = (
@@ -199,7 +213,7 @@ def _standard_errors(shown: mh.Stage) -> dict[str, float]:
     }
 
 
-def _of_weights(shown: mh.Stage, std: dict[str, float]) -> list[list[float]]:
+def _of_weights(shown: Stage, std: dict[str, float]) -> list[list[float]]:
     """Return the standard errors of the weights; what was not estimated lies at a bound."""
     families = ("weights", "weights_negative") if shown.hysteresis.split else ("weights",)
     count = shown.hysteresis.operators
@@ -210,7 +224,7 @@ def _of_weights(shown: mh.Stage, std: dict[str, float]) -> list[list[float]]:
 
 def loop(shown: Shown) -> tuple[Samples, Samples] | None:
     """Return decaying loops, minus nothing: what a drawing of the hysteresis shows."""
-    if isinstance(shown, mh.results.Identification):
+    if isinstance(shown, Identification):
         shown = shown.model
     drive = default_drive(shown)
     position = models.run(shown, drive, None)
@@ -218,7 +232,7 @@ def loop(shown: Shown) -> tuple[Samples, Samples] | None:
 
 
 def _name(shown: Model) -> str:
-    modified = isinstance(shown, mh.ModifiedPrandtlIshlinskii)
+    modified = isinstance(shown, ModifiedPrandtlIshlinskii)
     return f"{'modified' if modified else 'conventional'} Prandtl-Ishlinskii model"
 
 
@@ -239,7 +253,7 @@ def _offsets(shown: Model) -> list[tuple[str, str]]:
     ]
 
 
-def _limits(shown: mh.Stage, drive: str, position: str) -> list[tuple[str, str]]:
+def _limits(shown: Stage, drive: str, position: str) -> list[tuple[str, str]]:
     rows = []
     for name, ends, unit in (
         ("limits of the drive", shown.limits, drive),
@@ -271,7 +285,7 @@ _NOTE = "Values ± one standard error. Drive and position are in the units of th
 _SHOWN = 40  # rows of a table
 
 
-def identification(found: mh.results.Identification) -> Box:
+def identification(found: Identification) -> Box:
     """Return the box of an identification."""
     task = Task(Records([], [], ends=False), Stated("drive"), Stated("position"))
     rows = [*_quality("fit", found.fit)]
@@ -286,14 +300,14 @@ def identification(found: mh.results.Identification) -> Box:
     return Box(named, rows, found.verdict, findings, [table], loop(found), _NOTE)
 
 
-def dynamics(found: mh.results.DynamicsIdentification) -> Box:
+def dynamics(found: DynamicsIdentification) -> Box:
     """Return the box of an identification of the linear part."""
     rows = [*_quality("fit", found.fit)]
     if found.dynamics is not None:
         frequency = with_error(found.dynamics.frequency, found.frequency_std, "Hz")
-        second = isinstance(found.dynamics, mh.plant.SecondOrder)
+        second = isinstance(found.dynamics, SecondOrder)
         rows.append(("natural frequency" if second else "bandwidth", frequency))
-        if isinstance(found.dynamics, mh.plant.SecondOrder):
+        if isinstance(found.dynamics, SecondOrder):
             rows.append(("damping ratio", with_error(found.dynamics.damping, found.damping_std)))
     dead_time = with_error(1e3 * found.dead_time, 1e3 * found.dead_time_std, "ms", scale=np.inf)
     lag = with_error(1e3 * found.lag, 1e3 * found.lag_std, "ms", scale=np.inf)
@@ -303,7 +317,7 @@ def dynamics(found: mh.results.DynamicsIdentification) -> Box:
     return Box("Identification of dynamics", rows, found.verdict, findings, note=_NOTE)
 
 
-def many(found: mh.results.ManyIdentifications) -> Box:
+def many(found: ManyIdentifications) -> Box:
     """Return the box of many actuators."""
     verdicts = Counter(found.verdicts)
     told = ", ".join(f"{verdicts[level]} {level}" for level in ("green", "amber", "red"))
@@ -323,7 +337,7 @@ def many(found: mh.results.ManyIdentifications) -> Box:
     return Box("Identification of many actuators", rows, tables=tables)
 
 
-def comparison(found: mh.results.Comparison) -> Box:
+def comparison(found: Comparison) -> Box:
     """Return the box of a comparison of models."""
     header = ["model", "weights", "unknowns", "rms fitted", "rms held out", "worst stretch"]
     lines = [
@@ -338,7 +352,7 @@ def comparison(found: mh.results.Comparison) -> Box:
     return Box("Comparison of models", rows, tables=[Table("Errors", header, lines)])
 
 
-def _quality(name: str, quality: mh.results.Quality) -> list[tuple[str, str]]:
+def _quality(name: str, quality: Quality) -> list[tuple[str, str]]:
     rms = f"{digits(quality.rmse, 3)} ({quality.rmse_percent:.3f} % of the range)"
     largest = f"{digits(quality.max_error, 3)} ({quality.max_error_percent:.3f} % of the range)"
     return [(f"rms error, {name}", rms), (f"largest error, {name}", largest)]
@@ -353,7 +367,7 @@ def _spread(values: Samples | Sequence[float]) -> str:
     return f"{digits(low, 3)} to {digits(high, 3)}, median {digits(middle, 3)}"
 
 
-def tuning(made: mh.control.Tuning) -> Box:
+def tuning(made: Tuning) -> Box:
     """Return the box of a tuning."""
     rows = [
         ("structure", made.structure),
@@ -383,7 +397,7 @@ def tuning(made: mh.control.Tuning) -> Box:
     return Box("Tuned feedback", rows, tables=[table], note=note)
 
 
-def run(made: mh.plant.Run) -> Box:
+def run(made: Run) -> Box:
     """Return the box of a closed loop."""
     header = ["error", "samples", "max", "rms", "measured max", "measured rms"]
     lines = [_metrics("whole run", made.metrics)]
@@ -404,12 +418,12 @@ def run(made: mh.plant.Run) -> Box:
     return Box("Closed loop", rows, tables=[Table("Errors", header, lines)], loop=drawn, note=note)
 
 
-def _metrics(name: str, metrics: mh.plant.Metrics) -> list[str]:
+def _metrics(name: str, metrics: Metrics) -> list[str]:
     values = (metrics.max_position_error, metrics.position_rmse, metrics.max_error, metrics.rmse)
     return [name, str(metrics.samples), *(digits(value, 3) for value in values)]
 
 
-def realtime(made: mh.realtime.LoopReport) -> Box:
+def realtime(made: LoopReport) -> Box:
     """Return the box of a loop in real time."""
     rows = [*loop_facts(made), *(("warning", one) for one in made.warnings)]
     return Box("Loop in real time", rows, tables=[Table("Times", *loop_times(made))])

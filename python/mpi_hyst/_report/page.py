@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-import mpi_hyst as mh
+from mpi_hyst._core import Finding, Stage
 from mpi_hyst._files import sha256
 from mpi_hyst._report import canvas
 from mpi_hyst._text import NOT_DETERMINED, digits, in_unit, printable_lines
@@ -66,13 +66,13 @@ MEANINGS = {
 """What a verdict means."""
 
 
-def verdict_lines(verdict: str, findings: Iterable[mh.results.Finding]) -> list[str]:
+def verdict_lines(verdict: str, findings: Iterable[Finding]) -> list[str]:
     """Return a verdict and its findings as the terminal shows them."""
     said = [f"- {one.code}: {one.message}; {one.hint}" for one in findings]
     return [f"verdict: {verdict}. {MEANINGS[verdict]}", *said]
 
 
-def findings_table(findings: Iterable[mh.results.Finding]) -> Rows:
+def findings_table(findings: Iterable[Finding]) -> Rows:
     """Return findings as a table."""
     rows = [[one.code, one.severity, one.message, one.hint] for one in findings]
     return (["finding", "severity", "what", "what to try"], rows)
@@ -165,7 +165,7 @@ def hashed_file(path: Path) -> tuple[str, str | None]:
     return str(path), sha256(path)
 
 
-def hashed_stage(stage: mh.Stage) -> tuple[str, str]:
+def hashed_stage(stage: Stage) -> tuple[str, str]:
     """Return the hash of a stage that is in no file."""
     return "Stage.to_bytes()", hashlib.sha256(stage.to_bytes()).hexdigest()
 

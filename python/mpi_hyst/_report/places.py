@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-import mpi_hyst as mh
+from mpi_hyst._core import PlacesIdentification
 from mpi_hyst._report import canvas
 from mpi_hyst._report.page import (
     MEANINGS,
@@ -48,7 +48,7 @@ class Corrected:
 class Places:
     """What was found, from which drives, with the images of the last scan if there are any."""
 
-    found: mh.results.PlacesIdentification
+    found: PlacesIdentification
     drives: Sequence[str]
     corrected: Corrected | None = None
 
@@ -75,13 +75,13 @@ def facts(result: Places) -> list[tuple[str, str]]:
     return said
 
 
-def _further(found: mh.results.PlacesIdentification) -> str:
+def _further(found: PlacesIdentification) -> str:
     """Name what stands beside the plays, and in front of them."""
     duhem = "" if found.duhem is None else f", Duhem operator of {len(found.duhem.knots)} knots"
     return duhem + ("" if found.input_map is None else ", input map")
 
 
-def _pairs(found: mh.results.PlacesIdentification) -> str:
+def _pairs(found: PlacesIdentification) -> str:
     count = len(found.mismatches)
     if not count:
         return "none"
@@ -89,7 +89,7 @@ def _pairs(found: mh.results.PlacesIdentification) -> str:
     return f"{count}{_left_out(found.wrong_pairs)}, {silent} say nothing"
 
 
-def _of_what(found: mh.results.PlacesIdentification) -> str:
+def _of_what(found: PlacesIdentification) -> str:
     """Return what is missed by the mismatch."""
     return "between the instants of a pair" if len(found.mismatches) else "of a length, rms"
 
@@ -106,7 +106,7 @@ def _drift(result: Places) -> str:
     return ", ".join(digits(float(one)) for one in far)
 
 
-def _temperature(found: mh.results.PlacesIdentification) -> str:
+def _temperature(found: PlacesIdentification) -> str:
     term, (of_sensitivity, of_lag) = found.temperature, found.temperature_std
     assert term is not None
     return (

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-import mpi_hyst as mh
+from mpi_hyst._core import Identification, LeftOutLoop, Quality
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report.page import hashed_arrays
 from mpi_hyst._types import Samples
@@ -85,26 +85,24 @@ class Evaluated:
     """A record and the errors of a model on it."""
 
     record: Record
-    quality: mh.results.Quality
+    quality: Quality
     place: int | None
     """Its number among the fitted records, if it is one or the rest of one."""
     offset: float
     """The output offset used for it."""
 
-    def residuals(self, found: mh.results.Identification) -> Samples:
+    def residuals(self, found: Identification) -> Samples:
         """Measured minus modelled output."""
         return _residuals(self.record, self.place, found)
 
 
-def _residuals(record: Record, place: int | None, found: mh.results.Identification) -> Samples:
+def _residuals(record: Record, place: int | None, found: Identification) -> Samples:
     return found.residuals(
         *(record.input, record.output), record=place, skip=record.skip, dt=record.dt
     )
 
 
-def evaluate(
-    records: Records, found: mh.results.Identification
-) -> tuple[list[Evaluated], list[Evaluated]]:
+def evaluate(records: Records, found: Identification) -> tuple[list[Evaluated], list[Evaluated]]:
     """Return the fitted and the held-out records, each with the errors of a model."""
     offsets = [float(offset) for offset in found.output_offsets]
     places = range(len(records.fitted))
@@ -116,7 +114,7 @@ def evaluate(
     return fitted, list(map(Evaluated, records.held_out, found.validation_records, own, offsets))
 
 
-def _own_offset(record: Record, found: mh.results.Identification) -> float:
+def _own_offset(record: Record, found: Identification) -> float:
     """Return the offset that suits a record best, with creep under way as it is at the end."""
     explained = record.output[-1] - _residuals(record, None, found)[-1]
     with told_as_a_finding():
@@ -132,9 +130,7 @@ def told_as_a_finding() -> Iterator[None]:
         yield
 
 
-def loops_left_out(
-    records: Records, found: mh.results.Identification
-) -> Sequence[mh.results.LeftOutLoop]:
+def loops_left_out(records: Records, found: Identification) -> Sequence[LeftOutLoop]:
     """Predict every loop from a fit to the others; empty if there is only one loop."""
     try:
         return found.leave_one_loop_out(
@@ -160,7 +156,7 @@ class Task:
 
 
 def records_of_arrays(
-    found: mh.results.Identification,
+    found: Identification,
     u: Any,
     y: npt.ArrayLike | None,
     skip: int | Sequence[int],
@@ -188,7 +184,7 @@ def records_of_arrays(
     return Records(made, _held_out(found, validate), ends=False)
 
 
-def _held_out(found: mh.results.Identification, validate: Any) -> list[Record]:
+def _held_out(found: Identification, validate: Any) -> list[Record]:
     """Check the records that were held out against the result."""
     if validate is None:
         return []

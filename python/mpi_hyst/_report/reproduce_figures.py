@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-import mpi_hyst as mh
+from mpi_hyst._core import CoupledPlay, Play, Run
 from mpi_hyst._paper import published
 from mpi_hyst._paper.benchmark import DT, TRIANGLE
 from mpi_hyst._paper.reproduction import RECORD_RATE, WALK_THRESHOLDS, Fit, Models, Trial
@@ -39,11 +39,11 @@ def operators() -> canvas.Figure:
     x = 30.0 * (0.4 + 0.2 * phase) * np.sin(2.0 * np.pi * phase)
     r = WALK_THRESHOLDS[0]
     named = (
-        (classical, f"play, r = {r:g} V", mh.Play(r).run(x)),
+        (classical, f"play, r = {r:g} V", Play(r).run(x)),
         (
             coupled,
             "coupled play, r, ra, rb, rc = 10, 8, 3, 4 V",
-            mh.CoupledPlay(*WALK_THRESHOLDS).run(x),
+            CoupledPlay(*WALK_THRESHOLDS).run(x),
         ),
     )
     for axes, title, z in named:
@@ -194,7 +194,7 @@ def over_frequency(outcomes: Sequence[Outcome]) -> canvas.Figure:
     return figure
 
 
-def in_time(runs: Sequence[tuple[str, mh.plant.Run]], name: str) -> canvas.Figure:
+def in_time(runs: Sequence[tuple[str, Run]], name: str) -> canvas.Figure:
     """Draw the measured and the true error of each run over time."""
     figure = canvas.new_figure(5.4)
     panels = figure.subplots(len(runs), 1, sharex=True)

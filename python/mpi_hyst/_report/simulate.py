@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-import mpi_hyst as mh
+from mpi_hyst._core import Run, Tuning
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import closed_loop
 from mpi_hyst._report.page import Card, Provenance, Rows, hashed_arrays, made_with, render
@@ -37,7 +37,7 @@ class Setup:
     seed: int
     gains: tuple[float, float]
     tuned: bool
-    tuning: mh.control.Tuning | None
+    tuning: Tuning | None
     feedforward: Literal["preview", "inverse", "none"]
 
 
@@ -45,7 +45,7 @@ class Setup:
 class Simulation:
     """A run and what it was made with."""
 
-    whole: mh.plant.Run
+    whole: Run
     """With the lead-in."""
     dt: float
     quantity: Quantity
@@ -63,13 +63,13 @@ class Simulation:
     """How far from rest the reference begins, if it does."""
 
     @cached_property
-    def run(self) -> mh.plant.Run:
+    def run(self) -> Run:
         """The samples of the reference: those that errors and figures are of."""
         whole, before = self.whole, self.lead_in_samples
         if not before:
             return whole
         arrays = (whole.reference, whole.measured, whole.position, whole.drive)
-        return mh.plant.Run(*(one[before:] for one in arrays), limits=whole.limits)
+        return Run(*(one[before:] for one in arrays), limits=whole.limits)
 
     @property
     def seconds(self) -> Samples:
@@ -193,9 +193,7 @@ def _course(simulation: Simulation) -> closed_loop.Course:
     )
 
 
-def report_of_run(
-    run: mh.plant.Run, dt: float, name: str, quantities: tuple[Quantity, Quantity]
-) -> str:
+def report_of_run(run: Run, dt: float, name: str, quantities: tuple[Quantity, Quantity]) -> str:
     """Return the HTML text."""
     drive, position = quantities
     arrays = (run.reference, run.measured, run.position, run.drive)

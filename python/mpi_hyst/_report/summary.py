@@ -10,7 +10,14 @@ from typing import Any
 
 import numpy as np
 
-import mpi_hyst as mh
+from mpi_hyst._core import (
+    Finding,
+    FirstOrder,
+    Identification,
+    LeftOutLoop,
+    ModifiedPrandtlIshlinskii,
+    Quality,
+)
 from mpi_hyst._report.models import relaxing_plays
 from mpi_hyst._report.page import MEANINGS, Rows, Verdict
 from mpi_hyst._report.records import Evaluated, Records, Task, evaluate
@@ -19,9 +26,7 @@ from mpi_hyst._text import NOT_DETERMINED, determined, digits, in_unit, text_pai
 _CREEP = 1.0  # %: creep that is known to this is known to be small
 
 
-def summary(
-    task: Task, found: mh.results.Identification, left_out: Sequence[mh.results.LeftOutLoop]
-) -> str:
+def summary(task: Task, found: Identification, left_out: Sequence[LeftOutLoop]) -> str:
     """Return the verdict, the parameters, the errors and the warnings."""
     unit, of_unit = task.output.unit, task.output.in_parentheses
     header = [
@@ -58,7 +63,7 @@ def summary(
     return "\n\n".join(parts)
 
 
-def title(found: mh.results.Identification, records: int) -> str:
+def title(found: Identification, records: int) -> str:
     """Return the kind of model and the number of samples; a partial fit is marked."""
     count = "1 record" if records == 1 else f"{records} records"
     text = f"{model_name(found)} fitted to {found.fit.samples} samples of {count}"
@@ -68,20 +73,20 @@ def title(found: mh.results.Identification, records: int) -> str:
     return f"PARTIAL, the search was interrupted: {text}" if found.partial else text
 
 
-def model_name(found: mh.results.Identification) -> str:
+def model_name(found: Identification) -> str:
     """Return the kind of model and its number of operators."""
-    if isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
+    if isinstance(found.model, ModifiedPrandtlIshlinskii):
         operators = "plays" if has_plays(found) else "coupled plays"
         return f"modified Prandtl-Ishlinskii model, {found.model.operators} {operators},"
     return f"conventional Prandtl-Ishlinskii model, {found.model.operators} plays,"
 
 
-def has_plays(found: mh.results.Identification) -> bool:
+def has_plays(found: Identification) -> bool:
     """Return whether the operators are plays, which are coupled plays of these ratios."""
     return found.ratios == (1.0, 1.0, 1.0)
 
 
-def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, str]]:
+def parameters(task: Task, found: Identification) -> list[tuple[str, str]]:
     """Return the parameters apart from the weights, with units and standard errors."""
 
     def given(name: str) -> str:
@@ -94,7 +99,7 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
     if found.smoothness or found.smoothness_validation:
         smoothness = f"{found.smoothness:g}" + (chosen if found.smoothness_validation else "")
         pairs.append(("smoothness", smoothness))
-    if isinstance(found.model, mh.ModifiedPrandtlIshlinskii):
+    if isinstance(found.model, ModifiedPrandtlIshlinskii):
         ratios = "  ".join(
             with_error(ratio, std, scale=1.0, bounds=(0.0, 1.0, 2.0))
             for ratio, std in zip(found.ratios, found.ratios_std, strict=True)
@@ -118,7 +123,7 @@ def parameters(task: Task, found: mh.results.Identification) -> list[tuple[str, 
     return pairs
 
 
-def _maps(found: mh.results.Identification) -> list[tuple[str, str]]:
+def _maps(found: Identification) -> list[tuple[str, str]]:
     """Return between what the slopes of each map lie, about its mean."""
 
     def slopes(points: tuple[list[float], list[float]]) -> str:
@@ -130,13 +135,13 @@ def _maps(found: mh.results.Identification) -> list[tuple[str, str]]:
     return [(name, slopes(points)) for name, points in named if points is not None]
 
 
-def _dynamics(task: Task, found: mh.results.Identification) -> list[tuple[str, str]]:
+def _dynamics(task: Task, found: Identification) -> list[tuple[str, str]]:
     bandwidth = found.amplifier_bandwidth
     pairs = [("amplifier bandwidth", f"{digits(bandwidth)} Hz")] if bandwidth else []
     if found.dynamics is None:
         is_needless = "dynamics" in task.given and not pairs
         return [("dynamics", "none: a dead time fits as well")] if is_needless else pairs
-    if isinstance(found.dynamics, mh.plant.FirstOrder):
+    if isinstance(found.dynamics, FirstOrder):
         return [("bandwidth", with_error(found.dynamics.frequency, found.frequency_std, "Hz"))]
     for number, (mode, std) in enumerate(zip(found.modes, found.modes_std, strict=True), start=1):
         several = len(found.modes) > 1
@@ -150,7 +155,7 @@ def _dynamics(task: Task, found: mh.results.Identification) -> list[tuple[str, s
     return pairs
 
 
-def _creep(found: mh.results.Identification) -> list[tuple[str, str]]:
+def _creep(found: Identification) -> list[tuple[str, str]]:
     """Return the growth per decade of log-type creep, or else the amplitude of each term."""
     if found.creep is None:
         return []
@@ -179,7 +184,7 @@ def _percent(share: float, std: float) -> str:
     return with_error(percent, 100.0 * std, "%", scale=max(abs(percent), _CREEP))
 
 
-def _loop_shift(found: mh.results.Identification, task: Task) -> list[tuple[str, str]]:
+def _loop_shift(found: Identification, task: Task) -> list[tuple[str, str]]:
     """Return the amplitudes of the loop shift and its time constant."""
     if found.loop_shift is None:
         return []
@@ -193,7 +198,7 @@ def _loop_shift(found: mh.results.Identification, task: Task) -> list[tuple[str,
     return [("loop shift", values), ("loop shift time constant", time)]
 
 
-def _slow_gain(found: mh.results.Identification) -> list[tuple[str, str]]:
+def _slow_gain(found: Identification) -> list[tuple[str, str]]:
     """Return the amplitude of the slow gain and its time constant."""
     if found.slow_gain is None:
         return []
@@ -203,7 +208,7 @@ def _slow_gain(found: mh.results.Identification) -> list[tuple[str, str]]:
     return [("slow gain", _percent(amplitude, of_amplitude)), ("slow gain time constant", time)]
 
 
-def dead_time(found: mh.results.Identification) -> str:
+def dead_time(found: Identification) -> str:
     """Return the dead time in ms with its standard error, or in samples without a time column."""
     std = found.dead_time_std
     if found.dead_time is None:
@@ -213,7 +218,7 @@ def dead_time(found: mh.results.Identification) -> str:
     return with_error(1e3 * found.dead_time, 1e3 * std, "ms", scale=1e3 * scale)
 
 
-def value_of_dead_time(found: mh.results.Identification) -> str:
+def value_of_dead_time(found: Identification) -> str:
     """Return the dead time with its unit alone."""
     text = dead_time(found)
     if text == NOT_DETERMINED:
@@ -243,7 +248,7 @@ def with_error(
     return f"{text} {unit}".rstrip()
 
 
-def pooled(left_out: Sequence[mh.results.LeftOutLoop]) -> tuple[float, float]:
+def pooled(left_out: Sequence[LeftOutLoop]) -> tuple[float, float]:
     """Return the rms error over all loops, fitted and left out."""
     samples = sum(row.fitted.samples for row in left_out)
     pairs = [(row.fitted, row.left_out) for row in left_out]
@@ -254,9 +259,7 @@ def pooled(left_out: Sequence[mh.results.LeftOutLoop]) -> tuple[float, float]:
     return fitted, left
 
 
-def _rows(
-    prefix: str, evaluated: Sequence[Evaluated], total: mh.results.Quality
-) -> list[list[str]]:
+def _rows(prefix: str, evaluated: Sequence[Evaluated], total: Quality) -> list[list[str]]:
     rows = [
         [prefix + one.record.name, *_quality(one.quality), digits(one.offset)] for one in evaluated
     ]
@@ -265,7 +268,7 @@ def _rows(
     return rows
 
 
-def _quality(quality: mh.results.Quality) -> list[str]:
+def _quality(quality: Quality) -> list[str]:
     return [
         str(quality.samples),
         digits(quality.max_error),
@@ -305,7 +308,7 @@ class Choice:
         return [self.candidates.index(self.chosen)] if self.chosen in self.candidates else []
 
 
-def choices(found: mh.results.Identification) -> list[Choice]:
+def choices(found: Identification) -> list[Choice]:
     """Return the choices in the order in which they were made."""
     simplest = "the simplest candidate whose prediction of held-out folds is as good as the best"
     laws = [str(law) for law, _ in found.weights_validation]
@@ -354,7 +357,7 @@ OUTCOMES = {
 TRIED = ["term", "beside", "gain", "asked", "what came of it"]
 
 
-def terms_tried(found: mh.results.Identification) -> list[list[str]]:
+def terms_tried(found: Identification) -> list[list[str]]:
     """Return a row for every term that was tried, as `TRIED` heads it."""
 
     def gain(judge: str, value: float | None) -> str:
@@ -378,7 +381,7 @@ def terms_tried(found: mh.results.Identification) -> list[list[str]]:
 _IS_ANSWER = re.compile(r"(slow|fast) creep$|loop shift of|(weights|operators)$").search
 
 
-def _tried_in_short(found: mh.results.Identification) -> list[str]:
+def _tried_in_short(found: Identification) -> list[str]:
     """Return which terms were tried, and which were not; the report says what each gained."""
     untried = ("cannot_be_told", "not_open", "little_left", "nothing_left")
     searched = [one for one in found.terms_tried if not _IS_ANSWER(one["term"])]
@@ -400,7 +403,7 @@ def _terms(creep: int, shift: str) -> str:
     return f"{creeps}, " + ("no loop shift" if shift == "none" else f"loop shift {shift}")
 
 
-def _shift(found: mh.results.Identification) -> str:
+def _shift(found: Identification) -> str:
     """Return the loop shift in the words of the candidates."""
     if found.loop_shift is None:
         return "none"
@@ -421,7 +424,7 @@ def _choice(
     return Choice(header, sentence, candidates, errors, chosen)
 
 
-def verdict_line(found: mh.results.Identification) -> str:
+def verdict_line(found: Identification) -> str:
     """Return the verdict in one line, with the codes of what was found, the worst first."""
     codes = list(dict.fromkeys(one.code for one in _worst_first(found.warnings)))
     interrupted = ", but the search was interrupted" if found.partial else ""
@@ -429,7 +432,7 @@ def verdict_line(found: mh.results.Identification) -> str:
     return shown + (f" ({', '.join(codes)})" if codes else "")
 
 
-def verdict_banner(found: mh.results.Identification, records: Records) -> Verdict:
+def verdict_banner(found: Identification, records: Records) -> Verdict:
     """Return the verdict at the top of the report."""
     lines = [
         f"{finding.code}: {_place(finding, records)}{finding.message}. Try: {finding.hint}."
@@ -440,7 +443,7 @@ def verdict_banner(found: mh.results.Identification, records: Records) -> Verdic
     return Verdict(worst, f"{MEANINGS[worst]}{interrupted}", lines)
 
 
-def findings_text(found: mh.results.Identification, records: Records) -> str:
+def findings_text(found: Identification, records: Records) -> str:
     """Return two lines for each warning, or one line if there is none."""
     findings = found.warnings
     if not findings:
@@ -453,11 +456,11 @@ def findings_text(found: mh.results.Identification, records: Records) -> str:
     return "\n".join(["warnings", *lines])
 
 
-def _numbers(one: mh.results.Finding) -> str:
+def _numbers(one: Finding) -> str:
     return f" (value {_number(one.value)}, limit {_number(one.limit)})"
 
 
-def findings_rows(found: mh.results.Identification, records: Records) -> Rows:
+def findings_rows(found: Identification, records: Records) -> Rows:
     """Return the findings as a table, the worst first."""
     rows = [
         [
@@ -477,9 +480,9 @@ def _number(value: float) -> str:
     return digits(value, 3) if math.isfinite(value) else NOT_DETERMINED
 
 
-def _worst_first(findings: Sequence[mh.results.Finding]) -> list[mh.results.Finding]:
+def _worst_first(findings: Sequence[Finding]) -> list[Finding]:
     return sorted(findings, key=lambda found: found.severity != "red")
 
 
-def _place(found: mh.results.Finding, records: Records) -> str:
+def _place(found: Finding, records: Records) -> str:
     return "" if found.record is None else f"{records.names[found.record]}: "

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-import mpi_hyst as mh
+from mpi_hyst._core import Identification
 from mpi_hyst._quantity import Quantity
 from mpi_hyst._report import canvas
 from mpi_hyst._report.models import TWO_SIDED
@@ -225,7 +225,7 @@ class Doubt:
     std: Samples
 
 
-def doubted(found: mh.results.Identification, drive: Samples) -> tuple[Samples, Doubt]:
+def doubted(found: Identification, drive: Samples) -> tuple[Samples, Doubt]:
     """Return what a model predicts for a drive, and how far that may be off."""
     predicted, low, high = found.predict(drive, interval=0.95)
     return predicted, Doubt(0.5 * (high - low), found.predict(drive, return_std=True)[1])
