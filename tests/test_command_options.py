@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -27,7 +28,14 @@ CALLS: dict[str, Callable[..., Any]] = {
 }
 
 
-@pytest.mark.parametrize("room", [axes, excite, identify, places, precompensate, realtime])
+ROOMS = [axes, excite, identify, places, precompensate, realtime]
+# What a command calls the default of the library.
+CALLED = {"fit": "fitted", None: "none", ("thresholds", None): "uniform"}
+# The places command says what the library makes of None; realtime does not run for ever.
+OWN = {("operators", "identify_places"), ("seconds", "run")}
+
+
+@pytest.mark.parametrize("room", ROOMS)
 def test_what_is_passed_is_an_argument_of_the_library(room: Any) -> None:
     pairs = [
         (one.name, call) for one in fields(room.Request) for call in one.metadata.get("passed", ())
@@ -35,6 +43,33 @@ def test_what_is_passed_is_an_argument_of_the_library(room: Any) -> None:
     assert pairs
     for name, call in pairs:
         assert name in inspect.signature(CALLS[call]).parameters
+
+
+def as_said(name: str, default: Any) -> set[str]:
+    """Return how a command may call a default of the library."""
+    if isinstance(default, tuple):
+        return {",".join(f"{one:g}" for one in default)}
+    if isinstance(default, float | int):
+        return {f"{default:g}"}
+    return {str(default), CALLED.get((name, default), CALLED.get(default, ""))}
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_command_says_the_default_of_the_library(room: Any) -> None:
+    compared = 0
+    for one in fields(room.Request):
+        if not one.metadata.get("passed"):
+            continue
+        told = re.search(r"\[default: (\S+)\]", one.metadata["click"][1].get("help", ""))
+        own = one.default if one.default not in (None, (), False) else None
+        for call in one.metadata["passed"]:
+            if (told is None and own is None) or (one.name, call) in OWN:
+                continue
+            said = told[1] if told else f"{own:g}" if isinstance(own, float) else str(own)
+            default = inspect.signature(CALLS[call]).parameters[one.name].default
+            assert said in as_said(one.name, default), one.name
+            compared += 1
+    assert compared > 0 or room is precompensate
 
 
 @dataclass(frozen=True)
