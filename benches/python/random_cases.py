@@ -113,7 +113,7 @@ def case(number: int, kind: str, seed: int) -> Case:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--cases", type=int, default=200)
+    parser.add_argument("--cases", type=int, default=250)
     parser.add_argument("--seed", type=int, default=0)
     asked = parser.parse_args()
     tell(heading())
