@@ -33,8 +33,9 @@ fn bounds_are_those_of_the_place_of_every_drive() {
         assert!((bounds.high[k] - 1.96 * expected).abs() < 1e-3, "{k}: {}", bounds.high[k]);
         assert!((bounds.high[k] + bounds.low[k]).abs() < 1e-9, "{k}");
     }
-    // One number for the whole is that of its widest branch, and a little more for the other one.
-    assert!(bounds.within > 1.96 * 0.4 && bounds.within < 3.0 * 0.4, "{}", bounds.within);
+    // One number for the whole is that of its widest branch, and a little more for the other one. A normal error in 32
+    // is beyond 3.16 deviations with 5 %.
+    assert!(bounds.within > 3.1 * 0.4 && bounds.within < 3.3 * 0.4, "{}", bounds.within);
     let narrow = stage.error_bounds(&found, &reference, DT, &options, 0.5).unwrap();
     assert!(narrow.within < bounds.within && narrow.high[100] < bounds.high[100]);
 }

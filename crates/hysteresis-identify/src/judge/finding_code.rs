@@ -187,7 +187,7 @@ pub enum FindingCode {
     RateDependenceNotTold,
     /// The model has three or four of two maps, relaxing plays and a Duhem operator, which follow any loop together, and
     /// loops of one speed or about one middle leave open what they do in other motions. Value: how far the error band
-    /// of 95 % reaches at half of the samples, without noise, over the range of the position; limit 0.004. Told where
+    /// of 95 % reaches at half of the samples, without noise, over the range of the position; limit 0.0045. Told where
     /// nothing else is.
     WideErrorBand,
     /// The position leaks towards its mean: charge that leaks off, or a sensor or an amplifier that passes nothing

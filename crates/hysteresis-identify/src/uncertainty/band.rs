@@ -78,7 +78,7 @@ impl Identification {
     /// records are alike, and the band says that it is open what these curves do in other motions.
     pub(crate) fn with_wide_band_named(mut self, records: &[Record<'_>]) -> Self {
         /// Half of the samples have a wider band. A stage that missed other motions by 1.4 % of the range had 0.005.
-        const LIMIT: f64 = 0.004;
+        const LIMIT: f64 = 0.0045;
         const SEVERAL: usize = 3;
         let curves = self.curves();
         if !self.warnings.is_empty() || curves < SEVERAL || !are_alike(records) {
