@@ -122,6 +122,17 @@ def way(corners: list[float], speed: float) -> Array:
     return np.concatenate([*moves, corners[-1:]])
 
 
+def decaying(ends: tuple[float, float], samples: int, frequency: float, speed: float) -> Array:
+    """A sine about the middle that decays from the whole range to a tenth of it.
+
+    The way to the middle is of this speed.
+    """
+    middle, half = 0.5 * (ends[1] + ends[0]), 0.5 * (ends[1] - ends[0])
+    size, t = np.linspace(1.0, 0.1, samples), np.arange(samples) * DT
+    sine = middle + half * size * np.sin(2.0 * np.pi * frequency * t)
+    return np.concatenate([way([0.0, middle], speed), sine])
+
+
 def activated_cells(u: Array, dt: float) -> Array:
     """Relays that heat makes jump: their loops widen by as much with every decade of rate."""
     rng, heat = np.random.default_rng(3), 0.7

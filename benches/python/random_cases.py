@@ -24,22 +24,12 @@ from typing import NamedTuple
 import mpi_hyst as mh
 import numpy as np
 from foreign_stages import Recorded, off, recorded, sines, terms_of, unseen
-from law_stages import DT, way
+from law_stages import DT, decaying, way
 from other_physics import STAGES, Stage
 from records import Array, heading, tell
 
 KINDS = ("triangles", "strokes", "sines", "decay", "several")
 LIMIT = 0.01  # of the range: a green verdict with more is wrong
-
-
-def decaying(stage: Stage, speed: float, rng: np.random.Generator) -> Array:
-    """A sine about the middle that decays from the whole range to a tenth of it."""
-    middle, half = 0.5 * (stage.high + stage.low), 0.5 * (stage.high - stage.low)
-    rate, cycles = speed / (2.0 * math.pi * half), rng.integers(4, 12)
-    t = np.arange(round(cycles / rate / DT)) * DT
-    size = np.linspace(1.0, 0.1, t.size)
-    wave = middle + half * size * np.sin(2.0 * math.pi * rate * t)
-    return np.concatenate([way([0.0, middle], speed), wave])
 
 
 def at_random(stage: Stage, kind: str, rng: np.random.Generator) -> Recorded:
@@ -56,7 +46,8 @@ def at_random(stage: Stage, kind: str, rng: np.random.Generator) -> Recorded:
     elif kind == "sines":
         drive = sines(stage, 1.0, speed, rng)
     else:
-        drive = decaying(stage, speed, rng)
+        rate, cycles = speed / (math.pi * full), rng.integers(4, 12)
+        drive = decaying((low, stage.high), round(cycles / rate / DT), rate, speed)
     return Recorded(drive, 0.5 * speed, speed)
 
 

@@ -267,7 +267,7 @@ fn rates(records: &[Record<'_>]) -> Option<Rates> {
     /// So much of the time at rest tells what relaxes.
     const RESTS: f64 = 0.05;
     let (low, high) = input_bounds(records);
-    let swings: Vec<Swing> = records.iter().flat_map(|record| swings(record, SWING * (high - low))).collect();
+    let swings: Vec<Swing> = records.iter().flat_map(|record| swings(record, SWING * (high - low), 1.0)).collect();
     let whole: f64 = swings.iter().map(|swing| swing.duration).sum();
     let rests: f64 = swings.iter().map(|swing| swing.duration - swing.moving).sum();
     if swings.is_empty() || rests > RESTS * whole {
@@ -305,10 +305,10 @@ impl Swing {
 }
 
 /// The swings between the turns of the fitted samples, from the first turn to the last; of a record that turns once,
-/// its two parts.
-fn swings(record: &Record<'_>, swing: f64) -> Vec<Swing> {
+/// its two parts. A record without a sampling interval has this one.
+fn swings(record: &Record<'_>, swing: f64, dt: f64) -> Vec<Swing> {
     let input = &record.input()[record.skip()..];
-    let of_turns = |turns: &[usize]| Swing::of(&input[turns[0]..=turns[1]], record.dt().unwrap_or(1.0));
+    let of_turns = |turns: &[usize]| Swing::of(&input[turns[0]..=turns[1]], record.dt().unwrap_or(dt));
     let mut turns = signal::turns(input, swing);
     if let [only] = turns[..] {
         turns = vec![0, only, input.len() - 1];
@@ -323,16 +323,13 @@ pub(crate) fn mean_speed(records: &[Record<'_>], dt: f64) -> Option<f64> {
     const FEWEST: f64 = 100.0;
     let (low, high) = input_bounds(records);
     let of_record = |record: &Record<'_>| {
-        let seconds = if record.dt().is_some() { 1.0 } else { dt };
-        let swings = swings(record, SWING * (high - low));
-        let fold = |(way, time): (f64, f64), swing: &Swing| (way + swing.travel, time + seconds * swing.moving);
-        if swings.is_empty() {
-            fold((0.0, 0.0), &Swing::of(&record.input()[record.skip()..], record.dt().unwrap_or(1.0)))
-        } else {
-            swings.iter().fold((0.0, 0.0), fold)
-        }
+        let swings = swings(record, SWING * (high - low), dt);
+        let whole = || vec![Swing::of(&record.input()[record.skip()..], record.dt().unwrap_or(dt))];
+        if swings.is_empty() { whole() } else { swings }
     };
-    let (way, time) = records.iter().map(of_record).fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+    let swings: Vec<Swing> = records.iter().flat_map(of_record).collect();
+    let way: f64 = swings.iter().map(|swing| swing.travel).sum();
+    let time: f64 = swings.iter().map(|swing| swing.moving).sum();
     let interval = records.iter().map(|record| record.dt().unwrap_or(dt)).fold(f64::INFINITY, f64::min);
     (way > 0.0).then(|| (way / time).min((high - low) / (FEWEST * interval)))
 }

@@ -299,7 +299,8 @@ impl Identification {
         left.iter().zip(column).map(|(e, more)| e - offset - line.slope * more).collect()
     }
 
-    fn interval_of(&self, record: &Record<'_>) -> f64 {
+    /// The sampling interval of a record, that of the fit for one without.
+    pub(crate) fn interval_of(&self, record: &Record<'_>) -> f64 {
         record.dt().unwrap_or(self.chain.dt)
     }
 

@@ -90,7 +90,7 @@ impl Identification {
         // A long rest is no reason to put all that moves into one stretch.
         let moving = |(place, samples): &(usize, Range<usize>)| {
             let (record, before) = (&records[*place], samples.start.saturating_sub(1));
-            as_f64(moves(&record.input()[before..samples.end])) * record.dt().unwrap_or(self.chain.dt)
+            as_f64(moves(&record.input()[before..samples.end])) * self.interval_of(record)
         };
         together(loops.iter().map(moving).zip(&loops))
     }
@@ -102,8 +102,7 @@ impl Identification {
         loops: &[(usize, Range<usize>)],
         take: impl FnOnce(&Pass<'_>, &[LeftOutSolution]) -> Result<T, Error>,
     ) -> Result<T, Error> {
-        let interval = |record: &Record<'_>| record.dt().unwrap_or(self.chain.dt);
-        let length = |record: &Record<'_>| as_f64(record.input().len()) * interval(record);
+        let length = |record: &Record<'_>| as_f64(record.input().len()) * self.interval_of(record);
         let shortest = records.iter().map(length).reduce(f64::min).ok_or(Error::NoRecords)?;
         let dead_time = self.chain.linear.dead_time;
         if dead_time >= shortest {
@@ -121,7 +120,7 @@ impl Identification {
             weights: self.chain.weights.clone(),
             slopes: Vec::new(),
         };
-        let intervals: Vec<f64> = records.iter().map(interval).collect();
+        let intervals: Vec<f64> = records.iter().map(|record| self.interval_of(record)).collect();
         let own = OwnColumns::new(records, |place| intervals[place], &self.chain.creep_underway);
         let pass = Pass { records, loops, tangent, intervals, own: &own };
         let problem = LeaveOneOut { own: &own, basis: &basis, penalty: &self.penalty, noise: self.noise };

@@ -62,7 +62,7 @@ impl Identification {
     pub(crate) fn band_of(&self, records: &[Record<'_>]) -> Option<ErrorBand> {
         // One loop alone, or records shorter than the dead time: what they leave themselves.
         let left = self.held_out_residuals(records).unwrap_or_else(|_| self.own_residuals(records));
-        let intervals = records.iter().map(|record| record.dt().unwrap_or(self.chain.dt));
+        let intervals = records.iter().map(|record| self.interval_of(record));
         let samples = Samples::new(records, &left, intervals, self.drive_range);
         let width = self.width(records);
         let noise = self.sensor_noise();
@@ -85,10 +85,8 @@ impl Identification {
             return self;
         }
         let Some(band) = &self.error_band else { return self };
-        let of_record = |record: &Record<'_>| {
-            let dt = record.dt().unwrap_or(self.chain.dt);
-            band.deviations(record.input(), &[], dt).unwrap_or_default()
-        };
+        let of_record =
+            |record: &Record<'_>| band.deviations(record.input(), &[], self.interval_of(record)).unwrap_or_default();
         let deviations: Vec<f64> = records.iter().flat_map(of_record).collect();
         let value = NORMAL_95 * median(&deviations) / self.fit.range;
         if value > LIMIT {
@@ -111,15 +109,15 @@ impl Identification {
     /// The width of the model's loop over the whole range, at the mean speed of the records: few of them have such a
     /// loop.
     fn width(&self, records: &[Record<'_>]) -> f64 {
-        const STROKE: i32 = 1000;
+        const STROKE: u16 = 1000;
         let (low, high) = self.drive_range;
         let of_loop = |speed: f64| {
-            let to = |k: i32| low + (high - low) * f64::from(k) / f64::from(STROKE);
+            let to = |k: u16| low + (high - low) * f64::from(k) / f64::from(STROKE);
             let drive: Vec<f64> =
                 (0..STROKE).map(to).chain((1..=STROKE).rev().map(to)).chain((0..=STROKE).map(to)).collect();
             let output = self.chain.response(&drive, (high - low) / (speed * f64::from(STROKE)));
             // The first stroke is the way from rest.
-            let first = STROKE.unsigned_abs() as usize;
+            let first = usize::from(STROKE);
             loop_width(&drive[first..], &output[first..]).ok().flatten()
         };
         let width = mean_speed(records, self.chain.dt).and_then(of_loop);
