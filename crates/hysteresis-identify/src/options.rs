@@ -99,9 +99,10 @@ pub struct Options {
     /// What the output lags the input besides, in seconds; in samples for records without a sampling interval.
     ///
     /// Searched from 0, and with dynamics from -1.5 samples, to a tenth of the shortest record. With dynamics a dead
-    /// time that is not told from 0 by more than the noise is 0, and a negative one gives a finding: see
-    /// [`FindingCode::NegativeDeadTime`](crate::FindingCode::NegativeDeadTime). Dynamics of [`DynamicsModel::Auto`]
-    /// beside one of half a sample or more are left out, and everything is searched without dynamics.
+    /// time that is not told from 0 by more than the noise is 0. The result never has one below zero, which nothing can
+    /// run. Where one of half a sample or more would fit best, everything is searched again: without dynamics for
+    /// [`DynamicsModel::Auto`], else with a dead time of 0 and the finding
+    /// [`FindingCode::NegativeDeadTime`](crate::FindingCode::NegativeDeadTime).
     pub dead_time: Setting<f64>,
     /// How smooth the weights should be, 0 or more; 0 asks for nothing. [`Setting::Fit`], the default, leaves it to
     /// cross-validation over stretches of the records, with all other terms in the model.

@@ -4,7 +4,7 @@ use crate::choose::cross_validation::{CrossValidation, Stretches, Terms};
 use crate::choose::trial::{TermTrial, TrialOutcome, overrule};
 use crate::error::Error;
 use crate::fit::joint::{JointFit, JointProblem};
-use crate::fit::point::Point;
+use crate::fit::point::{Parameter, Point};
 use crate::fit::progress::SearchMonitor;
 use crate::fit::projection::rough;
 use crate::fit::space::Space;
@@ -53,6 +53,12 @@ impl Found {
     /// something else.
     pub(crate) fn leads(&self, asked: &Options) -> bool {
         asked.dynamics == DynamicsModel::Auto && self.fit.leads()
+    }
+
+    /// The same with dynamics that led before their dead time was held at 0.
+    pub(crate) fn with_lead(self, lead: Option<Lead>) -> Self {
+        let linear = self.linear.map(|linear| LinearEvidence { lead: lead.or(linear.lead), ..linear });
+        Self { linear, ..self }
     }
 
     /// Whether there is an operator of the other family.
@@ -120,6 +126,26 @@ pub(crate) struct LinearEvidence {
     pub(crate) too_little: Option<(f64, f64)>,
     /// Where fewer modes were found than were asked for.
     pub(crate) untold_modes: Option<UntoldModes>,
+    /// Where a dead time below zero was better.
+    pub(crate) lead: Option<Lead>,
+}
+
+/// A dead time below zero that fits best: the position answers before the drive.
+#[derive(Clone, Copy)]
+pub(crate) struct Lead {
+    /// The dead time in samples of the fastest record.
+    pub(crate) samples: f64,
+    /// Whether the search for it ended at the edge of its domain.
+    pub(crate) is_at_edge: bool,
+}
+
+impl Lead {
+    /// That of a fit.
+    pub(crate) fn of(fit: &JointFit) -> Self {
+        let value = fit.fit.point.get(Parameter::DeadTime);
+        let is_at_edge = fit.space.axis(Parameter::DeadTime).is_some_and(|axis| value <= axis.lower);
+        Self { samples: fit.dead_time_samples(), is_at_edge }
+    }
 }
 
 /// Modes that the records do not tell.

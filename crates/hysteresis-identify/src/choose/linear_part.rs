@@ -3,7 +3,7 @@
 
 use core::f64::consts::TAU;
 
-use crate::choose::found::{LinearEvidence, UntoldModes};
+use crate::choose::found::{Lead, LinearEvidence, UntoldModes};
 use crate::choose::trial::{TermTrial, TrialOutcome, overrule};
 use crate::error::Error;
 use crate::fit::joint::{Attempts, JointFit, JointProblem, MIN_NEGATIVE_SAMPLES};
@@ -407,9 +407,14 @@ impl JointProblem<'_> {
         dead_time: f64,
         monitor: &mut SearchMonitor<'_>,
     ) -> Result<JointFit, Error> {
-        let space = near.space.with_known(Parameter::DeadTime, dead_time);
-        let point = space.with_lag_kept(&near.fit.point, dead_time);
+        let (space, point) = known_dead_time(near, dead_time);
         self.search_from(space, &point, monitor)
+    }
+
+    /// The fit with a dead time that is known and the same lag, without a search.
+    pub(crate) fn at_dead_time(&self, near: &JointFit, dead_time: f64) -> Result<JointFit, Error> {
+        let (space, point) = known_dead_time(near, dead_time);
+        self.at(&space, &point)
     }
 
     /// The fit with no dead time, unless the records tell one.
@@ -438,6 +443,13 @@ impl JointProblem<'_> {
         let fit = if told { found } else { none };
         Ok(Settled { fit, error: error_in_samples })
     }
+}
+
+/// The space of a fit with a dead time that is known, and the point in it with the same lag.
+fn known_dead_time(near: &JointFit, dead_time: f64) -> (Space, Point) {
+    let space = near.space.with_known(Parameter::DeadTime, dead_time);
+    let point = space.with_lag_kept(&near.fit.point, dead_time);
+    (space, point)
 }
 
 /// Relative standard errors beyond which a parameter counts as undetermined; of the dead time, in samples.
@@ -491,7 +503,7 @@ pub(crate) fn joint_findings(
     found.extend([
         confounded(space, fit, errors, evidence.dead_time_error)
             .or_else(|| with_amplifier(space, fit, errors, evidence)),
-        negative(space, fit),
+        evidence.lead.map(negative),
     ]);
     let is_none = |number| fit.point.get(Parameter::Creep(number)) == 0.0;
     let has_creep = !(0..errors.creep.len()).all(is_none);
@@ -622,12 +634,24 @@ fn too_little(space: &Space, (evidence, needed): (f64, f64)) -> Finding {
     Finding::new(FindingCode::ResonanceNotExcited, evidence, needed, message)
 }
 
-fn negative(space: &Space, fit: &ProjectedFit) -> Option<Finding> {
-    let value = fit.point.get(Parameter::DeadTime);
-    let samples = value / space.intervals().smallest();
-    let is_edge = space.axis(Parameter::DeadTime).is_some_and(|axis| value <= axis.lower);
-    let or_more = if is_edge { " or more: the search for it ended at the edge of its domain" } else { "" };
-    let message = format!("the position leads the drive by {:.2} samples{or_more}", -samples);
-    let code = FindingCode::NegativeDeadTime;
-    (samples < NEGATIVE_SAMPLES).then(|| Finding::new(code, samples, NEGATIVE_SAMPLES, message))
+fn negative(Lead { samples, is_at_edge }: Lead) -> Finding {
+    let or_more = if is_at_edge { " or more" } else { "" };
+    let message = format!(
+        "the position leads the drive by {:.2} samples{or_more}: nothing can run that, so the result has a dead time of 0 and fits worse",
+        -samples
+    );
+    Finding::new(FindingCode::NegativeDeadTime, samples, NEGATIVE_SAMPLES, message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An error of the lag that is not a number is told in words.
+    #[test]
+    fn a_lag_is_told_with_its_error() {
+        assert_eq!(with_error_of_lag(0.0205, 0.003), "20.5000 ms to 3.0000 ms");
+        let at_edge = with_error_of_lag(0.0205, f64::NAN);
+        assert!(at_edge.starts_with("20.5000 ms but not how exactly") && !at_edge.contains("NaN"), "{at_edge}");
+    }
 }

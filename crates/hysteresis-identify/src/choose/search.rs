@@ -1,7 +1,7 @@
 //! The whole search: the hysteresis alone, everything together, what of it stays, and the last descent with that.
 
 use crate::choose::duhem::with_duhem;
-use crate::choose::found::{Found, LinearEvidence, Structure};
+use crate::choose::found::{Found, Lead, LinearEvidence, Structure};
 use crate::choose::linear_part::{FoundJoint, search_joint};
 use crate::choose::quiet_record::{Told, told_by_quietest};
 use crate::choose::rivals::search_with_rivals;
@@ -35,16 +35,44 @@ pub(crate) fn search_all(
 }
 
 /// The same with a number of operators that is known, and with dynamics that may still stand in for what the hysteresis
-/// lacks. Where all that were found lead, which nothing can run, everything is searched once more with a dead time
-/// alone.
+/// lacks. Where all that were found lead, which nothing can run, everything is searched once more: with a dead time
+/// alone, or without one beside dynamics that were asked for.
 fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     let found = search_with_rivals(records, asked, search_plays, monitor)?;
-    if !found.leads(asked) || found.partial {
-        return Ok(found);
+    let lead = found.fit.leads().then(|| Lead::of(&found.fit));
+    if lead.is_none() || found.partial {
+        return without_lead(records, found, lead, monitor);
     }
-    let without = Options { dynamics: DynamicsModel::None, ..asked.clone() };
+    let without = match asked.dynamics {
+        DynamicsModel::Auto => Options { dynamics: DynamicsModel::None, ..asked.clone() },
+        _ => Options { dead_time: Setting::Fixed(0.0), ..asked.clone() },
+    };
     let trials = found.overruled(|_| true);
-    anew(found, trials, monitor, |monitor| search_with_rivals(records, &without, search_plays, monitor))
+    let found = anew(found, trials, monitor, |monitor| search_with_rivals(records, &without, search_plays, monitor))?;
+    let lead = lead.filter(|_| asked.dynamics != DynamicsModel::Auto);
+    Ok(found.with_lead(lead))
+}
+
+/// The same with a dead time of 0 or more, whatever is searched after it.
+fn without_lead(
+    records: &[Record<'_>],
+    found: Found,
+    lead: Option<Lead>,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
+    if found.fit.dead_time_samples() >= 0.0 {
+        let space = found.fit.space.without_lead();
+        return Ok(Found { fit: JointFit { space, ..found.fit }, ..found });
+    }
+    let problem = found.problem(records);
+    let searched = if found.partial {
+        None
+    } else {
+        monitor.unless_stopped(|monitor| problem.with_dead_time(&found.fit, 0.0, monitor))?
+    };
+    let partial = searched.is_none();
+    let fit = searched.map_or_else(|| problem.at_dead_time(&found.fit, 0.0), Ok)?;
+    Ok(Found { fit, partial, ..found }.with_lead(lead))
 }
 
 /// The same with dynamics that may lead. Where coupled plays are better than the plays that were asked for first, or

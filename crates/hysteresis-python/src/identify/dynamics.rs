@@ -32,7 +32,7 @@ use crate::model::models::compiled_of;
 /// - "dead_time_confounded": the record tells the sum of dead time and lag of the dynamics alone: the standard
 ///   deviation of the dead time exceeds a quarter of a sample.
 /// - "negative_dead_time": the output leads the drive by more than half a sample: a row holds a position that was read
-///   later.
+///   later. Nothing can run that: the result has a dead time of 0.
 /// - "creep_undetermined": the standard deviation of the creep exceeds half of it, and a thousandth of a move.
 /// - "gain_not_one": the gain differs from 1 by more than 5 %: the hysteresis model is not that of this record.
 /// - "residual_coloured": what is left is correlated in time, by more than a thousandth of the range: the noise is
