@@ -21,9 +21,23 @@ from support import Array
 
 FIXED: dict[str, dict[str, Any]] = {
     "no dynamics": {"dynamics": None},
+    "first order": {"dynamics": 1},
+    "second order": {"dynamics": 2},
+    "no dead time": {"dead_time": 0.0},
+    "no amplifier": {"amplifier": None},
+    "free weights": {"weights": "free"},
     "split weights": {"weights": "split"},
+    "quadratic weights": {"weights": "quadratic"},
     "map in front": {"input_map": "smooth"},
     "map behind": {"output_map": "smooth"},
+    "no map in front": {"input_map": None},
+    "no map behind": {"output_map": None},
+    "no creep": {"creep": None},
+    "creep": {"creep": "log"},
+    "no loop shift": {"loop_shift": None},
+    "loop shift": {"loop_shift": 1.0},
+    "no slow gain": {"slow_gain": None},
+    "slow gain": {"slow_gain": "fit"},
     "smoothness": {"smoothness": 1e-3},
     "plays alone": {"duhem": None},
     "coupled plays": {"ratios": "fit"},
@@ -35,7 +49,7 @@ FIXED: dict[str, dict[str, Any]] = {
 NOTHING = 0.025
 
 # Of the other stages `make test-random` tells.
-FEW = {"plays", "relays"}
+FEW = {"plays", "relays", "mode of a square"}
 EACH = [
     pytest.param(stage, id=stage.name, marks=[] if stage.name in FEW else pytest.mark.slow)
     for stage in STAGES
