@@ -140,11 +140,11 @@ pub(crate) struct Lead {
 }
 
 impl Lead {
-    /// That of a fit.
-    pub(crate) fn of(fit: &JointFit) -> Self {
+    /// That of a fit, if it leads.
+    pub(crate) fn of(fit: &JointFit) -> Option<Self> {
         let value = fit.fit.point.get(Parameter::DeadTime);
         let is_at_edge = fit.space.axis(Parameter::DeadTime).is_some_and(|axis| value <= axis.lower);
-        Self { samples: fit.dead_time_samples(), is_at_edge }
+        fit.leads().then(|| Self { samples: fit.dead_time_samples(), is_at_edge })
     }
 }
 

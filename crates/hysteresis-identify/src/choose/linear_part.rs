@@ -464,9 +464,6 @@ const MAX_DEAD_TIME_ERROR: f64 = 0.1;
 /// errors of the model blur first.
 const MIN_AMPLIFIER_LAG: f64 = 3.0;
 
-/// A dead time below this, in samples, belongs to rows that pair a drive with a later position.
-const NEGATIVE_SAMPLES: f64 = -MIN_NEGATIVE_SAMPLES;
-
 /// What the records do not tell of dynamics, dead time and creep.
 pub(crate) fn joint_findings(
     space: &Space,
@@ -634,13 +631,15 @@ fn too_little(space: &Space, (evidence, needed): (f64, f64)) -> Finding {
     Finding::new(FindingCode::ResonanceNotExcited, evidence, needed, message)
 }
 
+/// A dead time of rows that pair a drive with a later position.
 fn negative(Lead { samples, is_at_edge }: Lead) -> Finding {
     let or_more = if is_at_edge { " or more" } else { "" };
     let message = format!(
-        "the position leads the drive by {:.2} samples{or_more}: nothing can run that, so the result has a dead time of 0 and fits worse",
+        "the position leads the drive by {:.2} samples{or_more}: nothing can run that, so the result has a dead time of 0 \
+         and fits worse",
         -samples
     );
-    Finding::new(FindingCode::NegativeDeadTime, samples, NEGATIVE_SAMPLES, message)
+    Finding::new(FindingCode::NegativeDeadTime, samples, -MIN_NEGATIVE_SAMPLES, message)
 }
 
 #[cfg(test)]

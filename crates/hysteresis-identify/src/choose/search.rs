@@ -39,39 +39,31 @@ pub(crate) fn search_all(
 /// alone, or without one beside dynamics that were asked for.
 fn search_fit(records: &[Record<'_>], asked: &Options, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     let found = search_with_rivals(records, asked, search_plays, monitor)?;
-    let lead = found.fit.leads().then(|| Lead::of(&found.fit));
-    if lead.is_none() || found.partial {
-        return without_lead(records, found, lead, monitor);
+    if !found.fit.leads() || found.partial {
+        return without_lead(records, found, monitor);
     }
-    let without = match asked.dynamics {
-        DynamicsModel::Auto => Options { dynamics: DynamicsModel::None, ..asked.clone() },
-        _ => Options { dead_time: Setting::Fixed(0.0), ..asked.clone() },
+    let (without, lead) = match asked.dynamics {
+        DynamicsModel::Auto => (Options { dynamics: DynamicsModel::None, ..asked.clone() }, None),
+        _ => (Options { dead_time: Setting::Fixed(0.0), ..asked.clone() }, Lead::of(&found.fit)),
     };
     let trials = found.overruled(|_| true);
     let found = anew(found, trials, monitor, |monitor| search_with_rivals(records, &without, search_plays, monitor))?;
-    let lead = lead.filter(|_| asked.dynamics != DynamicsModel::Auto);
     Ok(found.with_lead(lead))
 }
 
 /// The same with a dead time of 0 or more, whatever is searched after it.
-fn without_lead(
-    records: &[Record<'_>],
-    found: Found,
-    lead: Option<Lead>,
-    monitor: &mut SearchMonitor<'_>,
-) -> Result<Found, Error> {
+fn without_lead(records: &[Record<'_>], found: Found, monitor: &mut SearchMonitor<'_>) -> Result<Found, Error> {
     if found.fit.dead_time_samples() >= 0.0 {
         let space = found.fit.space.without_lead();
         return Ok(Found { fit: JointFit { space, ..found.fit }, ..found });
     }
-    let problem = found.problem(records);
-    let searched = if found.partial {
-        None
+    let (problem, lead) = (found.problem(records), Lead::of(&found.fit));
+    let there = || problem.at_dead_time(&found.fit, 0.0);
+    let (fit, partial) = if found.partial {
+        (there()?, true)
     } else {
-        monitor.unless_stopped(|monitor| problem.with_dead_time(&found.fit, 0.0, monitor))?
+        monitor.or_where_it_began(|monitor| problem.with_dead_time(&found.fit, 0.0, monitor), there)?
     };
-    let partial = searched.is_none();
-    let fit = searched.map_or_else(|| problem.at_dead_time(&found.fit, 0.0), Ok)?;
     Ok(Found { fit, partial, ..found }.with_lead(lead))
 }
 
@@ -146,13 +138,11 @@ pub(crate) fn search_again(
 ) -> Result<Found, Error> {
     let (space, point) = (found.fit.space.clone(), found.fit.fit.point);
     let problem = found.problem(records);
-    let searched = monitor.unless_stopped(|monitor| match found.told_alone {
+    let search = |monitor: &mut SearchMonitor<'_>| match found.told_alone {
         Some(_) => problem.keeping_dynamics(&found.fit, monitor),
         None => problem.search_from(space.clone(), &point, monitor),
-    })?;
-    let partial = searched.is_none();
-    let fit = searched.map_or_else(|| problem.at(&space, &point), Ok)?;
-    (found.fit, found.partial) = (fit, partial);
+    };
+    (found.fit, found.partial) = monitor.or_where_it_began(search, || problem.at(&space, &point))?;
     with_own_gains(records, found, monitor)
 }
 
@@ -177,9 +167,8 @@ fn with_dynamics_told_alone(
     let space = space.knowing_dynamics(&point);
     // The hysteresis may have stood in for the dynamics, too.
     monitor.begin(Span { from: 0.82, to: 0.84 });
-    let rest = monitor.unless_stopped(|monitor| problem.search_around(space.clone(), &point, monitor))?;
-    let partial = rest.is_none();
-    let fit = rest.map_or_else(|| problem.at(&space, &point), Ok)?;
+    let search = |monitor: &mut SearchMonitor<'_>| problem.search_around(space.clone(), &point, monitor);
+    let (fit, partial) = monitor.or_where_it_began(search, || problem.at(&space, &point))?;
     Ok(Found { fit, options, linear: Some(linear), told_alone: Some(alone), partial, ..found })
 }
 

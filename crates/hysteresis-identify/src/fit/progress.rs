@@ -127,6 +127,17 @@ impl<'a> SearchMonitor<'a> {
         }
     }
 
+    /// What comes of a search, or where it began if it was stopped and the best so far is to be kept; and whether it was.
+    pub(crate) fn or_where_it_began<T>(
+        &mut self,
+        search: impl FnOnce(&mut Self) -> Result<T, Error>,
+        began: impl FnOnce() -> Result<T, Error>,
+    ) -> Result<(T, bool), Error> {
+        let searched = self.unless_stopped(search)?;
+        let was_stopped = searched.is_none();
+        Ok((searched.map_or_else(began, Ok)?, was_stopped))
+    }
+
     /// Begins the search for dynamics: what was best for the hysteresis alone is none of its points.
     pub(crate) fn forget(&mut self) {
         self.enter(SearchStage::Dynamics);

@@ -220,6 +220,28 @@ fn rows_that_are_one_sample_off_are_named() {
     assert!(!codes(&shifted).contains(&FindingCode::NegativeDeadTime));
 }
 
+/// A search that is stopped on its way keeps nothing that leads, either.
+#[test]
+fn what_a_stopped_search_keeps_does_not_lead() {
+    let behind = Behind { creep: None, dynamics: Some(resonance(70.0, 0.1)), dead_time: -1.0 };
+    let mut output = stage_output(&actuator(), &behind, DT, &drive());
+    output.iter_mut().zip(noise(2000, 0.01, 4)).for_each(|(y, e)| *y += e);
+    let input = drive();
+    let record = Record::new(&input, &output, 0).unwrap();
+    let mut told = 0;
+    for stop in (10..400).step_by(30) {
+        let mut calls = 0;
+        let mut progress = |_: &_| {
+            calls += 1;
+            if calls == stop { ControlFlow::Break(Stop::KeepBest) } else { ControlFlow::Continue(()) }
+        };
+        let Ok(found) = identify(&[record], &options(), &mut progress) else { continue };
+        assert!(found.dead_time.unwrap() >= 0.0, "{stop}: {:?}", found.dead_time);
+        told += usize::from(found.partial && codes(&found).contains(&FindingCode::NegativeDeadTime));
+    }
+    assert!(told > 0);
+}
+
 /// Infinitely fast dynamics a sample early are none.
 #[test]
 fn a_stage_without_dynamics_gets_none() {

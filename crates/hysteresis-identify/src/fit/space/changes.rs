@@ -46,12 +46,9 @@ impl Space {
     /// The same with nothing searched but the dynamics, and the dead time and the amplifier beside them. A dead time
     /// that is not negative at `point` stays so.
     pub(crate) fn searching_dynamics_alone(&self, point: &Point) -> Self {
-        let bounded = |axis: &Axis| {
-            let stays = axis.parameter == Parameter::DeadTime && point.get(Parameter::DeadTime) >= 0.0;
-            Axis { lower: if stays { axis.lower.max(0.0) } else { axis.lower }, ..*axis }
-        };
-        let axes = self.axes.iter().filter(|axis| axis.parameter.is_of_dynamics()).map(bounded).collect();
-        Self { axes, ..self.clone() }
+        let leads = point.get(Parameter::DeadTime) < 0.0;
+        let space = if leads { self.clone() } else { self.without_lead() };
+        Self { axes: space.axes_but(|one| !one.is_of_dynamics()), ..space }
     }
 
     /// The same with the dynamics of another space, known where they are known there.
