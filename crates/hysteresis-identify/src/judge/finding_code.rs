@@ -150,7 +150,7 @@ pub enum FindingCode {
     /// Value: the dead time over the mean period of the slowest record; limit 0.1.
     ImplausibleDeadTime,
     /// The output leads the drive: rows pair a drive with a position that was read later, at the end of its interval.
-    /// Value: the dead time in samples; limit -0.5.
+    /// Value: the dead time in samples that the records would tell; that of the result is 0. Limit -0.5.
     NegativeDeadTime,
     /// The records do not tell the dead time: from the lag of dynamics, or at all. Value: the standard error of the
     /// dead time in samples, widened for correlated residuals; limit 0.25 beside dynamics, else the dead time itself
