@@ -34,6 +34,7 @@ def test_all_gathered_options_are_compared() -> None:
         ),
         *("HybridController.new", "ActuatorArray.controller", "RecursiveIdentifier.new"),
         *("IterativeLearning.new", "Stage.iterative_learning", "RepetitiveControl.new"),
+        *("MultiAxisStage.controller", "Raster.new"),
     }
     fit = {name.removeprefix("identify.") for name in COMPARED if name.startswith("identify.")}
     shown = {
@@ -69,3 +70,10 @@ def test_a_controller_of_several_axes_has_the_defaults_of_one_axis() -> None:
     of_one_axis = inspect.signature(mh.control.HybridController).parameters
     for name in ("slew", "bumpless_time", "max_missing"):
         assert shown[name].default == of_one_axis[name].default, name
+
+
+def test_an_array_is_demagnetized_as_one_actuator() -> None:
+    shown = inspect.signature(mh.ActuatorArray.demagnetize).parameters
+    of_one = inspect.signature(mh.signals.demagnetize).parameters
+    for name in ("rate", "cycles", "shape"):
+        assert shown[name].default == of_one[name].default, name

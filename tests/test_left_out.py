@@ -10,7 +10,7 @@ import pytest
 from commands import COLUMNS, HEADER, RATE, assert_refused, names_in, record_rows, run, write_csv
 from mpi_hyst._cli.identify_records import parted
 from mpi_hyst._report.records import Record
-from odd.case import PLAIN
+from odd_files.case import PLAIN
 
 DRIVE = np.arange(100.0)
 

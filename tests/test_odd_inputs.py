@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from odd import defects, dialects, drives, positions, rigs, times
-from odd.case import Case, check
+from odd_files import defects, dialects, drives, positions, rigs, times
+from odd_files.case import Case, check
 
 CASES: list[Case] = [
     *dialects.CASES,

@@ -8,7 +8,7 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 from commands import RATE, assert_refused, names_in, record_rows, run, write_csv
-from odd.case import PLAIN
+from odd_files.case import PLAIN
 
 FIT = ("--input", "1", "--output", "2", *PLAIN, "-o", "found.json")
 

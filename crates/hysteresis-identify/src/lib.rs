@@ -27,7 +27,7 @@
 //! 7. `judge` looks for what the records cannot tell and what the model left in them: findings, and a verdict.
 //! 8. `result` is what comes out. [`identify`] goes this way from beginning to end.
 //!
-//! `inside` is a way of its own, for hysteresis inside the dynamics: [`identify_oscillator`]. So is `axes`, for several
+//! `oscillator` is a way of its own, for hysteresis inside the dynamics: [`identify_oscillator`]. So is `axes`, for several
 //! drives and positions: [`identify_axes`].
 //!
 //! `compare` goes it for several models, `many` for many actuators, `places` without a position sensor, and `recursive`
@@ -43,10 +43,10 @@ mod error;
 mod fit;
 mod identify;
 mod identify_dynamics;
-mod inside;
 mod judge;
 mod many;
 mod options;
+mod oscillator;
 mod places;
 mod records;
 mod recursive;
@@ -69,13 +69,13 @@ pub use error::{Error, RecordError};
 pub use fit::progress::{Progress, SearchStage, Stop};
 pub use identify::identify;
 pub use identify_dynamics::{DynamicsIdentification, DynamicsOptions, identify_dynamics};
-pub use inside::{OscillatorIdentification, OscillatorOptions, OscillatorTrial, identify_oscillator};
 pub use judge::diagnose;
 pub use judge::finding::{Finding, Severity, Verdict};
 pub use judge::finding_code::FindingCode;
 pub use many::records::{ActuatorFit, BriefFinding, ManyIdentifications, ManyRecords};
 pub use many::{identify_many, settled_options};
 pub use options::{Loss, Options, Setting};
+pub use oscillator::{OscillatorIdentification, OscillatorOptions, OscillatorTrial, identify_oscillator};
 pub use places::given::{KnownLength, PlacePair, PlacesOptions};
 pub use places::identify_places;
 pub use places::result::{PlacesCandidate, PlacesIdentification};

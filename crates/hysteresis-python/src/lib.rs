@@ -83,11 +83,11 @@ mod _core {
     #[pymodule_export]
     use crate::identify::identify::identify;
     #[pymodule_export]
-    use crate::identify::inside::{OscillatorIdentification, identify_oscillator};
-    #[pymodule_export]
     use crate::identify::many::identify_many;
     #[pymodule_export]
     use crate::identify::many_identifications::ManyIdentifications;
+    #[pymodule_export]
+    use crate::identify::oscillator::{OscillatorIdentification, identify_oscillator};
     #[pymodule_export]
     use crate::identify::places::{PlacesIdentification, identify_places};
     #[pymodule_export]

@@ -8,7 +8,6 @@ mod control_laws;
 mod control_losses;
 mod control_refusals;
 mod control_safety;
-mod dsp_process;
 mod duhem;
 mod duhem_beside;
 mod embedded;

@@ -7,10 +7,10 @@ pub(crate) mod dynamics;
 pub(crate) mod identification;
 #[expect(clippy::module_inception, reason = "the function `identify`")]
 pub(crate) mod identify;
-pub(crate) mod inside;
 pub(crate) mod many;
 pub(crate) mod many_identifications;
 mod options;
+pub(crate) mod oscillator;
 pub(crate) mod places;
 pub(crate) mod quality;
 mod records;

@@ -68,12 +68,13 @@ impl MultiAxisStage {
     /// ...     y = plant.advance(controller.step(early[k], y))
     /// >>> bool(worst < 0.01)
     /// True
+    #[gather(tracking: TrackingOptions)]
     fn controller<'py>(
         slf: &Bound<'py, Self>,
         #[py("ArrayLike")] limits: &Bound<'py, PyAny>,
         #[py(*, = None)] slew: Option<f64>,
         #[py(= None)] ahead: Option<SampleCount>,
-        #[py(= 2.0)] peak_sensitivity: f64,
+        #[py(field = 2.0)] peak_sensitivity: f64,
         #[py(= 0.005)] bumpless_time: f64,
         #[py(= 10)] max_missing: u32,
     ) -> PyResult<MultiAxisController> {
@@ -85,7 +86,7 @@ impl MultiAxisStage {
                 ControllerOptions { slew, bumpless_time, max_missing, ..usual }
             })
             .collect();
-        let tracking = TrackingOptions { ahead: ahead.map(|ahead| ahead.0), peak_sensitivity };
+        let tracking = TrackingOptions { ahead: ahead.map(|ahead| ahead.0), ..tracking };
         let made: MultiAxisStageController = stage.controller(&options, &tracking).map_err(raise)?;
         let given = PyString::new(slf.py(), "given").into_any();
         let copies = made.controller().controllers().iter().zip(&options).map(|(one, options)| {
@@ -93,6 +94,6 @@ impl MultiAxisStage {
             HybridController::of(Some(&given), preview.transpose()?, options)
         });
         let copies = copies.collect::<PyResult<_>>()?;
-        MultiAxisController::with_stage(slf, made, copies, peak_sensitivity)
+        MultiAxisController::with_stage(slf, made, copies, tracking.peak_sensitivity)
     }
 }

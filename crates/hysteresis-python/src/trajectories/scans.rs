@@ -151,6 +151,12 @@ impl Argument<'_> for OfAxes {
     }
 }
 
+impl From<OfAxes> for (f64, f64) {
+    fn from(OfAxes(axes): OfAxes) -> Self {
+        axes
+    }
+}
+
 /// A raster: the fast axis x goes to and fro at a constant speed, the slow axis y advances.
 ///
 /// On a line x crosses the width at the speed v = width / ((1 - a) T), where T = 0.5 / line_rate, or 1 / line_rate if
@@ -211,20 +217,18 @@ impl Raster {
 #[methods]
 impl Raster {
     #[new]
+    #[gather(options: RasterOptions = RasterOptions::new(width, height, 1, line_rate))]
     fn new(
         width: f64,
         height: f64,
         lines: NonZeroUsize,
         #[py(*)] line_rate: f64,
-        #[py(= 0.2)] turnaround: f64,
-        #[py(= false)] bidirectional: bool,
-        #[py(= false)] steps: bool,
-        #[py(= (0.0, 0.0))] center: OfAxes,
+        #[py(field = 0.2)] turnaround: f64,
+        #[py(field(is_bidirectional) = false)] bidirectional: bool,
+        #[py(field(has_steps) = false)] steps: bool,
+        #[py(field = (0.0, 0.0))] center: OfAxes,
     ) -> PyResult<Self> {
-        let (is_bidirectional, has_steps, center) = (bidirectional, steps, center.0);
-        let lines = u32::try_from(lines.get()).unwrap_or(u32::MAX);
-        let options =
-            RasterOptions { width, height, lines, line_rate, turnaround, is_bidirectional, has_steps, center };
+        let options = RasterOptions { lines: u32::try_from(lines.get()).unwrap_or(u32::MAX), ..options };
         trajectory::Raster::new(options).map(Self).map_err(raise)
     }
 

@@ -11,9 +11,9 @@ import numpy as np
 import scipy.io
 from nptdms import ChannelObject, TdmsWriter
 
-from odd.bench import RATE, STACK
-from odd.case import Case, Trial, Write
-from odd.texts import columns, raw, table, text
+from odd_files.bench import RATE, STACK
+from odd_files.case import Case, Trial, Write
+from odd_files.texts import columns, raw, table, text
 
 RECORD = STACK.record()
 VOLTS = columns()

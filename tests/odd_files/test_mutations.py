@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from odd.mutations import judged, mutated
+from odd_files.mutations import judged, mutated
 
 PARTS = 20
 

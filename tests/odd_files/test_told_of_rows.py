@@ -8,8 +8,8 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 
-from odd.test_instruments import T, U, Y, rows
-from odd.test_told import told
+from odd_files.test_instruments import T, U, Y, rows
+from odd_files.test_told import told
 
 HEADER = "time_s,drive_v,gauge_um\n"
 PAIR = "drive_v,gauge_um\n"

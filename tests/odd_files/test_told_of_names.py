@@ -14,7 +14,7 @@ import scipy.io
 import xarray as xr
 from nptdms import ChannelObject, TdmsWriter
 
-from odd.test_instruments import T, U, Y, comma, rows
+from odd_files.test_instruments import T, U, Y, comma, rows
 
 N = T.size
 NM = 1e3 * Y

@@ -9,10 +9,10 @@ import mpi_hyst as mh
 import numpy as np
 from support import Array
 
-from odd.bench import BIPOLAR, LATE, MAGNET, RATE, STACK, Bench, Record
-from odd.case import WITH_DYNAMICS, Case, Trial
-from odd.positions import HEADER, VOLTS, hinted, same, then
-from odd.texts import columns, raw, table, text
+from odd_files.bench import BIPOLAR, LATE, MAGNET, RATE, STACK, Bench, Record
+from odd_files.case import WITH_DYNAMICS, Case, Trial
+from odd_files.positions import HEADER, VOLTS, hinted, same, then
+from odd_files.texts import columns, raw, table, text
 
 RECORD = STACK.record()
 SPAN = RECORD.span

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from support import Array
 
-from odd.bench import BIPOLAR, CREEPING, MAGNET, NANO, RATE, STACK, TUBE, Bench, Record
-from odd.case import Case, Trial
-from odd.texts import columns, text
+from odd_files.bench import BIPOLAR, CREEPING, MAGNET, NANO, RATE, STACK, TUBE, Bench, Record
+from odd_files.case import Case, Trial
+from odd_files.texts import columns, text
 
 HEADER = "time_s,drive_v,position_um"
 VOLTS = columns()

@@ -13,7 +13,7 @@ import pytest
 from commands import run
 from nptdms import ChannelObject, TdmsWriter
 
-from odd.test_instruments import N, T, U, Y, rows
+from odd_files.test_instruments import N, T, U, Y, rows
 
 BEGAN = np.datetime64("2026-01-01T10:00:00.000000")
 Channel = tuple[str, Any, Mapping[str, Any]]

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from commands import run
 
-from odd.test_instruments import N, T, U, Y, rows
-from odd.test_told import told
+from odd_files.test_instruments import N, T, U, Y, rows
+from odd_files.test_told import told
 
 HEADER = "time_s,drive_v,gauge_um\n"
 BODY = rows(T, U, Y)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from support import Array
 
-from odd.bench import Record
-from odd.case import Write
+from odd_files.bench import Record
+from odd_files.case import Write
 
 Change = Callable[[str], str]
 

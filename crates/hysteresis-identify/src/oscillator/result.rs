@@ -166,7 +166,7 @@ pub(super) fn standard_errors(fit: &Fit) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inside::pass::{Linearised, Point};
+    use crate::oscillator::pass::{Linearised, Point};
 
     #[test]
     fn a_parameter_that_the_record_does_not_tell_spoils_no_other() {

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from commands import run
 
-from odd.test_instruments import N, T, U, Y, rows
+from odd_files.test_instruments import N, T, U, Y, rows
 
 K = np.arange(N)
 COLUMNS = ("--input", "drive_v", "--output", "gauge_um", "--operators", "4", "--dynamics", "none")

@@ -5,7 +5,7 @@
 //! reference (um) -> notch at the resonance -> inverse of the hysteresis -> drive (V)
 //! ```
 //!
-//! `cargo run -p hysteresis-core --features dsp_process --example idsp_chain`
+//! `cargo run -p idsp-chain`
 
 use dsp_process::{Process, Split};
 use hysteresis_core::embedded::{Forward, Inverse, Model};
@@ -21,7 +21,7 @@ const RESONANCE: f32 = 800.0;
 /// In V.
 const LIMITS: (f32, f32) = (-500.0, 500.0);
 
-pub(crate) fn main() -> Result<(), Error> {
+fn main() -> Result<(), Error> {
     let (weights, r) = ([4.3e-3, 1.7e-3, 1.7e-3], [0.0, 150.0, 300.0]); // um/V, V
     let model = Model::<f32, 3>::from_ratios(&weights, &r, Ratios::PAPER, Offsets::default())?;
     let mut filter = Filter::default();
@@ -53,4 +53,12 @@ pub(crate) fn main() -> Result<(), Error> {
     assert_eq!(Process::process(&mut inverse, f32::NAN), drive);
     assert_eq!((inverse.step(99.0), inverse.rejected()), (LIMITS.1, 1));
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_example_runs() {
+        super::main().unwrap();
+    }
 }

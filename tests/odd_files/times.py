@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from support import Array
 
-from odd.bench import LATE, MAGNET, RATE, STACK, Bench, Record
-from odd.case import WITH_DYNAMICS, Case, Trial
-from odd.texts import both, columns, text
+from odd_files.bench import LATE, MAGNET, RATE, STACK, Bench, Record
+from odd_files.case import WITH_DYNAMICS, Case, Trial
+from odd_files.texts import both, columns, text
 
 RECORD = STACK.record()
 LATE_RECORD = LATE.record()

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 from support import Array
 
-from odd.bench import BIPOLAR, MAGNET, STACK, Bench, Record
-from odd.case import Case, Trial
-from odd.positions import VOLTS, hinted, same, then
-from odd.texts import text
+from odd_files.bench import BIPOLAR, MAGNET, STACK, Bench, Record
+from odd_files.case import Case, Trial
+from odd_files.positions import VOLTS, hinted, same, then
+from odd_files.texts import text
 
 RECORD = STACK.record()
 SPAN = RECORD.span

@@ -15,7 +15,7 @@ import pytest
 import scipy.io
 from commands import run
 
-from odd.test_instruments import T, U, Y
+from odd_files.test_instruments import T, U, Y
 
 FIT = {"time_s": T, "drive_v": U, "gauge_um": Y}
 Settings = dict[str, Any]

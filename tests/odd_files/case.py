@@ -12,7 +12,7 @@ import mpi_hyst as mh
 import numpy as np
 from commands import run
 
-from odd.bench import RATE, Bench
+from odd_files.bench import RATE, Bench
 
 Write = Callable[[Path], Sequence[Path]]
 """Writes the files of a trial into a directory."""

@@ -18,8 +18,8 @@ from mpi_hyst._cli.inputs import assumed_of
 from mpi_hyst._cli.options import Sampled
 from mpi_hyst._cli.terminal import CommandError
 
-from odd.mutations import judged
-from odd.test_instruments import DOUBTFUL, RIGHT, N, T, U, Y, rows
+from odd_files.mutations import judged
+from odd_files.test_instruments import DOUBTFUL, RIGHT, N, T, U, Y, rows
 
 NM = 1e3 * Y
 BODY = rows(T, U, NM)

@@ -8,10 +8,10 @@ import mpi_hyst as mh
 import numpy as np
 from support import Array
 
-from odd.bench import BIPOLAR, CREEPING, RATE, STACK, Bench
-from odd.case import Case, Trial
-from odd.positions import same, then
-from odd.texts import columns, raw, table
+from odd_files.bench import BIPOLAR, CREEPING, RATE, STACK, Bench
+from odd_files.case import Case, Trial
+from odd_files.positions import same, then
+from odd_files.texts import columns, raw, table
 
 VOLTS = columns()
 DRIVE = STACK.excitation()
