@@ -5,6 +5,7 @@
 
 use crate::error::{Error, check_all_finite, check_finite, is_admissible};
 use crate::process::Process;
+use crate::real::unless_faded;
 
 /// The largest coefficient: so the terms of a feedback stay finite for all admissible numbers, whatever the filter.
 const MAX_COEFFICIENT: f64 = 1e12;
@@ -98,7 +99,7 @@ impl Biquad {
     pub(super) fn next(&self, [s, t]: [f64; 2], input: f64) -> (f64, [f64; 2]) {
         let ([b0, b1, b2], [a1, a2]) = (self.b, self.a);
         let output = b0 * input + s;
-        (output, [b1 * input - a1 * output + t, b2 * input - a2 * output])
+        (output, [b1 * input - a1 * output + t, b2 * input - a2 * output].map(unless_faded))
     }
 
     /// The states in which the same input gives the same output again: exactly at rest if the output is the input times

@@ -75,7 +75,7 @@ pub use quasistatic::{
     Bracket, BracketArray, BracketState, CreepTerms, LoopShiftTerms, MAX_KNOTS, PiecewiseLinearMap, QuasiStatic,
     QuasiStaticForward, QuasiStaticInverse, QuasiStaticState, RelaxingPlayTerms, SlowGainTerms,
 };
-pub use real::Real;
+pub use real::{Real, unless_faded};
 #[cfg(feature = "alloc")]
 pub use stream::{ActuatorError, Forward, Inverse, StreamArray, StreamState};
 

@@ -182,6 +182,23 @@ pub(crate) fn check_range<T: Real>(
     Err(Error::Domain { parameter, index: Some(1), expected, got: high.wide() })
 }
 
+/// A state that decays by itself, and 0 once it has faded.
+///
+/// Decays end at numbers below 2.2e-308, with which processors work many times slower: a stage at rest would take
+/// longer than one that moves. What is left out is below 1e-150, in the unit of the state.
+///
+/// ```
+/// use hysteresis_core::unless_faded;
+/// assert_eq!([1e-9, -1e-149, 1e-151, -1e-310].map(unless_faded), [1e-9, -1e-149, 0.0, 0.0]);
+/// ```
+#[inline]
+#[must_use]
+pub fn unless_faded(state: f64) -> f64 {
+    /// No factor of a sample brings a number from here below 2.2e-308 and leaves something to decay further.
+    const FADED: f64 = 1e-150;
+    if state.abs() < FADED { 0.0 } else { state }
+}
+
 /// Limits of a drive that has none.
 pub(crate) fn unlimited<T: Real>() -> (T, T) {
     (-T::MAX_MAGNITUDE, T::MAX_MAGNITUDE)

@@ -1,6 +1,6 @@
 //! Creep.
 
-use hysteresis_core::check_all_finite;
+use hysteresis_core::{check_all_finite, unless_faded};
 
 use super::{Block, Error};
 use crate::checks::{check_number, check_positive, check_whole};
@@ -169,7 +169,7 @@ impl Block for CreepBlock {
     #[inline]
     fn hold(&mut self, input: f64) {
         for term in &mut self.terms {
-            term.lag = term.next(input);
+            term.lag = unless_faded(term.next(input));
         }
     }
 

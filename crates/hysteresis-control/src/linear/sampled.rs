@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use hysteresis_core::check_all_finite;
+use hysteresis_core::{check_all_finite, unless_faded};
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::state_space::{resolvent, rest};
@@ -188,6 +188,9 @@ impl Block for LinearBlock {
             }
         }
         core::mem::swap(&mut self.deviation, &mut self.next);
+        if change == 0.0 {
+            self.deviation.iter_mut().for_each(|e| *e = unless_faded(*e));
+        }
         self.past.push(input);
     }
 

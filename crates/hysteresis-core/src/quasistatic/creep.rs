@@ -4,6 +4,7 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use crate::error::{Bound, Error, check_all_finite, check_between, check_finite, check_length};
+use crate::real::unless_faded;
 
 /// Creep at the samples: y(k) = h(k) + sum_j c_j q_j(k), q_j(k+1) = a_j q_j(k) + (1 - a_j) h(k).
 ///
@@ -94,7 +95,7 @@ impl CreepMemory {
     #[inline]
     pub(super) fn hold(&mut self, h: f64) {
         for term in &mut self.terms {
-            term.crept = term.decay * term.crept + term.gain * h;
+            term.crept = unless_faded(term.decay * term.crept + term.gain * h);
         }
     }
 

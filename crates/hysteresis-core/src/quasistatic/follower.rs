@@ -1,5 +1,7 @@
 //! What loop shift and slow gain know of the past of the drive.
 
+use crate::real::unless_faded;
+
 /// What loop shift and slow gain see of the scaled drive x: the follower f, how far it stays behind, e, and the mean
 /// square m of that. The equations stand at [`LoopShiftTerms`](super::LoopShiftTerms).
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +44,7 @@ impl Follower {
     #[inline]
     pub(super) fn hold(&mut self, x: f64) -> f64 {
         let behind = (x - self.place).max(-self.limit).min(self.limit);
-        self.mean_square = self.decay * self.mean_square + self.square_gain * (behind * behind);
+        self.mean_square = unless_faded(self.decay * self.mean_square + self.square_gain * (behind * behind));
         self.place = x - self.behind_decay * behind;
         behind
     }

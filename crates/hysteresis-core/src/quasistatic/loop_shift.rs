@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 
 use super::follower::Follower;
 use crate::error::{Bound, Error, check_all_finite, check_between, check_finite};
+use crate::real::unless_faded;
 
 /// The least and the greatest half range, and the greatest limit: products with admissible drives then stay finite.
 const SCALE: (f64, f64) = (1e-50, 1e50);
@@ -143,7 +144,8 @@ impl Motion {
     pub(super) fn hold(&mut self, drive: f64) {
         let x = self.scaled(drive);
         let behind = self.follower.hold(x);
-        self.mean_product = self.terms.decay * self.mean_product + self.product_gain * (x * behind.abs());
+        let decayed = self.terms.decay * self.mean_product;
+        self.mean_product = unless_faded(decayed + self.product_gain * (x * behind.abs()));
     }
 
     /// The drive has been held since forever.

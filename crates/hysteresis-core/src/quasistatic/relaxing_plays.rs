@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 
 use crate::error::{Bound, Error, check_all_finite, check_between, check_finite, check_length};
 use crate::operator::{Operator, Play};
+use crate::real::unless_faded;
 
 /// Plays that relax, at the samples: r(k) = sum_j s_j(k), added to the position behind the output map.
 ///
@@ -152,7 +153,8 @@ impl Relaxation {
     pub(super) fn hold(&mut self, drive: f64) {
         self.move_plays(drive);
         for lag in &mut self.lags {
-            lag.relaxed = lag.decay * lag.relaxed + (1.0 - lag.decay) * lag.target(&self.plays);
+            let towards = (1.0 - lag.decay) * lag.target(&self.plays);
+            lag.relaxed = unless_faded(lag.decay * lag.relaxed + towards);
         }
     }
 

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::fit::filter_lanes::{FilterLanes, Lane, Reading};
 use crate::fit::joint::{Attempts, JointFit, JointProblem, PASSES};
 use crate::fit::point::{Parameter, Point};
-use crate::fit::progress::SearchMonitor;
+use crate::fit::progress::{SearchMonitor, Span};
 use crate::fit::projection::ProjectedFit;
 use crate::fit::response::hysteresis;
 use crate::fit::space::Space;
@@ -30,6 +30,10 @@ const DAMPINGS: [f64; 4] = [0.02, 0.1, 0.4, 1.0];
 /// About so many rows are compared, however long the records.
 const ROWS: usize = 6000;
 
+/// What is slower than so many cycles per sample is looked for with means of two samples, of four, and so on: then they
+/// are as fine for it as at this frequency. What becomes of the mean is off by (pi f dt)^2 / 6, less than a thousandth.
+const CYCLES_PER_MEAN: f64 = 0.02;
+
 /// How many starts there are at most.
 const STARTS: usize = 4;
 
@@ -47,7 +51,7 @@ impl JointProblem<'_> {
     ) -> Result<JointFit, Error> {
         let space = Space::new(self.records, self.options)?.with_maps_of(plain_space);
         monitor.forget();
-        let starts = starts(self.records, plain, plain_space, &space);
+        let starts = starts(self.records, plain, plain_space, &space, monitor)?;
         self.search_starts(space, &starts, Attempts { level: 0, passes: PASSES }, monitor)
     }
 
@@ -90,7 +94,13 @@ impl JointProblem<'_> {
 ///
 /// The dead time of that fit is the lag of everything, 2 zeta / w and what is dead time in truth: each frequency and
 /// damping is tried with the rest of it, and a few others.
-pub(crate) fn starts(records: &[Record<'_>], plain: &ProjectedFit, plain_space: &Space, space: &Space) -> Vec<Point> {
+pub(crate) fn starts(
+    records: &[Record<'_>],
+    plain: &ProjectedFit,
+    plain_space: &Space,
+    space: &Space,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Vec<Point>, Error> {
     let point = |dead_time: f64| {
         let start = space.start_at_hysteresis(&plain.point).with(Parameter::DeadTime, dead_time);
         (0..space.creep_amplitudes()).fold(start, |point, number| point.with(Parameter::Creep(number), creep::START))
@@ -99,11 +109,11 @@ pub(crate) fn starts(records: &[Record<'_>], plain: &ProjectedFit, plain_space: 
     let known = space.axis(Parameter::DeadTime).is_none().then(|| space.origin().get(Parameter::DeadTime));
     let Some(order) = space.order() else {
         let left = lag - space.linear_part(space.origin()).amplifier_lag();
-        return vec![point(space.nearest(Parameter::DeadTime, left))];
+        return Ok(vec![point(space.nearest(Parameter::DeadTime, left))]);
     };
-    let scan = Scan::new(records, plain, plain_space, space);
-    let mut along: Vec<(f64, Point)> = Vec::new();
-    for frequency in frequencies(space) {
+    let scans = Scans::new(Scan::new(records, plain, plain_space, space), frequencies(space).last());
+    let best_of = |frequency: f64| {
+        let scan = scans.fine_for(frequency);
         let mut best = (f64::INFINITY, point(0.0));
         let dampings = if order == Order::First { &DAMPINGS[..1] } else { &DAMPINGS[..] };
         let part = |damping: &f64| {
@@ -122,10 +132,12 @@ pub(crate) fn starts(records: &[Record<'_>], plain: &ProjectedFit, plain_space: 
                 }
             }
         }
-        along.push(best);
-    }
+        best
+    };
+    let pieces = Span { from: 0.0, to: 0.0 }.shared_by(frequencies(space).collect());
+    let along = monitor.side_by_side(pieces, |frequency, _, _| Ok(best_of(frequency)))?;
     // A record of a few samples has none of these frequencies.
-    if along.is_empty() { vec![point(known.unwrap_or(lag))] } else { minima(&along) }
+    Ok(if along.is_empty() { vec![point(known.unwrap_or(lag))] } else { minima(&along) })
 }
 
 /// Those that fit better than their neighbours, the best first.
@@ -168,17 +180,38 @@ fn dead_times(space: &Space, known: Option<f64>, left: f64) -> Vec<f64> {
     samples.into_iter().map(|samples| samples * dt).collect()
 }
 
+/// The same scan with the samples themselves, with means of two, of four, and so on.
+struct Scans(Vec<Scan>);
+
+impl Scans {
+    /// As coarse as this frequency allows.
+    fn new(finest: Scan, lowest: Option<f64>) -> Self {
+        let mut scans = vec![finest];
+        while let Some(coarser) = scans.last().map(Scan::halved).filter(|scan| lowest.is_some_and(|f| scan.shows(f))) {
+            scans.push(coarser);
+        }
+        Self(scans)
+    }
+
+    /// The coarsest that is fine enough for a frequency.
+    fn fine_for(&self, frequency: f64) -> &Scan {
+        let last = self.0.iter().rposition(|scan| scan.shows(frequency));
+        &self.0[last.unwrap_or(0)]
+    }
+}
+
 /// The outputs of the hysteresis, and the rows at which candidates are compared.
 struct Scan {
     signals: Vec<Signals>,
 }
 
 struct Signals {
+    /// The interval of the inputs.
     dt: f64,
     /// The output of the hysteresis, and what it creeps for the unit of all amplitudes; one after the other.
     inputs: Vec<[f64; 2]>,
-    /// The samples that are compared, and the output there about its mean.
-    rows: Vec<(usize, f64)>,
+    /// The times that are compared, counted in inputs, and the output there about its mean.
+    rows: Vec<(f64, f64)>,
 }
 
 impl Scan {
@@ -196,10 +229,29 @@ impl Scan {
             let course = Course::new(record, stride, space.unread_samples());
             let outputs = course.of(record.output());
             let mean = outputs.clone().sum::<f64>() / as_f64(course.len());
-            let rows = outputs.enumerate().map(|(row, y)| (course.sample(row), y - mean)).collect();
+            let rows = outputs.enumerate().map(|(row, y)| (as_f64(course.sample(row)), y - mean)).collect();
             Signals { dt, inputs, rows }
         };
         Self { signals: records.iter().enumerate().map(signals).collect() }
+    }
+
+    /// The same with the means of each two inputs; what is left of an odd number is held.
+    fn halved(&self) -> Self {
+        let mean = |pair: &[[f64; 2]]| {
+            let ([a, b], [c, d]) = (pair[0], pair[pair.len() - 1]);
+            [0.5 * (a + c), 0.5 * (b + d)]
+        };
+        let halved = |Signals { dt, inputs, rows }: &Signals| Signals {
+            dt: 2.0 * dt,
+            inputs: inputs.chunks(2).map(mean).collect(),
+            rows: rows.iter().map(|(at, y)| (0.5 * at, *y)).collect(),
+        };
+        Self { signals: self.signals.iter().map(halved).collect() }
+    }
+
+    /// Whether the inputs are fine enough for a frequency.
+    fn shows(&self, frequency: f64) -> bool {
+        self.signals.iter().all(|signals| frequency * signals.dt <= CYCLES_PER_MEAN)
     }
 
     /// The answers of each of a few dynamics to both signals of every record, without dead time.
@@ -239,8 +291,8 @@ impl Scan {
             let (mut a1, mut b1, mut y1) = (0.0, 0.0, 0.0);
             let [a0, b0] = response[0];
             let earlier = Earlier::new(response, dead_time / signals.dt);
-            for (k, y) in &signals.rows {
-                let [a, b] = earlier.at(*k);
+            for (at, y) in &signals.rows {
+                let [a, b] = earlier.at(*at);
                 let (a, b, y) = (a - a0, b - b0, *y);
                 (a1, b1, y1) = (a1 + a, b1 + b, y1 + y);
                 (aa, ab, bb) = (aa + a * a, ab + a * b, bb + b * b);
@@ -263,24 +315,22 @@ impl Scan {
 /// A response so many samples earlier: between its samples straight, held beyond its ends.
 struct Earlier<'a> {
     response: &'a [[f64; 2]],
-    /// How far back the sample before it lies, and the share of the way from there to the next one.
-    whole: isize,
-    share: f64,
+    samples: f64,
 }
 
 impl<'a> Earlier<'a> {
     fn new(response: &'a [[f64; 2]], samples: f64) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "a dead time is not longer than a record")]
-        let whole = samples.ceil() as isize;
-        Self { response, whole, share: samples.ceil() - samples }
+        Self { response, samples }
     }
 
     #[inline]
-    fn at(&self, sample: usize) -> [f64; 2] {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between both ends")]
+    fn at(&self, sample: f64) -> [f64; 2] {
         let last = self.response.len() - 1;
-        let at = |back: isize| self.response[sample.saturating_add_signed(-back).min(last)];
-        let ([a, b], [c, d]) = (at(self.whole), at(self.whole - 1));
-        [a + self.share * (c - a), b + self.share * (d - b)]
+        let place = (sample - self.samples).clamp(0.0, as_f64(last));
+        let (before, share) = (place.floor() as usize, place.fract());
+        let ([a, b], [c, d]) = (self.response[before], self.response[(before + 1).min(last)]);
+        [a + share * (c - a), b + share * (d - b)]
     }
 }
 
@@ -292,8 +342,8 @@ mod tests {
     fn earlier_is_straight_between_samples_and_held_beyond_the_ends() {
         let response = [[0.0, 5.0], [1.0, 5.0], [3.0, 7.0]];
         let at = |samples, k| Earlier::new(&response, samples).at(k);
-        assert_eq!([at(0.0, 1), at(1.0, 2), at(-1.0, 1)], [response[1], response[1], response[2]]);
-        assert_eq!([at(0.25, 2), at(-0.75, 1), at(1.5, 2)], [[2.5, 6.5], [2.5, 6.5], [0.5, 5.0]]);
-        assert_eq!([at(2.5, 1), at(5.0, 0), at(-2.0, 2)], [response[0], response[0], response[2]]);
+        assert_eq!([at(0.0, 1.0), at(1.0, 2.0), at(-1.0, 1.0)], [response[1], response[1], response[2]]);
+        assert_eq!([at(0.25, 2.0), at(-0.75, 1.0), at(1.5, 2.0)], [[2.5, 6.5], [2.5, 6.5], [0.5, 5.0]]);
+        assert_eq!([at(2.5, 1.0), at(5.0, 0.0), at(-2.0, 2.0)], [response[0], response[0], response[2]]);
     }
 }

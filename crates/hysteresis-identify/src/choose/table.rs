@@ -434,7 +434,7 @@ impl Term for DynamicsBehindMap {
         let of_order = |order| {
             let options = Options { dynamics: DynamicsModel::Order(order), ..from.options.clone() };
             let space = Space::new(search.records, &options)?.with_maps_of(&plain_space).without_lead();
-            let starts = starts(search.records, &plain, &plain_space, &space);
+            let starts = starts(search.records, &plain, &plain_space, &space, monitor)?;
             let linear = Some(LinearEvidence::default());
             Ok(Variant { options, linear, adds: false, was_sought: true, ..from.with(space, starts) })
         };

@@ -1,6 +1,7 @@
 //! Creep and dynamics for many signals over a block of samples, eight signals at once.
 
 use fearless_simd::{Simd, SimdFloat, f64x8};
+use hysteresis_core::unless_faded;
 
 use crate::algebra::eight::{LANES, Lanes, SimdLoop, dispatch, load, load_all, splat};
 use crate::terms::dynamics::{SampledDynamics, SampledPart};
@@ -206,7 +207,7 @@ impl Still {
         for (to, from, factor) in step {
             ends[*to] = load(simd, factor).mul_add(load(simd, &distances[*from]), load(simd, &ends[*to])).into();
         }
-        filters.states().zip(&*ends).for_each(|(state, end)| *state = *end);
+        filters.states().zip(&*ends).for_each(|(state, end)| *state = end.map(unless_faded));
         self.passed = Some(*signals);
     }
 
@@ -343,6 +344,13 @@ impl SimdLoop for PutOut<'_> {
     }
 }
 
+/// Eight states that decay by themselves, or 0: looked at once in a block, in which none decays from there to numbers
+/// that make processors slow.
+#[inline(always)]
+fn stored<S: Simd>(states: f64x8<S>) -> Lanes {
+    Lanes::from(states).map(unless_faded)
+}
+
 /// Whether eight signals are the same at all samples: most that move do so at once.
 #[inline(always)]
 fn stand_still(signals: &[Lanes]) -> bool {
@@ -402,7 +410,7 @@ fn creep<S: Simd>(simd: S, decays: &[f64], filters: &mut Filters, is_first: bool
             *p = sum.into();
         }
         for j in 0..TERMS {
-            states[j] = q[j].into();
+            states[j] = stored(q[j]);
         }
     }
 }
@@ -436,8 +444,8 @@ fn hold<S: Simd, const FIRST: bool>(simd: S, mode: &mut ModeLanes, position: &La
         let from = if FIRST { position * p } else { load(simd, y) };
         *y = read_x.mul_add(deviation, read_v.mul_add(v, from)).into();
     }
-    mode.deviation = deviation.into();
-    mode.v = v.into();
+    mode.deviation = stored(deviation);
+    mode.v = stored(v);
     mode.before = before.into();
 }
 
@@ -465,8 +473,8 @@ fn lead<S: Simd, const FIRST: bool>(simd: S, mode: &mut ModeLanes, position: &La
         let states = read_x.mul_add(deviation, read_v.mul_add(v, from));
         *y = read.mul_add(decaying, states).into();
     }
-    mode.deviation = deviation.into();
-    mode.v = v.into();
+    mode.deviation = stored(deviation);
+    mode.v = stored(v);
     mode.before = before.into();
     amplifier.ends = ends.into();
     amplifier.decaying = decaying.into();

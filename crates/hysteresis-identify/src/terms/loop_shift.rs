@@ -3,6 +3,8 @@
 //!
 //! It stands beside the operators as columns: see `side_columns`.
 
+use hysteresis_core::unless_faded;
+
 use crate::error::Error;
 
 /// The time constants that cross-validation chooses from, in seconds.
@@ -143,8 +145,8 @@ impl Memory {
     /// x is held for one interval, in which e decays as exp(-4 t / tau).
     pub(crate) fn hold(&mut self, x: f64) {
         let (a, e) = (self.decay, self.distance(x));
-        self.m = a * self.m + self.square * e * e;
-        self.n = a * self.n + self.product * x * e.abs();
+        self.m = unless_faded(a * self.m + self.square * e * e);
+        self.n = unless_faded(a * self.n + self.product * x * e.abs());
         // At the limit the drive pulls the follower along.
         self.follower = x - self.fast * e;
     }

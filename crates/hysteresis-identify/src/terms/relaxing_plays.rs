@@ -2,7 +2,7 @@
 //! columns beside the operators.
 
 use hysteresis_control::stage::RelaxingPlays;
-use hysteresis_core::{Error as CoreError, Ratios};
+use hysteresis_core::{Error as CoreError, Ratios, unless_faded};
 
 use crate::error::Error;
 use crate::records::signal::as_f64;
@@ -200,7 +200,7 @@ impl RelaxingLane {
         if !is_first {
             for (row, decay) in self.relaxed.chunks_exact_mut(count).zip(&self.decays) {
                 for (relaxed, play) in row.iter_mut().zip(&self.plays) {
-                    *relaxed = decay * *relaxed + (1.0 - decay) * play;
+                    *relaxed = unless_faded(decay * *relaxed + (1.0 - decay) * play);
                 }
             }
         }

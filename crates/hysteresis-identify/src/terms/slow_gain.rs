@@ -2,6 +2,8 @@
 //!
 //! It multiplies everything that the operators and the loop shift put out, in front of the creep.
 
+use hysteresis_core::unless_faded;
+
 use crate::error::Error;
 
 /// The largest magnitude of the amplitude that is searched: a gain from 0.8 to 1.2. Actuators show a few parts in a
@@ -144,7 +146,7 @@ impl GainLane {
             self.follower = x;
         } else {
             let e = (self.x - self.follower).clamp(-1.0, 1.0);
-            self.mean = self.decay * self.mean + self.square * (e * e);
+            self.mean = unless_faded(self.decay * self.mean + self.square * (e * e));
             self.follower = self.x - self.fast * e;
         }
         (self.x, self.is_at_rest) = (x, false);
