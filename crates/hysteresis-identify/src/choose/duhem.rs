@@ -67,6 +67,13 @@ const SMALL_RECORD: f64 = 0.1;
 /// Without noise: the share of what plays leave that the right operator leaves at most, as its knots are few.
 const TOLD: f64 = 0.05;
 
+/// The share of what plays leave beside the noise that an operator takes at most, where it is not known which one.
+const MOST_TAKEN: f64 = 0.9;
+
+/// Of operators that rise and operators that fall, those that fit worse by this factor of the mean square error than
+/// the others are left there.
+const WORSE_DIRECTION: f64 = 4.0;
+
 /// How many passes over selected rows each of these may take.
 const PASSES: usize = 6;
 
@@ -92,6 +99,10 @@ pub(crate) fn with_duhem(
     if !is_forced && needed.is_none() {
         return Ok(plays.with_trial(place, TermTrial::not_tried(DUHEM, TrialOutcome::NotTold)));
     }
+    let without = plays.validated(records)?;
+    if needed.as_ref().is_some_and(|needed| !may_gain(records, &plays, without.rmse, needed.must_gain)) {
+        return Ok(plays.with_trial(place, TermTrial::not_tried(DUHEM, TrialOutcome::LittleLeft)));
+    }
     monitor.hold();
     let best = monitor.unless_stopped(|monitor| best_of_directions(records, asked, &plays, monitor))?;
     let Some(best) = best else { return Ok(plays.stopped()) };
@@ -110,7 +121,6 @@ pub(crate) fn with_duhem(
         let plays = Found { partial: found.partial, ..plays };
         return Ok(plays.with_trial(place, TermTrial::by_stretches(DUHEM, 1.0, TrialOutcome::NotBetter)));
     };
-    let without = plays.validated(records)?;
     let outcome = if must_leave_noise && !is_told(records, &plays, &found) {
         TrialOutcome::NotTold
     } else if is_better(&predicts, &without, must_gain) {
@@ -122,6 +132,14 @@ pub(crate) fn with_duhem(
     let chosen = if outcome == TrialOutcome::Better { found } else { Found { partial, ..plays } };
     let trial = TermTrial::by_stretches(DUHEM, must_gain, outcome);
     Ok(chosen.with_trial(place, trial.with_gain(without.typical_error() / predicts.typical_error())))
+}
+
+/// Whether an operator that takes nearly all that is not noise of the sensor would gain what it must, where plays
+/// predict with this error.
+fn may_gain(records: &[Record<'_>], plays: &Found, error: f64, must_gain: f64) -> bool {
+    let noise = sensor_noise(&plays.problem(records).residuals(&plays.fit).collect::<Vec<_>>());
+    let misfit = (error.powi(2) - noise.powi(2)).max(0.0);
+    error.powi(2) >= must_gain * (error.powi(2) - MOST_TAKEN * misfit)
 }
 
 /// Whether an operator is more than one of many that follow loops of one size: the right one leaves their noise.
@@ -143,14 +161,24 @@ fn best_of_directions(
     let begun = begun(records, asked, plays, monitor)?;
     let mut directions = best_shapes(records, &begun)?;
     directions.retain(|direction| asked.duhem == DuhemModel::Fit || direction.promise >= MUST_PROMISE);
+    let promises = !directions.is_empty();
+    let span = Span { from: 0.0, to: 0.0 };
+    let starts = directions.into_iter().map(|direction| direction.starts).collect();
+    let mut descended = monitor.side_by_side(span.shared_by(starts), |starts, _, monitor| {
+        descended(records, asked, &begun, &starts, monitor)
+    })?;
+    let squares = |found: &Found| found.fit.fit.squares;
+    let least = descended.iter().flatten().map(squares).fold(f64::INFINITY, f64::min);
+    descended.retain(|found| found.as_ref().is_none_or(|found| squares(found) <= WORSE_DIRECTION * least));
+    let searched = monitor.side_by_side(span.shared_by(descended), |descended, _, monitor| {
+        descended.map_or_else(|| Ok(begun.clone()), |found| structured(records, asked, found, monitor))
+    })?;
     let mut best: Option<(Found, CrossValidation)> = None;
-    for Direction { starts, .. } in &directions {
-        let found = monitor.unless_stopped(|monitor| searched(records, asked, &begun, starts, monitor))?;
+    for found in searched {
         // What was stopped on its way is compared with nothing.
-        let Some(found) = found.filter(|found| !found.partial) else {
-            let stopped = |(found, predicts): (Found, _)| Ok((found.stopped(), predicts));
-            return best.map(stopped).ok_or(Error::Interrupted);
-        };
+        if found.partial {
+            return Err(Error::Interrupted);
+        }
         if found.leads(asked) || !rises(&found) || runs_away(records, &found).is_some() {
             continue;
         }
@@ -159,7 +187,6 @@ fn best_of_directions(
             best = Some((found, predicts));
         }
     }
-    let promises = !directions.is_empty();
     Ok(best.ok_or(if promises { TrialOutcome::StandsForOther } else { TrialOutcome::NotPromising }))
 }
 
@@ -260,15 +287,15 @@ fn begun(
     Ok(Found { fit, options, ..plays.clone() })
 }
 
-/// Everything with an operator that begins at the best of some starts.
-fn searched(
+/// The fit with an operator that begins at the best of some starts; none without a start.
+fn descended(
     records: &[Record<'_>],
     asked: &Options,
     plays: &Found,
     starts: &[DuhemTable],
     monitor: &mut SearchMonitor<'_>,
-) -> Result<Found, Error> {
-    let Some(begun) = best_start(records, asked, plays, starts, monitor)? else { return Ok(plays.clone()) };
+) -> Result<Option<Found>, Error> {
+    let Some(begun) = best_start(records, asked, plays, starts, monitor)? else { return Ok(None) };
     let fit = begun.problem(records).search_from(begun.fit.space.clone(), &begun.fit.fit.point, monitor)?;
     let found = Found { fit, ..begun };
     let (fit, dynamics) = match with_lag_in_front(&found.problem(records), asked, &found.fit, monitor)? {
@@ -278,7 +305,16 @@ fn searched(
     let has_linear = plays.linear.is_some() || fit.space.order().is_some();
     let linear = has_linear.then(LinearEvidence::default);
     let options = Options { dynamics, ..found.options };
-    let found = Found { fit, options, basis: found.basis, linear, told_alone: None, untold_map: None, ..plays.clone() };
+    Ok(Some(Found { fit, options, basis: found.basis, linear, told_alone: None, untold_map: None, ..plays.clone() }))
+}
+
+/// The same with more knots, and everything else as it suits the operator.
+fn structured(
+    records: &[Record<'_>],
+    asked: &Options,
+    found: Found,
+    monitor: &mut SearchMonitor<'_>,
+) -> Result<Found, Error> {
     let found = with_more_knots(records, found, monitor)?;
     if found.partial || !asked.leaves_structure_open() {
         return Ok(found);

@@ -55,7 +55,8 @@ pub enum TrialOutcome {
     CannotBeTold,
     /// It needs a sampling interval, more samples, or the modified model: it was not tried.
     NotOpen,
-    /// All loops are alike and the fit leaves little: it was not tried.
+    /// The fit leaves too little for what the term must gain, of loops that are all alike or beside the noise of the
+    /// sensor: it was not tried.
     LittleLeft,
     /// The fit leaves rounding or white noise: it was not tried.
     NothingLeft,
