@@ -99,7 +99,7 @@ impl Biquad {
     pub(super) fn next(&self, [s, t]: [f64; 2], input: f64) -> (f64, [f64; 2]) {
         let ([b0, b1, b2], [a1, a2]) = (self.b, self.a);
         let output = b0 * input + s;
-        (output, [b1 * input - a1 * output + t, b2 * input - a2 * output].map(unless_faded))
+        (output, [b1 * input - a1 * output + t, b2 * input - a2 * output])
     }
 
     /// The states in which the same input gives the same output again: exactly at rest if the output is the input times
@@ -146,6 +146,14 @@ pub struct FilterState {
     pub inputs: [f64; MAX_SECTIONS],
     /// The newest output of the last section.
     pub output: f64,
+}
+
+impl FilterState {
+    /// Behind an input that has faded.
+    #[cold]
+    fn fade(&mut self) {
+        self.states.as_flattened_mut().iter_mut().for_each(|state| *state = unless_faded(*state));
+    }
 }
 
 impl Default for Sections {
@@ -204,6 +212,9 @@ impl Sections {
             (signal, *state) = section.next(*state, signal);
         }
         after.output = signal;
+        if unless_faded(input) == 0.0 {
+            after.fade();
+        }
         after
     }
 

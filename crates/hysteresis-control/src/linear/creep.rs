@@ -155,6 +155,14 @@ impl CreepBlock {
     }
 }
 
+impl CreepBlock {
+    /// Behind an input that has faded.
+    #[cold]
+    fn fade(&mut self) {
+        self.terms.iter_mut().for_each(|term| term.lag = unless_faded(term.lag));
+    }
+}
+
 impl Block for CreepBlock {
     #[inline]
     fn output(&self, input: f64) -> f64 {
@@ -169,7 +177,10 @@ impl Block for CreepBlock {
     #[inline]
     fn hold(&mut self, input: f64) {
         for term in &mut self.terms {
-            term.lag = unless_faded(term.next(input));
+            term.lag = term.next(input);
+        }
+        if unless_faded(input) == 0.0 {
+            self.fade();
         }
     }
 

@@ -95,8 +95,17 @@ impl CreepMemory {
     #[inline]
     pub(super) fn hold(&mut self, h: f64) {
         for term in &mut self.terms {
-            term.crept = unless_faded(term.decay * term.crept + term.gain * h);
+            term.crept = term.decay * term.crept + term.gain * h;
         }
+        if unless_faded(h) == 0.0 {
+            self.fade();
+        }
+    }
+
+    /// Behind a position that has faded.
+    #[cold]
+    fn fade(&mut self) {
+        self.terms.iter_mut().for_each(|term| term.crept = unless_faded(term.crept));
     }
 
     /// h has been held since forever.

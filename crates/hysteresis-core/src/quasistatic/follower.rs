@@ -44,8 +44,12 @@ impl Follower {
     #[inline]
     pub(super) fn hold(&mut self, x: f64) -> f64 {
         let behind = (x - self.place).max(-self.limit).min(self.limit);
-        self.mean_square = unless_faded(self.decay * self.mean_square + self.square_gain * (behind * behind));
+        self.mean_square = self.decay * self.mean_square + self.square_gain * (behind * behind);
         self.place = x - self.behind_decay * behind;
+        if unless_faded(behind) == 0.0 {
+            (self.mean_square, self.place) = (unless_faded(self.mean_square), x);
+            return 0.0;
+        }
         behind
     }
 

@@ -144,8 +144,10 @@ impl Motion {
     pub(super) fn hold(&mut self, drive: f64) {
         let x = self.scaled(drive);
         let behind = self.follower.hold(x);
-        let decayed = self.terms.decay * self.mean_product;
-        self.mean_product = unless_faded(decayed + self.product_gain * (x * behind.abs()));
+        self.mean_product = self.terms.decay * self.mean_product + self.product_gain * (x * behind.abs());
+        if behind == 0.0 {
+            self.mean_product = unless_faded(self.mean_product);
+        }
     }
 
     /// The drive has been held since forever.

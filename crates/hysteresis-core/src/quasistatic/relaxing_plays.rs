@@ -153,8 +153,11 @@ impl Relaxation {
     pub(super) fn hold(&mut self, drive: f64) {
         self.move_plays(drive);
         for lag in &mut self.lags {
-            let towards = (1.0 - lag.decay) * lag.target(&self.plays);
-            lag.relaxed = unless_faded(lag.decay * lag.relaxed + towards);
+            let target = lag.target(&self.plays);
+            lag.relaxed = lag.decay * lag.relaxed + (1.0 - lag.decay) * target;
+            if unless_faded(target) == 0.0 {
+                lag.relaxed = unless_faded(lag.relaxed);
+            }
         }
     }
 
