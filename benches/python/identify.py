@@ -56,7 +56,9 @@ def experiment(name: str, rate: float) -> tuple[Array, Array]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--samples", type=int, nargs="*", default=[12_000, 1_000_000])
-    parser.add_argument("--rates", type=float, nargs="*", default=[500.0], help="of the experiments, in Hz")
+    parser.add_argument(
+        "--rates", type=float, nargs="*", default=[500.0], help="of the experiments, in Hz"
+    )
     parser.add_argument("--operators", type=int, default=20)
     parser.add_argument("--times", type=int, default=3, help="how often; the median is told")
     asked = parser.parse_args()
@@ -71,7 +73,9 @@ def main() -> None:
     for rate in asked.rates:
         for name, way in EXPERIMENTS.items():
             u, y = experiment(name, rate)
-            took = median(seconds(lambda: mh.identify(u, y, dt=1.0 / rate)) for _ in range(asked.times))  # noqa: B023
+            took = median(
+                seconds(lambda: mh.identify(u, y, dt=1.0 / rate)) for _ in range(asked.times)
+            )  # noqa: B023
             tell(f"{u.size} samples of an experiment, {name}, {way}: {took:.2f} s")
 
 

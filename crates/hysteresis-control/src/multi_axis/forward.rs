@@ -1,6 +1,6 @@
 //! What a stage of several axes does, sample by sample.
 
-use hysteresis_core::{Error, check_length, is_admissible};
+use hysteresis_core::{Error, check_length, is_admissible, unless_faded};
 use serde::{Deserialize, Serialize};
 
 use super::model::{Matrices, MultiAxisStage};
@@ -163,7 +163,7 @@ impl MultiAxisForward {
                 *rejected = rejected.saturating_add(1);
                 return;
             }
-            from.iter_mut().zip(&*next).for_each(|(x, next)| *x = *next);
+            from.iter_mut().zip(&*next).for_each(|(x, next)| *x = unless_faded(*next));
         }
     }
 
