@@ -181,8 +181,8 @@ bench-python: $(PACKAGE) $(BENCHES) ## time of the Python faces beside numba and
 		--benchmark-columns=min,median,max,rounds --benchmark-sort=name
 	$(BIN)/python benches/python/ratios.py $(TIMES)
 
-bench-identify: $(PACKAGE) $(TOOLS) ## time of identifying one record of 12 000 and of a million samples
-	$(BIN)/python benches/python/identify.py $(IDENTIFY)
+bench-identify: $(PACKAGE) $(TOOLS) ## time of identifying one record of 12 000 and of a million samples, and experiments of 100 000 and 340 000
+	PYTHONPATH=tests $(BIN)/python benches/python/identify.py $(IDENTIFY)
 
 bench-many: $(PACKAGE) $(TOOLS) ## time and accuracy of identifying 4096 actuators at once, beside single fits
 	$(BIN)/python benches/python/many.py $(MANY)

@@ -12,7 +12,7 @@ import mpi_hyst as mh
 import numpy as np
 import pytest
 from law_stages import DT as LAW_DT
-from law_stages import activated_cells, way
+from law_stages import NOISE, activated_cells, measured, named, varied, way
 from support import Array
 
 DT = 0.012  # s
@@ -159,3 +159,17 @@ def test_where_no_loop_shift_can_be_told_it_is_no_rival_of_a_map() -> None:
     plain = mh.identify(drive, y, dt=LAW_DT, input_map=None, output_map=None)
     with_map, without = (np.std(one.predict(unseen) - truth) for one in (found, plain))
     assert with_map < 0.9 * without
+
+
+def test_a_mode_is_found_behind_the_map_that_hides_it() -> None:
+    """A square in front of a mode: no mode explains what plays leave of it without a map."""
+    stage = named("mode of a square")
+    u = varied(stage)
+    y = measured(stage, u)
+    without = mh.identify(u, y, dt=LAW_DT, input_map=None, output_map=None)
+    assert without.dynamics is None
+    found = mh.identify(u, y, dt=LAW_DT)
+    assert isinstance(found.dynamics, mh.plant.SecondOrder)
+    assert found.dynamics.frequency == pytest.approx(40.0, rel=0.01)
+    assert found.dynamics.damping == pytest.approx(0.05, rel=0.05)
+    assert found.fit.rmse < 1.5 * NOISE * np.ptp(y)

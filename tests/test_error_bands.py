@@ -13,6 +13,8 @@ import law_stages
 import mpi_hyst as mh
 import numpy as np
 import pytest
+from commands import run
+from mpi_hyst._text import in_unit
 from support import Array
 
 DT = 1e-3
@@ -137,6 +139,27 @@ def test_a_drive_beyond_the_records_is_less_sure(various: mh.results.Identificat
     half = 0.5 * (high - low)
     inside, beyond = np.searchsorted(u, 95.0), -1
     assert half[beyond] > 2.0 * half[inside]
+
+
+def test_the_command_tells_the_bounds_before_anything_is_driven(
+    various: mh.results.Identification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    stage = various.stage
+    stage.save("banded.json")
+    mh.Stage(stage.hysteresis, limits=stage.limits).save("bare.json")
+    rest = float(stage.forward(DT).run([0.0])[0])
+    time = DT * np.arange(1000)
+    reference = rest + 2.0 * (1.0 - np.cos(np.pi * time))
+    rows = zip(time.tolist(), reference.tolist(), strict=True)
+    Path("path.csv").write_text("time_s,target_um\n" + "".join(f"{t!r},{r!r}\n" for t, r in rows))
+    within = stage.precompensate(reference, DT, return_error=True)[1].within
+    told = run("precompensate", "banded.json", "path.csv", "-o", "drive.csv")
+    assert f"within {in_unit(within, 'µm', 3)} with 95 %, the offset apart" in told.stdout, (
+        told.output
+    )
+    told = run("precompensate", "bare.json", "path.csv", "-o", "bare.csv")
+    assert "not known: the stage has no error band" in told.stdout, told.output
 
 
 def test_a_reference_has_bounds_before_it_is_driven(various: mh.results.Identification) -> None:

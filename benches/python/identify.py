@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable
 from statistics import median
 from typing import Any
 
@@ -19,22 +18,22 @@ WAYS: dict[str, dict[str, Any]] = {
     "with dt, so that dynamics and creep are looked for": {"dt": 1.0 / RATE},
 }
 
-# A stage whose experiment is fitted, and what a model of this package is to it.
-EXPERIMENTS = {
-    "mode": "which fits",
-    "normal Preisach": "which nothing fits",
-}
+# Stages whose experiment is fitted, and what models of this package are to them.
+EXPERIMENTS = {"two modes": "which fits", "normal Preisach": "which nothing fits"}
 
 
-def seconds(fit: Callable[[], object]) -> float:
-    """How long one identification takes."""
-    start = time.perf_counter()
-    fit()
-    return time.perf_counter() - start
+def seconds(times: int, u: Array, y: Array, **options: Any) -> float:
+    """How long an identification takes: the median of so many."""
+    took = []
+    for _ in range(times):
+        start = time.perf_counter()
+        mh.identify(u, y, **options)
+        took.append(time.perf_counter() - start)
+    return median(took)
 
 
 def experiment(name: str, rate: float) -> tuple[Array, Array]:
-    """The experiment of a stage at this rate, and what it measures: 2.1 minutes."""
+    """The experiment of a stage at this rate, and what it measures: nearly two minutes."""
     (stage,) = (one for one in STAGES if one.name == name)
     full = stage.high - stage.low
     (one,) = mh.signals.experiment(
@@ -57,7 +56,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--samples", type=int, nargs="*", default=[12_000, 1_000_000])
     parser.add_argument(
-        "--rates", type=float, nargs="*", default=[500.0], help="of the experiments, in Hz"
+        "--rates", type=float, nargs="*", default=[900.0, 3200.0], help="of experiments, in Hz"
     )
     parser.add_argument("--operators", type=int, default=20)
     parser.add_argument("--times", type=int, default=3, help="how often; the median is told")
@@ -67,15 +66,12 @@ def main() -> None:
         u = drive(samples)
         y = position(u, asked.operators, np.random.default_rng(1))
         for way, more in WAYS.items():
-            options = {"operators": asked.operators, **more}
-            took = median(seconds(lambda: mh.identify(u, y, **options)) for _ in range(asked.times))  # noqa: B023
+            took = seconds(asked.times, u, y, operators=asked.operators, **more)
             tell(f"{samples} samples, {asked.operators} operators, {way}: {took:.2f} s")
     for rate in asked.rates:
         for name, way in EXPERIMENTS.items():
             u, y = experiment(name, rate)
-            took = median(
-                seconds(lambda: mh.identify(u, y, dt=1.0 / rate)) for _ in range(asked.times)
-            )  # noqa: B023
+            took = seconds(asked.times, u, y, dt=1.0 / rate)
             tell(f"{u.size} samples of an experiment, {name}, {way}: {took:.2f} s")
 
 
