@@ -158,7 +158,7 @@ def test_the_command_tells_the_bounds_before_anything_is_driven(
     assert f"within {in_unit(within, 'µm', 3)} with 95 %, the offset apart" in told.stdout, (
         told.output
     )
-    told = run("precompensate", "bare.json", "path.csv", "-o", "bare.csv")
+    told = run("precompensate", "bare.json", "path.csv", "--lead-in", "0.5", "-o", "bare.csv")
     assert "not known: the stage has no error band" in told.stdout, told.output
 
 
