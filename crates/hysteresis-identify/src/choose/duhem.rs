@@ -70,6 +70,9 @@ const TOLD: f64 = 0.05;
 /// The share of what plays leave beside the noise that an operator takes at most, where it is not known which one.
 const MOST_TAKEN: f64 = 0.9;
 
+/// From so many samples on the variance of the noise is known to a twentieth.
+const SAMPLES_OF_NOISE: usize = 1000;
+
 /// Of operators that rise and operators that fall, those that fit worse by this factor of the mean square error than
 /// the others are left there.
 const WORSE_DIRECTION: f64 = 4.0;
@@ -137,6 +140,9 @@ pub(crate) fn with_duhem(
 /// Whether an operator that takes nearly all that is not noise of the sensor would gain what it must, where plays
 /// predict with this error.
 fn may_gain(records: &[Record<'_>], plays: &Found, error: f64, must_gain: f64) -> bool {
+    if plays.fit.rows(records) < SAMPLES_OF_NOISE {
+        return true;
+    }
     let noise = sensor_noise(&plays.problem(records).residuals(&plays.fit).collect::<Vec<_>>());
     let misfit = (error.powi(2) - noise.powi(2)).max(0.0);
     error.powi(2) >= must_gain * (error.powi(2) - MOST_TAKEN * misfit)
