@@ -74,7 +74,7 @@ const MOST_TAKEN: f64 = 0.9;
 const SAMPLES_OF_NOISE: usize = 1000;
 
 /// Of operators that rise and operators that fall, those that fit worse by this factor of the mean square error than
-/// the others are left there.
+/// others of use are left there.
 const WORSE_DIRECTION: f64 = 4.0;
 
 /// How many passes over selected rows each of these may take.
@@ -102,8 +102,8 @@ pub(crate) fn with_duhem(
     if !is_forced && needed.is_none() {
         return Ok(plays.with_trial(place, TermTrial::not_tried(DUHEM, TrialOutcome::NotTold)));
     }
-    let without = plays.validated(records)?;
-    if needed.as_ref().is_some_and(|needed| !may_gain(records, &plays, without.rmse, needed.must_gain)) {
+    let needed = needed.map(|needed| plays.validated(records).map(|without| (needed, without))).transpose()?;
+    if needed.as_ref().is_some_and(|(needed, without)| !may_gain(records, &plays, without.rmse, needed.must_gain)) {
         return Ok(plays.with_trial(place, TermTrial::not_tried(DUHEM, TrialOutcome::LittleLeft)));
     }
     monitor.hold();
@@ -112,11 +112,11 @@ pub(crate) fn with_duhem(
     let (found, predicts) = match best {
         Ok(best) => best,
         Err(outcome) => {
-            let must_gain = needed.map_or(1.0, |needed| needed.must_gain);
+            let must_gain = needed.map_or(1.0, |(needed, _)| needed.must_gain);
             return Ok(plays.with_trial(place, TermTrial::by_stretches(DUHEM, must_gain, outcome)));
         }
     };
-    let Some(Needed { must_gain, must_leave_noise }) = needed else {
+    let Some((Needed { must_gain, must_leave_noise }, without)) = needed else {
         let is_chosen = found.fit.fit.squares < plays.fit.fit.squares;
         if is_chosen {
             return Ok(found);
@@ -137,13 +137,16 @@ pub(crate) fn with_duhem(
     Ok(chosen.with_trial(place, trial.with_gain(without.typical_error() / predicts.typical_error())))
 }
 
-/// Whether an operator that takes nearly all that is not noise of the sensor would gain what it must, where plays
-/// predict with this error.
+/// Whether an operator may gain what it must beside the noise of the sensor, where plays predict with this error.
 fn may_gain(records: &[Record<'_>], plays: &Found, error: f64, must_gain: f64) -> bool {
-    if plays.fit.rows(records) < SAMPLES_OF_NOISE {
-        return true;
+    plays.fit.rows(records) < SAMPLES_OF_NOISE || {
+        let residuals: Vec<_> = plays.problem(records).residuals(&plays.fit).collect();
+        is_gain_enough(error, sensor_noise(&residuals), must_gain)
     }
-    let noise = sensor_noise(&plays.problem(records).residuals(&plays.fit).collect::<Vec<_>>());
+}
+
+/// Whether nearly all that is not noise would be gain enough.
+fn is_gain_enough(error: f64, noise: f64, must_gain: f64) -> bool {
     let misfit = (error.powi(2) - noise.powi(2)).max(0.0);
     error.powi(2) >= must_gain * (error.powi(2) - MOST_TAKEN * misfit)
 }
@@ -174,7 +177,9 @@ fn best_of_directions(
         descended(records, asked, &begun, &starts, monitor)
     })?;
     let squares = |found: &Found| found.fit.fit.squares;
-    let least = descended.iter().flatten().map(squares).fold(f64::INFINITY, f64::min);
+    let is_of_use = |found: &Found| !found.leads(asked) && rises(found) && runs_away(records, found).is_none();
+    let of_use = descended.iter().flatten().filter(|found| is_of_use(found));
+    let least = of_use.map(squares).fold(f64::INFINITY, f64::min);
     descended.retain(|found| found.as_ref().is_none_or(|found| squares(found) <= WORSE_DIRECTION * least));
     let searched = monitor.side_by_side(span.shared_by(descended), |descended, _, monitor| {
         descended.map_or_else(|| Ok(begun.clone()), |found| structured(records, asked, found, monitor))
@@ -185,7 +190,7 @@ fn best_of_directions(
         if found.partial {
             return Err(Error::Interrupted);
         }
-        if found.leads(asked) || !rises(&found) || runs_away(records, &found).is_some() {
+        if !is_of_use(&found) {
             continue;
         }
         let predicts = found.validated(records)?;
@@ -546,4 +551,19 @@ fn knots((low, high): (f64, f64)) -> Vec<f64> {
         return (0..5).map(|i| low + 0.25 * f64::from(i) * (high - low)).collect();
     }
     vec![low, 0.5 * low, 0.0, 0.5 * high, high]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_noise_leaves_of_an_error_may_be_too_little() {
+        let enough = |noise, must_gain| is_gain_enough(1.0, noise, must_gain);
+        assert_eq!(
+            [0.0, 0.5, 0.9, 0.95, 1.0, 1.1].map(|noise| enough(noise, 1.2)),
+            [true, true, true, false, false, false]
+        );
+        assert_eq!([0.0, 0.4, 0.5].map(|noise| enough(noise, 4.0)), [true, true, false]);
+    }
 }

@@ -338,6 +338,33 @@ impl<'a> Earlier<'a> {
 mod tests {
     use super::*;
 
+    /// A slow mode answers the means of eight samples as it answers the samples, and a fast one is not asked.
+    #[test]
+    fn means_tell_what_is_slow() {
+        let (dt, dead_time) = (1e-3, 3.3e-3);
+        let wave = |period: f64, k: usize| (std::f64::consts::TAU * as_f64(k) / period).sin();
+        let inputs: Vec<_> = (0..20_001).map(|k| [wave(5000.0, k) + 0.3 * wave(700.0, k), wave(3000.0, k)]).collect();
+        let rows = (0..20_000).step_by(7).map(|k| (as_f64(k), 0.0)).collect();
+        let mut scan = Scan { signals: vec![Signals { dt, inputs, rows }] };
+        let slow = LinearPart { dynamics: dynamics(Order::Second, 2.0, 0.1), ..LinearPart::default() };
+        let mut answers = scan.responses(std::slice::from_ref(&slow)).remove(0);
+        let earlier = Earlier::new(&answers[0], dead_time / dt);
+        for (at, y) in &mut scan.signals[0].rows {
+            let [a, b] = earlier.at(*at);
+            *y = a + 0.1 * b;
+        }
+        let mean = scan.signals[0].rows.iter().map(|(_, y)| y).sum::<f64>() / as_f64(scan.signals[0].rows.len());
+        scan.signals[0].rows.iter_mut().for_each(|(_, y)| *y -= mean);
+        let all: f64 = scan.signals[0].rows.iter().map(|(_, y)| y * y).sum();
+        assert!(scan.squares(&answers, dead_time) < 1e-12 * all);
+        let scans = Scans::new(scan, Some(0.1));
+        let means = scans.fine_for(2.0);
+        assert_eq!((means.signals[0].dt, means.signals[0].inputs.len()), (8.0 * dt, 2501));
+        answers = means.responses(std::slice::from_ref(&slow)).remove(0);
+        assert!(means.squares(&answers, dead_time) < 1e-5 * all);
+        assert_eq!(scans.fine_for(0.4 / dt).signals[0].dt, dt);
+    }
+
     #[test]
     fn earlier_is_straight_between_samples_and_held_beyond_the_ends() {
         let response = [[0.0, 5.0], [1.0, 5.0], [3.0, 7.0]];
