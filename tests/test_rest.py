@@ -56,7 +56,10 @@ def test_a_stage_at_rest_has_no_state_that_fades(way: str, part: str, rest: floa
 
 
 def test_filters_of_a_controller_without_an_error_come_to_rest() -> None:
-    filters = [mh.control.Notch(800.0, 0.01, 0.5), mh.control.LowPass(300.0, 0.7)]
+    filters: list[mh.control.Notch | mh.control.LowPass] = [
+        mh.control.Notch(800.0, 0.01, 0.5),
+        mh.control.LowPass(300.0, 0.7),
+    ]
     made = mh.control.HybridController(None, kp=0.1, ki=0.0, dt=DT, limits=LIMITS, filters=filters)
     for error in [1.0, -2.0, 0.5, *[0.0] * 20_000]:
         made.step(error, 0.0)

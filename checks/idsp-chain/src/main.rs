@@ -5,7 +5,7 @@
 //! reference (um) -> notch at the resonance -> inverse of the hysteresis -> drive (V)
 //! ```
 //!
-//! `cargo run -p idsp-chain`
+//! `cargo run -p idsp-chain --features dsp_process`
 
 use dsp_process::{Process, Split};
 use hysteresis_core::embedded::{Forward, Inverse, Model};
