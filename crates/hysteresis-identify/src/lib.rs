@@ -27,8 +27,8 @@
 //! 7. `judge` looks for what the records cannot tell and what the model left in them: findings, and a verdict.
 //! 8. `result` is what comes out. [`identify`] goes this way from beginning to end.
 //!
-//! `oscillator` is a way of its own, for hysteresis inside the dynamics: [`identify_oscillator`]. So is `axes`, for several
-//! drives and positions: [`identify_axes`].
+//! `oscillator` is a way of its own, for hysteresis inside the dynamics: [`identify_oscillator`]. So is `axes`, for
+//! several drives and positions: [`identify_axes`].
 //!
 //! `compare` goes it for several models, `many` for many actuators, `places` without a position sensor, and `recursive`
 //! takes sample by sample while the actuator runs.

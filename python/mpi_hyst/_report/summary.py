@@ -347,7 +347,7 @@ OUTCOMES = {
     "cannot_be_told": "not tried: these records cannot tell it",
     "not_open": "not tried: needs dt, more samples, or the modified model",
     "nothing_left": "not tried: the fit leaves noise alone",
-    "little_left": "not tried: loops are all alike, and the fit leaves little",
+    "little_left": "not tried: the fit leaves too little for what it must gain",
     "not_fitted": "the records do not bear it",
     "needless": "left out again: it gains too little",
 }
